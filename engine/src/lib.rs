@@ -1,0 +1,7 @@
+//! The engine: a route graph and a scenario in, frames out.
+//!
+//! Data flows one way: [`graph`] → fleet → frame. The graph is parsed and validated once; after that it
+//! can't be wrong. `motion` moves every robot of the fleet by one tick and writes its pose straight into
+//! the frame that readers will see.
+
+pub mod graph;

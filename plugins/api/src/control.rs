@@ -1,0 +1,76 @@
+//! Control: pause, resume, step, speed, number of robots, status. Request-response on `regatta/F/control`.
+
+use bytemuck::{Pod, Zeroable};
+use iceoryx2::prelude::ZeroCopySend;
+
+/// A request. Which of `count` and `speed` counts depends on `kind`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, ZeroCopySend)]
+#[repr(C)]
+#[type_name("regatta_ControlRequest")]
+pub struct ControlRequest {
+    /// `Step`: ticks. `Robots`: the wanted number.
+    pub count: u64,
+    /// A [`ControlKind`].
+    pub kind: u32,
+    /// `Speed`: simulated seconds per wall second; `f32::INFINITY` for as fast as possible.
+    pub speed: f32,
+}
+
+/// Kinds of [`ControlRequest`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u32)]
+pub enum ControlKind {
+    /// Only answer.
+    Status = 0,
+    /// Stop ticking.
+    Pause = 1,
+    /// Tick again.
+    Resume = 2,
+    /// Advance a paused run by `count` ticks; the answer comes when they are done.
+    Step = 3,
+    /// Change the wanted speed.
+    Speed = 4,
+    /// Change the number of robots: new ones are spawned as the scenario says, surplus ones (highest ids first) removed.
+    Robots = 5,
+}
+
+/// The answer: whether the request was carried out, and the status after it.
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable, ZeroCopySend)]
+#[repr(C)]
+#[type_name("regatta_ControlResponse")]
+pub struct ControlResponse {
+    /// The run.
+    pub run_id: u64,
+    /// Ticks since its start.
+    pub tick: u64,
+    /// Simulated time, in nanoseconds.
+    pub sim_time_nanos: u64,
+    /// Late ticks since the start.
+    pub late_ticks: u64,
+    /// Median cost of a tick over the last second or so, in nanoseconds.
+    pub tick_cost_p50_nanos: u64,
+    /// 99th percentile of the same.
+    pub tick_cost_p99_nanos: u64,
+    /// Resident memory of the producer, in bytes; 0 where unknown.
+    pub resident_bytes: u64,
+    /// Wall time since the start of the run, in nanoseconds.
+    pub wall_time_nanos: u64,
+    /// Robots by [`RobotState`](crate::frame::RobotState): idle, driving, waiting, held, faulted.
+    pub robots_by_state: [u32; 5],
+    /// Robots in the fleet.
+    pub robots: u32,
+    /// Operating-system id of the producer's process.
+    pub pid: u32,
+    /// A [`ClockState`](crate::frame::ClockState).
+    pub clock: u32,
+    /// Wanted speed.
+    pub speed: f32,
+    /// Simulated seconds per wall second over the last second or so.
+    pub real_time_factor: f32,
+    /// 1 if the request was carried out, 0 if it was refused.
+    pub accepted: u32,
+    /// Zero.
+    pub reserved: u32,
+    /// Why it was refused, in UTF-8 padded with zeros.
+    pub reason: [u8; 128],
+}

@@ -1,0 +1,64 @@
+//! Orders: what a fleet manager asks of robots. One sample of `regatta/F/orders` is a slice of
+//! [`OrderRecord`]s, applied in order at the start of the next tick.
+
+use bytemuck::{Pod, Zeroable};
+use iceoryx2::prelude::ZeroCopySend;
+
+/// The iceoryx2 user header of `regatta/F/orders`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
+#[repr(C)]
+#[type_name("regatta_OrderHeader")]
+pub struct OrderHeader {
+    /// Hash of the sender's name. In lockstep, a tick's samples are applied in the order of this value.
+    pub sender: u64,
+}
+
+/// One order, or one leg of the route of the order before it. Which fields count depends on `kind`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, ZeroCopySend)]
+#[repr(C)]
+#[type_name("regatta_OrderRecord")]
+pub struct OrderRecord {
+    /// Chosen by the sender; events that answer this order carry it. Zero means none.
+    pub token: u64,
+    /// An [`OrderKind`].
+    pub kind: u32,
+    /// The robot, by id (all kinds but `Spawn` and `Leg`).
+    pub robot: u32,
+    /// `Assign`, `Extend`: how many `Leg` records follow this one.
+    pub legs: u32,
+    /// `Leg`, `SpawnOnEdge`: id of the edge in the route graph. `SpawnAtNode`: id of the node.
+    pub id: u32,
+    /// `Leg`: 1 to drive the edge from destination to origin in reverse gear, else 0.
+    pub reverse: u32,
+    /// `Leg`: 1 if the robot may drive this edge now, 0 if it is horizon. Once 0, all later legs are.
+    pub released: u32,
+    /// Spawns: index of the robot type in the world.
+    pub robot_type: u32,
+    /// `SpawnOnEdge`: metres from the edge's origin node.
+    pub s: f32,
+}
+
+/// Kinds of [`OrderRecord`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u32)]
+pub enum OrderKind {
+    /// Part of the route of the `Assign` or `Extend` before it.
+    Leg = 0,
+    /// Give a robot a new route. It starts where the robot is: at the end of the edge that it is on
+    /// (which it finishes first), or at its node.
+    Assign = 1,
+    /// Drop the horizon and append legs at the end of the released base.
+    Extend = 2,
+    /// Drop the whole route beyond the end of the edge that the robot is on.
+    Cancel = 3,
+    /// Brake and stand, keeping the route.
+    Hold = 4,
+    /// End a hold.
+    Resume = 5,
+    /// Put a new robot on a node, in the node's pose.
+    SpawnAtNode = 6,
+    /// Put a new robot on an edge at distance `s`.
+    SpawnOnEdge = 7,
+    /// Take a robot out of the fleet. Its id may be given to a later spawn.
+    Remove = 8,
+}
