@@ -77,3 +77,108 @@ pub struct RouteGraph {
     departures: Vec<Leg>,
     departures_start: Vec<u32>,
 }
+
+impl RouteGraph {
+    /// Indexes parts that `validate` has found to be sound.
+    ///
+    /// # Panics
+    /// If an edge names a node that isn't there: `validate` would have refused the file.
+    pub(crate) fn from_valid_parts(nodes: Vec<Node>, edges: Vec<Edge>) -> Self {
+        let node_by_id = (0..).map(NodeIndex).zip(&nodes).map(|(index, node)| (node.id, index)).collect();
+        let edge_by_id = (0..).map(EdgeIndex).zip(&edges).map(|(index, edge)| (edge.id, index)).collect();
+        let (departures, departures_start) = departures_by_node(nodes.len(), &edges);
+        Self { nodes, edges, node_by_id, edge_by_id, departures, departures_start }
+    }
+
+    /// All nodes, by [`NodeIndex`].
+    pub fn nodes(&self) -> &[Node] {
+        &self.nodes
+    }
+
+    /// All edges, by [`EdgeIndex`].
+    pub fn edges(&self) -> &[Edge] {
+        &self.edges
+    }
+
+    /// The node at an index.
+    pub fn node(&self, index: NodeIndex) -> &Node {
+        &self.nodes[index.0 as usize]
+    }
+
+    /// The edge at an index.
+    pub fn edge(&self, index: EdgeIndex) -> &Edge {
+        &self.edges[index.0 as usize]
+    }
+
+    /// The node with that id in the file.
+    pub fn node_by_id(&self, id: u32) -> Option<NodeIndex> {
+        self.node_by_id.get(&id).copied()
+    }
+
+    /// The edge with that id in the file.
+    pub fn edge_by_id(&self, id: u32) -> Option<EdgeIndex> {
+        self.edge_by_id.get(&id).copied()
+    }
+
+    /// Legs that leave a node: forward ones along edges that start there, reverse ones along edges that
+    /// end there and may be driven backwards; in the order of the edges.
+    pub fn departures(&self, node: NodeIndex) -> &[Leg] {
+        let range =
+            self.departures_start[node.0 as usize] as usize..self.departures_start[node.0 as usize + 1] as usize;
+        &self.departures[range]
+    }
+
+    /// Where a leg starts.
+    pub fn leg_start(&self, leg: Leg) -> NodeIndex {
+        let edge = self.edge(leg.edge);
+        match leg.gear {
+            Gear::Forward => edge.origin,
+            Gear::Reverse => edge.destination,
+        }
+    }
+
+    /// Where a leg ends.
+    pub fn leg_end(&self, leg: Leg) -> NodeIndex {
+        let edge = self.edge(leg.edge);
+        match leg.gear {
+            Gear::Forward => edge.destination,
+            Gear::Reverse => edge.origin,
+        }
+    }
+
+    /// Commanded speed on a leg in metres per second; `None` if the edge can't be driven in that gear.
+    pub fn leg_velocity(&self, leg: Leg) -> Option<f64> {
+        let edge = self.edge(leg.edge);
+        match leg.gear {
+            Gear::Forward => Some(edge.velocity_forward),
+            Gear::Reverse => edge.velocity_backwards,
+        }
+    }
+}
+
+/// Counting sort of the legs by the node that they leave.
+fn departures_by_node(nodes: usize, edges: &[Edge]) -> (Vec<Leg>, Vec<u32>) {
+    let legs = || {
+        (0..).map(EdgeIndex).zip(edges).flat_map(|(index, edge)| {
+            let forward = (edge.origin, Leg { edge: index, gear: Gear::Forward });
+            let reverse = edge.velocity_backwards.map(|_| (edge.destination, Leg { edge: index, gear: Gear::Reverse }));
+            std::iter::once(forward).chain(reverse)
+        })
+    };
+    let mut start = vec![0u32; nodes + 1];
+    for (node, _) in legs() {
+        start[node.0 as usize + 1] += 1;
+    }
+    for node in 0..nodes {
+        start[node + 1] += start[node];
+    }
+    let placeholder = Leg { edge: EdgeIndex(0), gear: Gear::Forward };
+    let mut departures = vec![placeholder; start[nodes] as usize];
+    let mut next = start.clone();
+    for (node, leg) in legs() {
+        let slot = &mut next[node.0 as usize];
+        departures[*slot as usize] = leg;
+        *slot += 1;
+    }
+    (departures, start)
+}
