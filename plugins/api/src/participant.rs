@@ -5,8 +5,11 @@ use std::sync::Once;
 
 use iceoryx2::prelude::*;
 
-use crate::error::OpenError;
+use crate::column::{ColumnPublisher, ColumnReader};
+use crate::control_client::Control;
+use crate::error::{OpenError, Result};
 use crate::fleet_name::FleetName;
+use crate::order_sender::Orders;
 use crate::qos::Ipc;
 
 /// A process's place in a fleet, by a name that `regatta doctor` shows.
@@ -38,6 +41,38 @@ impl Participant {
             .create::<Ipc>()
             .map_err(|e| failed(e.to_string()))?;
         Ok(Self { node: Rc::new(node), fleet: fleet.clone(), name })
+    }
+
+    /// Opens a column for writing, by its name.
+    ///
+    /// # Errors
+    /// As [`ColumnPublisher::open_on`]; or the name is none.
+    pub fn column(&self, name: &str) -> Result<ColumnPublisher> {
+        Ok(ColumnPublisher::open_on(self, &name.parse()?)?)
+    }
+
+    /// Opens a column for reading, by its name.
+    ///
+    /// # Errors
+    /// As [`ColumnReader::open_on`]; or the name is none.
+    pub fn column_reader(&self, name: &str) -> Result<ColumnReader> {
+        Ok(ColumnReader::open_on(self, &name.parse()?)?)
+    }
+
+    /// Opens the orders, for sending.
+    ///
+    /// # Errors
+    /// As [`Orders::open_on`].
+    pub fn orders(&self) -> Result<Orders, OpenError> {
+        Orders::open_on(self)
+    }
+
+    /// Opens the control service, for sending requests.
+    ///
+    /// # Errors
+    /// As [`Control::open_on`].
+    pub fn control(&self) -> Result<Control, OpenError> {
+        Control::open_on(self)
     }
 
     /// The fleet that it joined.

@@ -186,7 +186,7 @@ impl Producer {
     pub fn update(&self) {
         // A reader that died half connected is cleaned up by the next one to join.
         for result in
-            [self.frames.update_connections(), self.world.update_connections(), self.events.update_connections()]
+            [self.world.update_connections(), self.frames.update_connections(), self.events.update_connections()]
         {
             if let Err(error) = result {
                 tracing::debug!(%error, "connecting readers");

@@ -123,6 +123,12 @@ impl Subscriber {
         self.service.dynamic_config().number_of_publishers() > 0
     }
 
+    /// Removes what dead processes left at this service, so that [`has_producer`](Self::has_producer) is exact.
+    /// Takes a millisecond or so.
+    pub fn forget_dead(&self) {
+        self.service.try_cleanup_dead_nodes();
+    }
+
     /// The place in the fleet that this is opened on.
     pub fn participant(&self) -> &Participant {
         &self.participant
