@@ -7,9 +7,11 @@ use super::CubicBezier;
 /// A derivative shorter than this fraction of the curve's extent counts as zero: it is rounding.
 const NEGLIGIBLE: f64 = 1e-12;
 
-/// Nodes (of [-1, 1], the positive half) and weights of the Gauss-Legendre rule of order 4.
-const GAUSS_LEGENDRE_4: [(f64, f64); 2] =
-    [(0.339_981_043_584_856_3, 0.652_145_154_862_546_1), (0.861_136_311_594_052_6, 0.347_854_845_137_453_85)];
+/// Gauss-Legendre rule of three points in [-1, 1]: the outer ones' distance from the middle, which is √(3/5), and
+/// the weights of an outer one and of the middle.
+const OUTER: f64 = 0.774_596_669_241_483_4;
+const OUTER_WEIGHT: f64 = 5.0 / 9.0;
+const MIDDLE_WEIGHT: f64 = 8.0 / 9.0;
 
 /// Halvings after which [`CubicBezier::length_between`] accepts what it has: 2⁻⁴⁰ of the curve.
 const DEEPEST: u32 = 40;
@@ -81,7 +83,14 @@ impl CubicBezier {
 
     /// Arc length between two parameters in metres: adaptive Gauss-Legendre quadrature of |p'|.
     pub fn length_between(&self, from: f64, to: f64) -> f64 {
-        self.refine(from, to, self.quadrature(from, to), DEEPEST)
+        let velocity = self.velocity();
+        velocity.refine(from, to, velocity.quadrature(from, to), DEEPEST)
+    }
+
+    /// p' ready for evaluation at many points.
+    pub(super) fn velocity(&self) -> Velocity {
+        let [a, b, c] = self.hodograph();
+        Velocity([a, (b - a) * 2.0, a - b * 2.0 + c])
     }
 
     /// Parameters strictly inside (0, 1), ascending, where |p'| has a local minimum that is small compared with
@@ -90,27 +99,6 @@ impl CubicBezier {
         let hodograph = self.hodograph();
         let points = if is_brisk(hodograph) { [None; 3] } else { slow_points(hodograph) };
         points.into_iter().flatten()
-    }
-
-    /// One Gauss-Legendre rule over the whole interval.
-    pub(crate) fn quadrature(&self, from: f64, to: f64) -> f64 {
-        let (half, middle) = ((to - from) / 2.0, (to + from) / 2.0);
-        let pair = |(node, weight): (f64, f64)| {
-            let offset = half * node;
-            weight * (self.derivative(middle - offset).length() + self.derivative(middle + offset).length())
-        };
-        half * (pair(GAUSS_LEGENDRE_4[0]) + pair(GAUSS_LEGENDRE_4[1]))
-    }
-
-    fn refine(&self, from: f64, to: f64, whole: f64, depth: u32) -> f64 {
-        let middle = (from + to) / 2.0;
-        let (left, right) = (self.quadrature(from, middle), self.quadrature(middle, to));
-        let halves = left + right;
-        // The halves are some 2⁸ times better than the whole where the integrand is smooth.
-        if depth == 0 || (halves - whole).abs() <= 1e-9 + 1e-13 * halves {
-            return halves;
-        }
-        self.refine(from, middle, left, depth - 1) + self.refine(middle, to, right, depth - 1)
     }
 
     /// Control points of p', itself a quadratic Bézier curve.
@@ -123,6 +111,35 @@ impl CubicBezier {
     fn extent(&self) -> f64 {
         let [p0, others @ ..] = self.control_points;
         others.into_iter().map(|point| point.distance(p0)).fold(0.0, f64::max)
+    }
+}
+
+/// p' by powers of λ.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Velocity([DVec2; 3]);
+
+impl Velocity {
+    /// p'(λ). Where it is small, rounding shows sooner than in [`CubicBezier::derivative`].
+    pub(super) fn at(&self, lambda: f64) -> DVec2 {
+        self.0[0] + (self.0[1] + self.0[2] * lambda) * lambda
+    }
+
+    /// One Gauss-Legendre rule of |p'| over the whole interval.
+    pub(super) fn quadrature(&self, from: f64, to: f64) -> f64 {
+        let (half, middle) = ((to - from) / 2.0, (to + from) / 2.0);
+        let [left, centre, right] = [-OUTER, 0.0, OUTER].map(|node| self.at(middle + half * node).length());
+        half * (OUTER_WEIGHT * (left + right) + MIDDLE_WEIGHT * centre)
+    }
+
+    fn refine(&self, from: f64, to: f64, whole: f64, depth: u32) -> f64 {
+        let middle = (from + to) / 2.0;
+        let (left, right) = (self.quadrature(from, middle), self.quadrature(middle, to));
+        let halves = left + right;
+        // The halves are some 2⁶ times better than the whole where the integrand is smooth.
+        if depth == 0 || (halves - whole).abs() <= 1e-9 + 1e-13 * halves {
+            return halves;
+        }
+        self.refine(from, middle, left, depth - 1) + self.refine(middle, to, right, depth - 1)
     }
 }
 

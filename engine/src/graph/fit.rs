@@ -11,20 +11,22 @@ use glam::DVec2;
 
 use super::CubicBezier;
 use super::arc_length::{Distance, Piece, PieceInfo};
-use super::bezier::Side;
+use super::bezier::{Side, Velocity};
 
 /// Longest piece in metres: with a step of as much again, `w` still fits [`Distance`].
 const LONGEST: f64 = 8.0;
 /// Metres. A piece this short is accepted whatever its error, as a straight line. Sixteen units of [`Distance`].
 const SHORTEST: f64 = 16.0 / Distance::PER_METRE;
-/// What a fit may be off by, in metres: 1 mm less what `f32` rounds away at 8 km from the origin.
-const POSITION_TOLERANCE: f64 = 0.3e-3;
-/// In radians: three quarters of 0.1°.
-const HEADING_TOLERANCE: f64 = 0.075 * std::f64::consts::PI / 180.0;
-/// Of |p'(w)|: three quarters of 0.1 %.
-const PACE_TOLERANCE: f64 = 0.75e-3;
+/// What a piece may be off by, in metres, less what hides between the points that are measured and what rounding a short length costs.
+const POSITION_TOLERANCE: f64 = 0.95e-3;
+/// In radians, likewise.
+const HEADING_TOLERANCE: f64 = 0.088 * std::f64::consts::PI / 180.0;
+/// Of |p'(w)|: likewise.
+const PACE_TOLERANCE: f64 = 0.88e-3;
+/// Trials after the first good one, after which the longest good one is long enough.
+const ATTEMPTS: u32 = 3;
 /// Intervals into which a trial is cut to measure it.
-const INTERVALS: usize = 8;
+const INTERVALS: usize = 12;
 
 /// A point of the curve that a piece starts or ends at.
 #[derive(Clone, Copy, Debug)]
@@ -105,20 +107,56 @@ impl Polynomial {
 
 /// Cuts a curve into pieces. `tangents` are the unit tangents at its ends, which the caller may know better.
 pub(super) fn fit(curve: &CubicBezier, tangents: [DVec2; 2]) -> Fitted {
-    let mut fitting = Fitting { curve, stretches: Vec::new(), metres: 0.0, units: 0 };
-    let mut tangent = tangents[0];
-    let mut start = 0.0;
+    let mut fitting = Fitting {
+        curve,
+        velocity: curve.velocity(),
+        tolerance: position_tolerance(curve),
+        stretches: Vec::new(),
+        metres: 0.0,
+        units: 0,
+    };
+    let joint = |lambda, tangent| Joint { position: curve.position(lambda), tangent };
+    let (mut at, mut from) = (0.0, joint(0.0, tangents[0]));
     for slow in curve.slow_points() {
-        fitting.span(start, tangent, slow, curve.tangent(slow, Side::Before));
-        (start, tangent) = (slow, curve.tangent(slow, Side::After));
+        let is_fixed = stops_at(curve, slow);
+        let to = joint(slow, curve.tangent(slow, Side::Before));
+        (at, from) = fitting.span(at, from, End { at: slow, joint: to, is_fixed });
+        if is_fixed {
+            from.tangent = curve.tangent(slow, Side::After);
+        }
     }
-    fitting.span(start, tangent, 1.0, tangents[1]);
+    fitting.span(at, from, End { at: 1.0, joint: joint(1.0, tangents[1]), is_fixed: true });
     Fitted(fitting.stretches)
+}
+
+/// Whether a slow point is a cusp, or so near to one that its turn is over within a few units.
+fn stops_at(curve: &CubicBezier, slow: f64) -> bool {
+    // Where |p'| is least, p'' is at right angles to it and this is the radius of curvature.
+    curve.derivative(slow).length_squared() / curve.second_derivative(slow).length() < 8.0 * SHORTEST
+}
+
+/// Where a part of the curve ends that is fitted in one go.
+#[derive(Clone, Copy)]
+struct End {
+    at: f64,
+    joint: Joint,
+    /// It may not even be moved by a unit.
+    is_fixed: bool,
+}
+
+/// What rounding to `f32` leaves of [`POSITION_TOLERANCE`]: twice half a unit in the last place of x and of y.
+fn position_tolerance(curve: &CubicBezier) -> f64 {
+    let farthest = curve.control_points.iter().map(|point| point.abs().max_element()).fold(0.0, f64::max) as f32;
+    let rounding = std::f64::consts::SQRT_2 * f64::from(farthest.next_up() - farthest);
+    (POSITION_TOLERANCE - rounding).max(0.2 * POSITION_TOLERANCE)
 }
 
 /// The work in hand: how far it has come.
 struct Fitting<'a> {
     curve: &'a CubicBezier,
+    velocity: Velocity,
+    /// Metres that positions may be off by.
+    tolerance: f64,
     stretches: Vec<Stretch>,
     metres: f64,
     units: i64,
@@ -133,42 +171,82 @@ struct Trial {
     error: f64,
 }
 
+impl Trial {
+    fn is_good(&self) -> bool {
+        self.error <= 1.0 && self.length <= LONGEST + SHORTEST
+    }
+
+    /// Whether a longer one would hardly be good.
+    fn is_long(&self) -> bool {
+        self.error > 0.6 || self.length > 0.999 * LONGEST
+    }
+}
+
 impl Fitting<'_> {
-    /// Fits a part of the curve along which |p'| has no narrow minimum inside.
-    fn span(&mut self, start: f64, tangent: DVec2, end: f64, end_tangent: DVec2) {
-        let last = Joint { position: self.curve.position(end), tangent: end_tangent };
-        let mut from = Joint { position: self.curve.position(start), tangent };
-        let mut at = start;
-        while at < end {
-            let (to, trial) = self.longest(at, from, end, last);
-            let is_tip = trial.error > 1.0;
-            (at, from) =
-                if to < end { self.push(from, to, trial, is_tip) } else { self.push_last(from, to, trial, is_tip) };
+    /// Fits a part of the curve along which |p'| has no narrow minimum inside. Returns where it ended.
+    fn span(&mut self, start: f64, first: Joint, end: End) -> (f64, Joint) {
+        let (mut at, mut from, mut hint) = (start, first, end.at - start);
+        while at < end.at {
+            let (to, trial) = self.longest(at, from, hint, end);
+            let (to, trial) = self.balanced(at, from, to, end).unwrap_or((to, trial));
+            let is_end = to >= end.at;
+            hint = to - at;
+            (at, from) = self.push(from, to, &trial, is_end && end.is_fixed);
+            if is_end {
+                break;
+            }
         }
+        (at, from)
     }
 
-    /// A good piece from `at`, a long one if possible.
-    fn longest(&self, at: f64, from: Joint, end: f64, last: Joint) -> (f64, Trial) {
-        let mut to = end;
+    /// The longest good piece from `at`, or nearly; if none is good, a very short one. Starts the search at a
+    /// width of `hint`.
+    fn longest(&self, at: f64, from: Joint, hint: f64, end: End) -> (f64, Trial) {
+        let mut best: Option<(f64, Trial)> = None;
+        let mut bad = f64::INFINITY;
+        let mut to = (at + hint).min(end.at);
+        let mut attempts = 0;
         loop {
-            let joint = if to < end { self.joint(to) } else { last };
-            let trial = self.measure(at, from, to, joint);
-            let shrink = if trial.length > LONGEST + SHORTEST {
-                self.shrink_to_longest(at, to, trial.length)
-            } else if trial.error > 1.0 && trial.length > SHORTEST {
-                // Errors go with the third power of the length; equal parts leave no short rest.
-                1.0 / trial.error.cbrt().ceil().clamp(2.0, 8.0)
-            } else {
+            let trial = self.measure(at, from, to, if to < end.at { self.joint(to) } else { end.joint });
+            let next = at + (to - at) * self.scale(at, to, &trial);
+            if trial.is_good() {
+                if to == end.at || trial.is_long() {
+                    return (to, trial);
+                }
+                best = Some((to, trial));
+            } else if best.is_none() && trial.length <= SHORTEST {
                 return (to, trial);
+            } else {
+                bad = to;
+            }
+            attempts += u32::from(best.is_some());
+            let good = match best.take_if(|_| attempts > ATTEMPTS) {
+                Some(best) => return best,
+                None => best.as_ref().map_or(at, |best| best.0),
             };
-            to = at + (to - at) * shrink;
+            to = if good < next && next < bad { next.min(end.at) } else { (good + bad.min(end.at)) / 2.0 };
         }
     }
 
-    /// Newton's step towards the parameter at which a piece has the greatest length, as a part of to - at.
-    fn shrink_to_longest(&self, at: f64, to: f64, length: f64) -> f64 {
-        let step = (length - LONGEST) / (self.curve.derivative(to).length() * (to - at));
-        (1.0 - step).max(0.5 * LONGEST / length)
+    /// Half of what is left instead of nearly all of it: a short rest would only suffer from its length's rounding.
+    fn balanced(&self, at: f64, from: Joint, to: f64, end: End) -> Option<(f64, Trial)> {
+        if to == end.at || end.at - to > 0.5 * (to - at) {
+            return None;
+        }
+        let middle = (at + end.at) / 2.0;
+        let joint = self.joint(middle);
+        let halves = [self.measure(at, from, middle, joint), self.measure(middle, joint, end.at, end.joint)];
+        let is_good = halves.iter().all(Trial::is_good);
+        let [first, _] = halves;
+        is_good.then_some((middle, first))
+    }
+
+    /// By how much to widen or narrow a trial, so that it is as long as it may be.
+    fn scale(&self, at: f64, to: f64, trial: &Trial) -> f64 {
+        // Errors go with the third power of the length where the curve is smooth.
+        let by_error = (0.85 / trial.error).cbrt();
+        let newton = 1.0 + (LONGEST - trial.length) / (self.curve.derivative(to).length() * (to - at));
+        by_error.min(newton.max(0.5 * LONGEST / trial.length)).clamp(0.1, 4.0)
     }
 
     fn joint(&self, at: f64) -> Joint {
@@ -180,7 +258,7 @@ impl Fitting<'_> {
         let lambda = |i: usize| at + (to - at) * (i as f64 / INTERVALS as f64);
         let mut sums = [0.0; INTERVALS + 1];
         for i in 0..INTERVALS {
-            sums[i + 1] = sums[i] + self.curve.quadrature(lambda(i), lambda(i + 1));
+            sums[i + 1] = sums[i] + self.velocity.quadrature(lambda(i), lambda(i + 1));
         }
         let length = sums[INTERVALS];
         let polynomial = Polynomial::hermite(from, joint, length);
@@ -192,35 +270,30 @@ impl Fitting<'_> {
     fn error(&self, polynomial: &Polynomial, w: f64, lambda: f64) -> f64 {
         let derivative = polynomial.derivative(w);
         let pace = derivative.length();
-        let tangent = self.curve.derivative(lambda).normalize_or_zero();
-        let position = polynomial.position(w).distance(self.curve.position(lambda)) / POSITION_TOLERANCE;
+        let tangent = self.velocity.at(lambda);
+        let position = polynomial.position(w).distance(self.curve.position(lambda)) / self.tolerance;
         if derivative.dot(tangent) <= 0.0 {
             return f64::INFINITY;
         }
-        let heading = (derivative.perp_dot(tangent) / pace).abs() / HEADING_TOLERANCE;
+        let heading = derivative.perp_dot(tangent).abs() / (pace * tangent.length() * HEADING_TOLERANCE);
         position.max(heading).max((pace - 1.0).abs() / PACE_TOLERANCE)
     }
 
-    /// Adds a piece that ends inside the span, moving its end by less than a unit so that its length is a whole
-    /// number of units and nothing adds up.
-    fn push(&mut self, from: Joint, to: f64, trial: Trial, is_tip: bool) -> (f64, Joint) {
-        let metres = self.metres + trial.length;
-        let end = self.next_unit(metres);
-        let rounding = end as f64 / Distance::PER_METRE - metres;
-        let to = to + rounding / self.curve.derivative(to).length();
-        self.metres = metres + rounding;
-        let joint = self.joint(to);
-        self.stretches.push(Stretch { from, to: joint, start: self.units, end, is_tip });
-        self.units = end;
-        (to, joint)
-    }
-
-    fn push_last(&mut self, from: Joint, to: f64, trial: Trial, is_tip: bool) -> (f64, Joint) {
+    /// Adds a piece. Unless its end is fixed it is moved by less than a unit, so that the length is a whole number of
+    /// units and nothing adds up. Returns where the piece ends.
+    fn push(&mut self, from: Joint, to: f64, trial: &Trial, is_fixed: bool) -> (f64, Joint) {
         self.metres += trial.length;
         let end = self.next_unit(self.metres);
-        self.stretches.push(Stretch { from, to: trial.to, start: self.units, end, is_tip });
+        let (mut to, mut joint) = (to, trial.to);
+        if !is_fixed {
+            let rounding = end as f64 / Distance::PER_METRE - self.metres;
+            self.metres += rounding;
+            to += rounding / self.curve.derivative(to).length();
+            joint = self.joint(to);
+        }
+        self.stretches.push(Stretch { from, to: joint, start: self.units, end, is_tip: trial.error > 1.0 });
         self.units = end;
-        (to, trial.to)
+        (to, joint)
     }
 
     /// The unit nearest to so many metres from the origin, and beyond the last.

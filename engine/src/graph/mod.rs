@@ -4,6 +4,9 @@ pub mod arc_length;
 pub mod bezier;
 mod fit;
 
+#[cfg(test)]
+mod arc_length_tests;
+
 use std::collections::HashMap;
 
 use glam::DVec2;
