@@ -1,5 +1,12 @@
 //! Route graphs: nodes with poses, and directed Bézier edges between them.
 
+pub mod arc_length;
+pub mod bezier;
+mod fit;
+
+#[cfg(test)]
+mod arc_length_tests;
+
 use std::collections::HashMap;
 
 use glam::DVec2;

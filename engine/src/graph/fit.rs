@@ -1,0 +1,303 @@
+//! Fits arc-length pieces to a Bézier curve.
+//!
+//! A piece is the cubic Hermite polynomial in arc length that has the curve's position and unit tangent at both of
+//! its ends, so neither jumps from one piece to the next. Where pieces end is chosen by their measured error.
+//!
+//! Where the curve stops and turns back (a cusp, p' = 0) there is no smooth heading: a piece ends there, and the
+//! heading turns by π between that piece and the next. A turn so tight that it is over within about a tenth of a
+//! micrometre is taken the same way, at one point.
+
+use glam::DVec2;
+
+use super::CubicBezier;
+use super::arc_length::{Distance, Piece, PieceInfo};
+use super::bezier::{Side, Velocity};
+
+/// Longest piece in metres: with a step of as much again, `w` still fits [`Distance`].
+const LONGEST: f64 = 8.0;
+/// Metres. A piece this short is accepted whatever its error, as a straight line. Sixteen units of [`Distance`].
+const SHORTEST: f64 = 16.0 / Distance::PER_METRE;
+/// What a piece may be off by, in metres, less what hides between the points that are measured and what rounding a short length costs.
+const POSITION_TOLERANCE: f64 = 0.95e-3;
+/// In radians, likewise.
+const HEADING_TOLERANCE: f64 = 0.088 * std::f64::consts::PI / 180.0;
+/// Of |p'(w)|: likewise.
+const PACE_TOLERANCE: f64 = 0.88e-3;
+/// Trials after the first good one, after which the longest good one is long enough.
+const ATTEMPTS: u32 = 3;
+/// Intervals into which a trial is cut to measure it.
+const INTERVALS: usize = 12;
+
+/// A point of the curve that a piece starts or ends at.
+#[derive(Clone, Copy, Debug)]
+struct Joint {
+    position: DVec2,
+    tangent: DVec2,
+}
+
+impl Joint {
+    /// Facing the other way: for driving in the other direction.
+    fn turned(self) -> Self {
+        Self { tangent: -self.tangent, ..self }
+    }
+}
+
+/// A piece to be: between two points of the curve.
+#[derive(Clone, Copy, Debug)]
+struct Stretch {
+    from: Joint,
+    to: Joint,
+    /// Units of [`Distance`] from the edge's origin.
+    start: i64,
+    end: i64,
+    /// Too short to tell its turn: straight.
+    is_tip: bool,
+}
+
+/// A curve cut into stretches, from which the pieces of both gears are made.
+#[derive(Clone, Debug)]
+pub(super) struct Fitted(Vec<Stretch>);
+
+impl Fitted {
+    /// Pieces from P0 to P3.
+    pub(super) fn forward(&self) -> impl Iterator<Item = (Piece, PieceInfo)> {
+        self.0.iter().map(|stretch| stretch.piece(stretch.from, stretch.to, stretch.end))
+    }
+
+    /// Pieces from P3 to P0.
+    pub(super) fn reverse(&self) -> impl Iterator<Item = (Piece, PieceInfo)> {
+        self.0.iter().rev().map(|stretch| stretch.piece(stretch.to.turned(), stretch.from.turned(), stretch.start))
+    }
+}
+
+impl Stretch {
+    fn piece(&self, from: Joint, to: Joint, s_end: i64) -> (Piece, PieceInfo) {
+        let length = Distance((self.end - self.start) as i32);
+        let polynomial = match self.is_tip {
+            true => Polynomial([to.position, to.tangent, DVec2::ZERO, DVec2::ZERO]),
+            false => Polynomial::hermite(from, to, length.to_metres()),
+        };
+        (polynomial.to_piece(), PieceInfo { length, s_end: (s_end as f64 / Distance::PER_METRE) as f32 })
+    }
+}
+
+/// A piece in `f64`: coefficients of the powers of w.
+struct Polynomial([DVec2; 4]);
+
+impl Polynomial {
+    /// The cubic with these positions and derivatives at w = -length and w = 0.
+    fn hermite(from: Joint, to: Joint, length: f64) -> Self {
+        let mean = (to.position - from.position) / length;
+        let bend = from.tangent + to.tangent - mean * 2.0;
+        Self([to.position, to.tangent, (bend + to.tangent - mean) / length, bend / (length * length)])
+    }
+
+    fn position(&self, w: f64) -> DVec2 {
+        self.0[0] + (self.0[1] + (self.0[2] + self.0[3] * w) * w) * w
+    }
+
+    fn derivative(&self, w: f64) -> DVec2 {
+        self.0[1] + (self.0[2] * 2.0 + self.0[3] * (3.0 * w)) * w
+    }
+
+    fn to_piece(&self) -> Piece {
+        Piece { x: self.0.map(|c| c.x as f32), y: self.0.map(|c| c.y as f32) }
+    }
+}
+
+/// Cuts a curve into pieces. `tangents` are the unit tangents at its ends, which the caller may know better.
+pub(super) fn fit(curve: &CubicBezier, tangents: [DVec2; 2]) -> Fitted {
+    let mut fitting = Fitting {
+        curve,
+        velocity: curve.velocity(),
+        tolerance: position_tolerance(curve),
+        stretches: Vec::new(),
+        metres: 0.0,
+        units: 0,
+    };
+    let joint = |lambda, tangent| Joint { position: curve.position(lambda), tangent };
+    let (mut at, mut from) = (0.0, joint(0.0, tangents[0]));
+    for slow in curve.slow_points() {
+        let is_fixed = stops_at(curve, slow);
+        let to = joint(slow, curve.tangent(slow, Side::Before));
+        (at, from) = fitting.span(at, from, End { at: slow, joint: to, is_fixed });
+        if is_fixed {
+            from.tangent = curve.tangent(slow, Side::After);
+        }
+    }
+    fitting.span(at, from, End { at: 1.0, joint: joint(1.0, tangents[1]), is_fixed: true });
+    Fitted(fitting.stretches)
+}
+
+/// Whether a slow point is a cusp, or so near to one that its turn is over within a few units.
+fn stops_at(curve: &CubicBezier, slow: f64) -> bool {
+    // Where |p'| is least, p'' is at right angles to it and this is the radius of curvature.
+    curve.derivative(slow).length_squared() / curve.second_derivative(slow).length() < 8.0 * SHORTEST
+}
+
+/// Where a part of the curve ends that is fitted in one go.
+#[derive(Clone, Copy)]
+struct End {
+    at: f64,
+    joint: Joint,
+    /// It may not even be moved by a unit.
+    is_fixed: bool,
+}
+
+/// What rounding to `f32` leaves of [`POSITION_TOLERANCE`]: twice half a unit in the last place of x and of y.
+fn position_tolerance(curve: &CubicBezier) -> f64 {
+    let farthest = curve.control_points.iter().map(|point| point.abs().max_element()).fold(0.0, f64::max) as f32;
+    let rounding = std::f64::consts::SQRT_2 * f64::from(farthest.next_up() - farthest);
+    (POSITION_TOLERANCE - rounding).max(0.2 * POSITION_TOLERANCE)
+}
+
+/// The work in hand: how far it has come.
+struct Fitting<'a> {
+    curve: &'a CubicBezier,
+    velocity: Velocity,
+    /// Metres that positions may be off by.
+    tolerance: f64,
+    stretches: Vec<Stretch>,
+    metres: f64,
+    units: i64,
+}
+
+/// The curve from one parameter to another as one piece.
+struct Trial {
+    to: Joint,
+    /// Metres.
+    length: f64,
+    /// Relative to what is tolerated; good up to 1.
+    error: f64,
+}
+
+impl Trial {
+    fn is_good(&self) -> bool {
+        self.error <= 1.0 && self.length <= LONGEST + SHORTEST
+    }
+
+    /// Whether a longer one would hardly be good.
+    fn is_long(&self) -> bool {
+        self.error > 0.6 || self.length > 0.999 * LONGEST
+    }
+}
+
+impl Fitting<'_> {
+    /// Fits a part of the curve along which |p'| has no narrow minimum inside. Returns where it ended.
+    fn span(&mut self, start: f64, first: Joint, end: End) -> (f64, Joint) {
+        let (mut at, mut from, mut hint) = (start, first, end.at - start);
+        while at < end.at {
+            let (to, trial) = self.longest(at, from, hint, end);
+            let (to, trial) = self.balanced(at, from, to, end).unwrap_or((to, trial));
+            let is_end = to >= end.at;
+            hint = to - at;
+            (at, from) = self.push(from, to, &trial, is_end && end.is_fixed);
+            if is_end {
+                break;
+            }
+        }
+        (at, from)
+    }
+
+    /// The longest good piece from `at`, or nearly; if none is good, a very short one. Starts the search at a
+    /// width of `hint`.
+    fn longest(&self, at: f64, from: Joint, hint: f64, end: End) -> (f64, Trial) {
+        let mut best: Option<(f64, Trial)> = None;
+        let mut bad = f64::INFINITY;
+        let mut to = (at + hint).min(end.at);
+        let mut attempts = 0;
+        loop {
+            let trial = self.measure(at, from, to, if to < end.at { self.joint(to) } else { end.joint });
+            let next = at + (to - at) * self.scale(at, to, &trial);
+            if trial.is_good() {
+                if to == end.at || trial.is_long() {
+                    return (to, trial);
+                }
+                best = Some((to, trial));
+            } else if best.is_none() && trial.length <= SHORTEST {
+                return (to, trial);
+            } else {
+                bad = to;
+            }
+            attempts += u32::from(best.is_some());
+            let good = match best.take_if(|_| attempts > ATTEMPTS) {
+                Some(best) => return best,
+                None => best.as_ref().map_or(at, |best| best.0),
+            };
+            to = if good < next && next < bad { next.min(end.at) } else { (good + bad.min(end.at)) / 2.0 };
+        }
+    }
+
+    /// Half of what is left instead of nearly all of it: a short rest would only suffer from its length's rounding.
+    fn balanced(&self, at: f64, from: Joint, to: f64, end: End) -> Option<(f64, Trial)> {
+        if to == end.at || end.at - to > 0.5 * (to - at) {
+            return None;
+        }
+        let middle = (at + end.at) / 2.0;
+        let joint = self.joint(middle);
+        let halves = [self.measure(at, from, middle, joint), self.measure(middle, joint, end.at, end.joint)];
+        let is_good = halves.iter().all(Trial::is_good);
+        let [first, _] = halves;
+        is_good.then_some((middle, first))
+    }
+
+    /// By how much to widen or narrow a trial, so that it is as long as it may be.
+    fn scale(&self, at: f64, to: f64, trial: &Trial) -> f64 {
+        // Errors go with the third power of the length where the curve is smooth.
+        let by_error = (0.85 / trial.error).cbrt();
+        let newton = 1.0 + (LONGEST - trial.length) / (self.curve.derivative(to).length() * (to - at));
+        by_error.min(newton.max(0.5 * LONGEST / trial.length)).clamp(0.1, 4.0)
+    }
+
+    fn joint(&self, at: f64) -> Joint {
+        Joint { position: self.curve.position(at), tangent: self.curve.tangent(at, Side::Before) }
+    }
+
+    /// Fits one piece and compares it with the curve in between.
+    fn measure(&self, at: f64, from: Joint, to: f64, joint: Joint) -> Trial {
+        let lambda = |i: usize| at + (to - at) * (i as f64 / INTERVALS as f64);
+        let mut sums = [0.0; INTERVALS + 1];
+        for i in 0..INTERVALS {
+            sums[i + 1] = sums[i] + self.velocity.quadrature(lambda(i), lambda(i + 1));
+        }
+        let length = sums[INTERVALS];
+        let polynomial = Polynomial::hermite(from, joint, length);
+        let error = |i: usize| self.error(&polynomial, sums[i] - length, lambda(i));
+        Trial { to: joint, length, error: (1..INTERVALS).map(error).fold(0.0, f64::max) }
+    }
+
+    /// The worst of the three errors at a point, relative to what is tolerated.
+    fn error(&self, polynomial: &Polynomial, w: f64, lambda: f64) -> f64 {
+        let derivative = polynomial.derivative(w);
+        let pace = derivative.length();
+        let tangent = self.velocity.at(lambda);
+        let position = polynomial.position(w).distance(self.curve.position(lambda)) / self.tolerance;
+        if derivative.dot(tangent) <= 0.0 {
+            return f64::INFINITY;
+        }
+        let heading = derivative.perp_dot(tangent).abs() / (pace * tangent.length() * HEADING_TOLERANCE);
+        position.max(heading).max((pace - 1.0).abs() / PACE_TOLERANCE)
+    }
+
+    /// Adds a piece. Unless its end is fixed it is moved by less than a unit, so that the length is a whole number of
+    /// units and nothing adds up. Returns where the piece ends.
+    fn push(&mut self, from: Joint, to: f64, trial: &Trial, is_fixed: bool) -> (f64, Joint) {
+        self.metres += trial.length;
+        let end = self.next_unit(self.metres);
+        let (mut to, mut joint) = (to, trial.to);
+        if !is_fixed {
+            let rounding = end as f64 / Distance::PER_METRE - self.metres;
+            self.metres += rounding;
+            to += rounding / self.curve.derivative(to).length();
+            joint = self.joint(to);
+        }
+        self.stretches.push(Stretch { from, to: joint, start: self.units, end, is_tip: trial.error > 1.0 });
+        self.units = end;
+        (to, joint)
+    }
+
+    /// The unit nearest to so many metres from the origin, and beyond the last.
+    fn next_unit(&self, metres: f64) -> i64 {
+        ((metres * Distance::PER_METRE).round_ties_even() as i64).max(self.units + 1)
+    }
+}
