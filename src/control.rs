@@ -1,13 +1,17 @@
 //! `regatta pause | resume | step | speed | robots | status`: talking to a running fleet.
 
 use std::process::ExitCode;
+use std::time::Duration;
 
 use regatta_engine::clock::Speed;
 use regatta_plugin::control::ControlResponse;
-use regatta_plugin::subscribe::{Control, ControlError};
+use regatta_plugin::{Control, ControlError};
 
 use crate::Failure;
 use crate::cli::Target;
+
+/// How long a step may take.
+const STEP_PATIENCE: Duration = Duration::from_secs(3600);
 
 pub fn pause(target: &Target) -> Result<ExitCode, Failure> {
     tell(target, Control::pause)
@@ -18,7 +22,7 @@ pub fn resume(target: &Target) -> Result<ExitCode, Failure> {
 }
 
 pub fn step(ticks: u64, target: &Target) -> Result<ExitCode, Failure> {
-    tell(target, |control| control.step(ticks))
+    tell(target, |control| control.step(ticks, STEP_PATIENCE))
 }
 
 pub fn speed(speed: Speed, target: &Target) -> Result<ExitCode, Failure> {
@@ -26,20 +30,20 @@ pub fn speed(speed: Speed, target: &Target) -> Result<ExitCode, Failure> {
 }
 
 pub fn robots(robots: u32, target: &Target) -> Result<ExitCode, Failure> {
-    tell(target, |control| control.robots(robots))
+    tell(target, |control| control.robots(u64::from(robots)))
 }
 
 pub fn status(json: bool, target: &Target) -> Result<ExitCode, Failure> {
-    let status = Control::connect(&target.fleet)?.status()?;
+    let status = Control::open(&target.fleet)?.status()?;
     println!("{}", if json { json_of(&status) } else { line(&status) });
     Ok(ExitCode::SUCCESS)
 }
 
 fn tell(
     target: &Target,
-    request: impl FnOnce(&mut Control) -> Result<ControlResponse, ControlError>,
+    request: impl FnOnce(&Control) -> Result<ControlResponse, ControlError>,
 ) -> Result<ExitCode, Failure> {
-    let status = request(&mut Control::connect(&target.fleet)?)?;
+    let status = request(&Control::open(&target.fleet)?)?;
     println!("{}", line(&status));
     Ok(ExitCode::SUCCESS)
 }

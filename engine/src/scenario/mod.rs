@@ -45,7 +45,7 @@ pub struct RobotGroup {
     /// How many; at least one.
     pub count: u32,
     /// Index into the scenario's robot types.
-    pub robot_type: u32,
+    pub robot_type: u16,
     /// Where they start and what they drive.
     pub start: Start,
 }
@@ -143,7 +143,7 @@ impl Scenario {
     pub fn from_texts(text: &str, graph_text: &str, name: &Path, overrides: &Overrides) -> Result<Self, ScenarioError> {
         let file = parse(text, name)?;
         let (graph, findings) =
-            graph::parse(graph_text, &file.graph, &graph::ReadOptions { handles: overrides.handles })?;
+            graph::parse(graph_text, &file.graph.display().to_string(), &graph::ReadOptions { handles: overrides.handles })?;
         let warnings = findings.iter().map(ToString::to_string).collect();
         resolve::resolve(file, name, graph, warnings, overrides)
     }
