@@ -1,5 +1,9 @@
 //! Route graphs: nodes with poses, and directed Bézier edges between them.
 
+pub mod arc_length;
+pub mod bezier;
+mod fit;
+
 use std::collections::HashMap;
 
 use glam::DVec2;

@@ -1,0 +1,175 @@
+//! Cubic Bézier curves: points, derivatives, tangents and arc length, in `f64`.
+
+use glam::DVec2;
+
+use super::CubicBezier;
+
+/// A derivative shorter than this fraction of the curve's extent counts as zero: it is rounding.
+const NEGLIGIBLE: f64 = 1e-12;
+
+/// Nodes (of [-1, 1], the positive half) and weights of the Gauss-Legendre rule of order 4.
+const GAUSS_LEGENDRE_4: [(f64, f64); 2] =
+    [(0.339_981_043_584_856_3, 0.652_145_154_862_546_1), (0.861_136_311_594_052_6, 0.347_854_845_137_453_85)];
+
+/// Halvings after which [`CubicBezier::length_between`] accepts what it has: 2⁻⁴⁰ of the curve.
+const DEEPEST: u32 = 40;
+
+/// From where a parameter is approached; tells the two tangents of a cusp apart.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Side {
+    /// From smaller parameters: the heading on arrival.
+    Before,
+    /// From larger parameters: the heading on departure.
+    After,
+}
+
+impl CubicBezier {
+    /// The straight segment, driven at an even pace: evenly spaced control points.
+    pub fn straight(p0: DVec2, p3: DVec2) -> Self {
+        Self { control_points: [p0, p0.lerp(p3, 1.0 / 3.0), p0.lerp(p3, 2.0 / 3.0), p3] }
+    }
+
+    /// The same points in the opposite direction.
+    #[must_use]
+    pub fn reversed(&self) -> Self {
+        let [p0, p1, p2, p3] = self.control_points;
+        Self { control_points: [p3, p2, p1, p0] }
+    }
+
+    /// The point at `lambda` in [0, 1] (equation 3.7), in metres. The ends are exactly P0 and P3.
+    pub fn position(&self, lambda: f64) -> DVec2 {
+        let [p0, p1, p2, p3] = self.control_points;
+        let mu = 1.0 - lambda;
+        p0 * (mu * mu * mu) + (p1 * mu + p2 * lambda) * (3.0 * mu * lambda) + p3 * (lambda * lambda * lambda)
+    }
+
+    /// p'(λ), in metres.
+    pub fn derivative(&self, lambda: f64) -> DVec2 {
+        let [a, b, c] = self.hodograph();
+        let mu = 1.0 - lambda;
+        a * (mu * mu) + b * (2.0 * mu * lambda) + c * (lambda * lambda)
+    }
+
+    /// p''(λ), in metres.
+    pub fn second_derivative(&self, lambda: f64) -> DVec2 {
+        let [a, b, c] = self.hodograph();
+        ((b - a) * (1.0 - lambda) + (c - b) * lambda) * 2.0
+    }
+
+    /// p''', the same everywhere, in metres.
+    pub fn third_derivative(&self) -> DVec2 {
+        let [a, b, c] = self.hodograph();
+        (a - b * 2.0 + c) * 2.0
+    }
+
+    /// Unit tangent at `lambda` in [0, 1]. Where p' = 0 (a handle of length zero, a cusp) it is the limit
+    /// from `side`, or from inside the curve at its ends. (1, 0) if all control points coincide.
+    pub fn tangent(&self, lambda: f64, side: Side) -> DVec2 {
+        let after = lambda <= 0.0 || (side == Side::After && lambda < 1.0);
+        let towards = if after { 1.0 } else { -1.0 };
+        let negligible = NEGLIGIBLE * self.extent();
+        [self.derivative(lambda), self.second_derivative(lambda) * towards, self.third_derivative()]
+            .into_iter()
+            .find(|candidate| candidate.length() > negligible)
+            .map_or(DVec2::X, DVec2::normalize)
+    }
+
+    /// Arc length in metres, to about a nanometre.
+    pub fn length(&self) -> f64 {
+        self.slow_points().chain([1.0]).fold((0.0, 0.0), |(sum, from), to| (sum + self.length_between(from, to), to)).0
+    }
+
+    /// Arc length between two parameters in metres: adaptive Gauss-Legendre quadrature of |p'|.
+    pub fn length_between(&self, from: f64, to: f64) -> f64 {
+        self.refine(from, to, self.quadrature(from, to), DEEPEST)
+    }
+
+    /// Parameters strictly inside (0, 1), ascending, where |p'| has a local minimum that is small compared with
+    /// the rest of the curve: cusps and places that nearly are.
+    pub(crate) fn slow_points(&self) -> impl Iterator<Item = f64> + use<> {
+        let hodograph = self.hodograph();
+        let points = if is_brisk(hodograph) { [None; 3] } else { slow_points(hodograph) };
+        points.into_iter().flatten()
+    }
+
+    /// One Gauss-Legendre rule over the whole interval.
+    pub(crate) fn quadrature(&self, from: f64, to: f64) -> f64 {
+        let (half, middle) = ((to - from) / 2.0, (to + from) / 2.0);
+        let pair = |(node, weight): (f64, f64)| {
+            let offset = half * node;
+            weight * (self.derivative(middle - offset).length() + self.derivative(middle + offset).length())
+        };
+        half * (pair(GAUSS_LEGENDRE_4[0]) + pair(GAUSS_LEGENDRE_4[1]))
+    }
+
+    fn refine(&self, from: f64, to: f64, whole: f64, depth: u32) -> f64 {
+        let middle = (from + to) / 2.0;
+        let (left, right) = (self.quadrature(from, middle), self.quadrature(middle, to));
+        let halves = left + right;
+        // The halves are some 2⁸ times better than the whole where the integrand is smooth.
+        if depth == 0 || (halves - whole).abs() <= 1e-9 + 1e-13 * halves {
+            return halves;
+        }
+        self.refine(from, middle, left, depth - 1) + self.refine(middle, to, right, depth - 1)
+    }
+
+    /// Control points of p', itself a quadratic Bézier curve.
+    fn hodograph(&self) -> [DVec2; 3] {
+        let [p0, p1, p2, p3] = self.control_points;
+        [(p1 - p0) * 3.0, (p2 - p1) * 3.0, (p3 - p2) * 3.0]
+    }
+
+    /// An upper bound on how far the curve strays from P0.
+    fn extent(&self) -> f64 {
+        let [p0, others @ ..] = self.control_points;
+        others.into_iter().map(|point| point.distance(p0)).fold(0.0, f64::max)
+    }
+}
+
+/// Whether p' stays well away from zero, told from its convex hull alone: true for nearly every real edge.
+fn is_brisk(hodograph: [DVec2; 3]) -> bool {
+    let axis = hodograph[0] + hodograph[1] + hodograph[2];
+    let fastest = hodograph.map(DVec2::length).into_iter().fold(0.0, f64::max);
+    hodograph.into_iter().all(|point| point.dot(axis) > 0.1 * fastest * axis.length())
+}
+
+/// Minima of |p'|² in (0, 1) where |p'| is below a tenth of the hodograph's greatest. One is always absent: a
+/// quartic has two minima at most.
+fn slow_points([p, q, r]: [DVec2; 3]) -> [Option<f64>; 3] {
+    let (a, b, c) = (p - q * 2.0 + r, (q - p) * 2.0, p);
+    // p' = aλ² + bλ + c, so p'·p'', half the derivative of |p'|², is a cubic.
+    let slope = [b.dot(c), b.length_squared() + 2.0 * a.dot(c), 3.0 * a.dot(b), 2.0 * a.length_squared()];
+    let fastest = [p, q, r].map(DVec2::length).into_iter().fold(0.0, f64::max);
+    rising_roots(slope).map(|root| root.filter(|&at| ((a * at + b) * at + c).length() < 0.1 * fastest))
+}
+
+/// Roots in (0, 1) at which c₀ + c₁λ + c₂λ² + c₃λ³ turns from negative to positive, one a monotone stretch.
+fn rising_roots(c: [f64; 4]) -> [Option<f64>; 3] {
+    let value = |at: f64| c[0] + at * (c[1] + at * (c[2] + at * c[3]));
+    let [first, second] = quadratic_roots(c[1], 2.0 * c[2], 3.0 * c[3]).map(|root| root.clamp(0.0, 1.0));
+    [(0.0, first), (first, second), (second, 1.0)].map(|(low, high)| {
+        let rises = value(low) < 0.0 && value(high) > 0.0;
+        rises.then(|| bisect(low, high, value)).filter(|root| (1e-9..=1.0 - 1e-9).contains(root))
+    })
+}
+
+/// Where `value`, negative at `low` and positive at `high`, changes its sign.
+fn bisect(mut low: f64, mut high: f64, value: impl Fn(f64) -> f64) -> f64 {
+    for _ in 0..60 {
+        let middle = (low + high) / 2.0;
+        *(if value(middle) < 0.0 { &mut low } else { &mut high }) = middle;
+    }
+    (low + high) / 2.0
+}
+
+/// Real roots of c₀ + c₁λ + c₂λ², ascending; any finite numbers in place of those that don't exist.
+fn quadratic_roots(c0: f64, c1: f64, c2: f64) -> [f64; 2] {
+    let discriminant = c1 * c1 - 4.0 * c2 * c0;
+    if discriminant < 0.0 {
+        return [0.0; 2];
+    }
+    // The form that doesn't cancel; a division by zero means that the root is elsewhere.
+    let q = -0.5 * (c1 + discriminant.sqrt().copysign(c1));
+    let [one, other] = [q / c2, c0 / q].map(|root| if root.is_finite() { root } else { 0.0 });
+    [one.min(other), one.max(other)]
+}
