@@ -4,4 +4,6 @@
 //! can't be wrong. `motion` moves every robot of the fleet by one tick and writes its pose straight into
 //! the frame that readers will see.
 
+pub mod fleet;
 pub mod graph;
+pub mod motion;

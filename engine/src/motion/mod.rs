@@ -21,13 +21,14 @@ mod rows;
 mod scalar;
 
 pub use isa::{Isa, ParseIsaError};
+pub(crate) use profile::UNLIMITED;
 pub(crate) use roads::{Onward, Roads};
-pub(crate) use rows::{LimitRows, Rows};
+pub(crate) use rows::{LimitRows, Rows, split_frame};
 
 use regatta_plugin::frame::ColumnsMut;
 
 use crate::fleet::{Events, Plans, RobotType};
-use crate::graph::Distance;
+use crate::graph::arc_length::Distance;
 
 /// Rows in a block. Fixed, as events come in the order of blocks.
 pub(crate) const BLOCK: usize = 1024;
@@ -76,23 +77,23 @@ impl Listed {
 }
 
 /// Everything that a tick reads and doesn't change.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Motion<'fleet> {
-    pub roads: &'fleet Roads,
-    pub plans: &'fleet Plans,
-    pub types: &'fleet [RobotType],
+#[derive(Debug)]
+pub(crate) struct Motion {
+    pub roads: Roads,
+    pub plans: Plans,
+    pub types: Vec<RobotType>,
     pub pace: Pace,
     pub isa: Isa,
 }
 
-impl Motion<'_> {
+impl Motion {
     /// One tick of these rows, into the frame if there is one.
     pub(crate) fn step(&self, mut rows: Rows, mut frame: Option<ColumnsMut>, events: &mut Events) {
         while !rows.is_empty() {
             let (mut block, rest) = rows.split_at(BLOCK);
             self.step_block(&mut block, events);
             if let Some(columns) = frame {
-                let (now, later) = rows::split_frame(columns, BLOCK);
+                let (now, later) = split_frame(columns, BLOCK);
                 self.write_block(&block, now);
                 frame = Some(later);
             }
@@ -104,7 +105,7 @@ impl Motion<'_> {
     pub(crate) fn write(&self, mut rows: Rows, mut columns: ColumnsMut) {
         while !rows.is_empty() {
             let (block, rest) = rows.split_at(BLOCK);
-            let (now, later) = rows::split_frame(columns, BLOCK);
+            let (now, later) = split_frame(columns, BLOCK);
             self.write_block(&block, now);
             (rows, columns) = (rest, later);
         }

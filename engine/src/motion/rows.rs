@@ -14,7 +14,7 @@ pub(crate) struct Rows<'fleet> {
     pub first: u32,
     /// Row of the piece that the robot is on; [`REVERSE`] is set in reverse gear.
     pub piece: &'fleet mut [u32],
-    /// Distance from the end of the piece, in units of [`Distance`](crate::graph::Distance); ≤ 0.
+    /// Distance from the end of the piece, in units of [`Distance`](crate::graph::arc_length::Distance); ≤ 0.
     pub w: &'fleet mut [i32],
     /// Metres per second in the driving direction; ≥ 0.
     pub speed: &'fleet mut [f32],
@@ -54,6 +54,10 @@ impl LimitRows<'_> {
 impl<'fleet> Rows<'fleet> {
     pub(crate) fn is_empty(&self) -> bool {
         self.piece.is_empty()
+    }
+
+    pub(crate) fn len(&self) -> usize {
+        self.piece.len()
     }
 
     /// The first `count` rows (all, if there are fewer) and the others.
