@@ -4,8 +4,8 @@
 //! its ends, so neither jumps from one piece to the next. Where pieces end is chosen by their measured error.
 //!
 //! Where the curve stops and turns back (a cusp, p' = 0) there is no smooth heading: a piece ends there, and the
-//! heading turns by π between that piece and the next. A turn so tight that it is over within about a tenth of a
-//! micrometre is taken the same way, at one point.
+//! heading turns by π between that piece and the next. So it does, in steps, where the curve turns within a few units
+//! of [`Distance`]; the bounds of heading and pace hold wherever the radius of curvature is 30 µm or more.
 
 use glam::DVec2;
 
@@ -22,11 +22,11 @@ const POSITION_TOLERANCE: f64 = 0.95e-3;
 /// In radians, likewise.
 const HEADING_TOLERANCE: f64 = 0.088 * std::f64::consts::PI / 180.0;
 /// Of |p'(w)|: likewise.
-const PACE_TOLERANCE: f64 = 0.88e-3;
+const PACE_TOLERANCE: f64 = 0.85e-3;
 /// Trials after the first good one, after which the longest good one is long enough.
 const ATTEMPTS: u32 = 3;
 /// Intervals into which a trial is cut to measure it.
-const INTERVALS: usize = 12;
+const INTERVALS: usize = 16;
 
 /// A point of the curve that a piece starts or ends at.
 #[derive(Clone, Copy, Debug)]
@@ -186,13 +186,12 @@ impl Fitting<'_> {
     /// Fits a part of the curve along which |p'| has no narrow minimum inside. Returns where it ended.
     fn span(&mut self, start: f64, first: Joint, end: End) -> (f64, Joint) {
         let (mut at, mut from, mut hint) = (start, first, end.at - start);
-        while at < end.at {
+        loop {
             let (to, trial) = self.longest(at, from, hint, end);
             let (to, trial) = self.balanced(at, from, to, end).unwrap_or((to, trial));
-            let is_end = to >= end.at;
             hint = to - at;
-            (at, from) = self.push(from, to, &trial, is_end && end.is_fixed);
-            if is_end {
+            (at, from) = self.push(from, to, &trial, end);
+            if to == end.at {
                 break;
             }
         }
@@ -255,7 +254,11 @@ impl Fitting<'_> {
 
     /// Fits one piece and compares it with the curve in between.
     fn measure(&self, at: f64, from: Joint, to: f64, joint: Joint) -> Trial {
-        let lambda = |i: usize| at + (to - at) * (i as f64 / INTERVALS as f64);
+        // Denser towards the ends, where a slow point may hide.
+        let lambda = |i: usize| {
+            let even = i as f64 / INTERVALS as f64;
+            at + (to - at) * (even * even * (3.0 - 2.0 * even))
+        };
         let mut sums = [0.0; INTERVALS + 1];
         for i in 0..INTERVALS {
             sums[i + 1] = sums[i] + self.velocity.quadrature(lambda(i), lambda(i + 1));
@@ -279,20 +282,21 @@ impl Fitting<'_> {
         position.max(heading).max((pace - 1.0).abs() / PACE_TOLERANCE)
     }
 
-    /// Adds a piece. Unless its end is fixed it is moved by less than a unit, so that the length is a whole number of
+    /// Adds a piece. If it can, it moves the piece's end by less than a unit, so that the length is a whole number of
     /// units and nothing adds up. Returns where the piece ends.
-    fn push(&mut self, from: Joint, to: f64, trial: &Trial, is_fixed: bool) -> (f64, Joint) {
+    fn push(&mut self, from: Joint, to: f64, trial: &Trial, end: End) -> (f64, Joint) {
         self.metres += trial.length;
-        let end = self.next_unit(self.metres);
+        let unit = self.next_unit(self.metres);
+        let rounding = unit as f64 / Distance::PER_METRE - self.metres;
+        let shift = rounding / self.curve.derivative(to).length();
         let (mut to, mut joint) = (to, trial.to);
-        if !is_fixed {
-            let rounding = end as f64 / Distance::PER_METRE - self.metres;
+        if !end.is_fixed || shift.abs() < 0.1 * (end.at - to) {
             self.metres += rounding;
-            to += rounding / self.curve.derivative(to).length();
+            to += shift;
             joint = self.joint(to);
         }
-        self.stretches.push(Stretch { from, to: joint, start: self.units, end, is_tip: trial.error > 1.0 });
-        self.units = end;
+        self.stretches.push(Stretch { from, to: joint, start: self.units, end: unit, is_tip: trial.error > 1.0 });
+        self.units = unit;
         (to, joint)
     }
 
