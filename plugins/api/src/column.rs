@@ -136,10 +136,8 @@ impl ColumnReader {
     /// As [`Subscriber::open`](crate::Subscriber::open).
     pub fn open_on(participant: &Participant, name: &ColumnName) -> Result<Self, OpenError> {
         let service = qos::column(&participant.node, participant.fleet(), name)?;
-        let columns = service
-            .subscriber_builder()
-            .create()
-            .map_err(|e| qos::full_or(service.name(), qos::MAX_READERS, e))?;
+        let columns =
+            service.subscriber_builder().create().map_err(|e| qos::full_or(service.name(), qos::MAX_READERS, e))?;
         Ok(Self { columns, held: None, service })
     }
 

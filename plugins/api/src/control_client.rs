@@ -59,6 +59,9 @@ pub const TIMEOUT: Duration = Duration::from_secs(5);
 /// Between two looks for an answer.
 const POLL: Duration = Duration::from_micros(500);
 
+/// Between two looks whether the engine is still alive.
+const CHECK: Duration = Duration::from_secs(1);
+
 /// Controls a fleet's engine.
 #[derive(Debug)]
 pub struct Control {
@@ -100,7 +103,7 @@ impl Control {
     ///
     /// # Errors
     /// [`ControlError`].
-    pub fn status(&self) -> Result<ControlResponse, ControlError> {
+    pub fn status(&mut self) -> Result<ControlResponse, ControlError> {
         self.request(ControlRequest::new(ControlKind::Status), TIMEOUT)
     }
 
@@ -108,7 +111,7 @@ impl Control {
     ///
     /// # Errors
     /// [`ControlError`].
-    pub fn pause(&self) -> Result<ControlResponse, ControlError> {
+    pub fn pause(&mut self) -> Result<ControlResponse, ControlError> {
         self.request(ControlRequest::new(ControlKind::Pause), TIMEOUT)
     }
 
@@ -116,23 +119,23 @@ impl Control {
     ///
     /// # Errors
     /// [`ControlError`].
-    pub fn resume(&self) -> Result<ControlResponse, ControlError> {
+    pub fn resume(&mut self) -> Result<ControlResponse, ControlError> {
         self.request(ControlRequest::new(ControlKind::Resume), TIMEOUT)
     }
 
-    /// Advances a paused run by `ticks`, and returns when they are done.
+    /// Advances a paused run by `ticks`, and returns when they are done, however long that takes.
     ///
     /// # Errors
-    /// [`ControlError`]; [`ControlError::Timeout`] if they take longer than `timeout`.
-    pub fn step(&self, ticks: u64, timeout: Duration) -> Result<ControlResponse, ControlError> {
-        self.request(ControlRequest { count: ticks, ..ControlRequest::new(ControlKind::Step) }, timeout)
+    /// [`ControlError`].
+    pub fn step(&mut self, ticks: u64) -> Result<ControlResponse, ControlError> {
+        self.request(ControlRequest { count: ticks, ..ControlRequest::new(ControlKind::Step) }, Duration::MAX)
     }
 
     /// Changes the wanted speed, in simulated seconds per wall second; `f32::INFINITY` for as fast as possible.
     ///
     /// # Errors
     /// [`ControlError`].
-    pub fn speed(&self, speed: f32) -> Result<ControlResponse, ControlError> {
+    pub fn speed(&mut self, speed: f32) -> Result<ControlResponse, ControlError> {
         self.request(ControlRequest { speed, ..ControlRequest::new(ControlKind::Speed) }, TIMEOUT)
     }
 
@@ -140,15 +143,15 @@ impl Control {
     ///
     /// # Errors
     /// [`ControlError`].
-    pub fn robots(&self, count: u64) -> Result<ControlResponse, ControlError> {
-        self.request(ControlRequest { count, ..ControlRequest::new(ControlKind::Robots) }, TIMEOUT)
+    pub fn robots(&mut self, count: u32) -> Result<ControlResponse, ControlError> {
+        self.request(ControlRequest { count: count.into(), ..ControlRequest::new(ControlKind::Robots) }, TIMEOUT)
     }
 
     /// Sends a request and waits for its answer.
     ///
     /// # Errors
     /// [`ControlError`].
-    pub fn request(&self, request: ControlRequest, timeout: Duration) -> Result<ControlResponse, ControlError> {
+    pub fn request(&mut self, request: ControlRequest, timeout: Duration) -> Result<ControlResponse, ControlError> {
         let fleet = || self.fleet.clone();
         let failed = |reason: String| ControlError::Connection { fleet: fleet(), reason };
         if !self.has_engine() {
@@ -156,6 +159,7 @@ impl Control {
         }
         let pending = self.client.send_copy(request).map_err(|e| failed(e.to_string()))?;
         let start = Instant::now();
+        let mut next_check = CHECK;
         loop {
             // Asked before the look, so that an answer given just before the end is not missed.
             let connected = pending.is_connected();
@@ -170,6 +174,11 @@ impl Control {
             }
             if start.elapsed() >= timeout {
                 return Err(ControlError::Timeout { fleet: fleet(), timeout });
+            }
+            if start.elapsed() >= next_check {
+                next_check += CHECK;
+                // An engine that was killed counts as connected until its traces are removed.
+                self.service.try_cleanup_dead_nodes();
             }
             std::thread::sleep(POLL);
         }

@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use crate::fleet_name::{ColumnName, FleetName};
+use crate::fleet_name::{ColumnName, FleetName, NameError};
 use crate::frame::CONTRACT_VERSION;
 
 /// What a plugin's functions return: `Result` alone is `Result<(), Error>`.
@@ -128,6 +128,12 @@ pub enum PublishError {
         /// iceoryx2's reason.
         reason: String,
     },
+    /// The column can't be opened.
+    #[error(transparent)]
+    Open(#[from] OpenError),
+    /// The column's name is none.
+    #[error(transparent)]
+    Name(#[from] NameError),
     /// Its values are not one per robot.
     #[error("a column of {values} values doesn't fit a frame of {robots} robots; it needs one value per robot")]
     ColumnLength {

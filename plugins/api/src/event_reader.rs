@@ -45,10 +45,8 @@ impl EventReader {
     /// As [`Subscriber::open`](crate::Subscriber::open).
     pub fn open_on(participant: &Participant) -> Result<Self, OpenError> {
         let service = qos::events(&participant.node, participant.fleet())?;
-        let events = service
-            .subscriber_builder()
-            .create()
-            .map_err(|e| qos::full_or(service.name(), qos::MAX_READERS, e))?;
+        let events =
+            service.subscriber_builder().create().map_err(|e| qos::full_or(service.name(), qos::MAX_READERS, e))?;
         Ok(Self { events, run_id: 0, sequence: 0 })
     }
 
@@ -79,10 +77,8 @@ impl EventRecord {
     /// What happened; `None` for a kind that this contract doesn't have.
     pub fn kind(&self) -> Option<EventKind> {
         use EventKind::*;
-        [
-            ReachedNode, RouteDone, WaitingForRelease, Held, Resumed, Accepted, Refused, Spawned, Removed, Faulted,
-        ]
-        .into_iter()
-        .find(|kind| *kind as u32 == self.kind)
+        [ReachedNode, RouteDone, WaitingForRelease, Held, Resumed, Accepted, Refused, Spawned, Removed, Faulted]
+            .into_iter()
+            .find(|kind| *kind as u32 == self.kind)
     }
 }

@@ -1,5 +1,7 @@
 //! The producer's side: frames, the world and events go out; orders and requests come in ([`inbox`](crate::inbox)).
 
+use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use iceoryx2::port::notifier::Notifier;
@@ -8,9 +10,10 @@ use iceoryx2::port::update_connections::UpdateConnections;
 use iceoryx2::prelude::*;
 use iceoryx2::sample_mut::SampleMut;
 
+use crate::column::{ColumnHeader, ColumnPublisher};
 use crate::error::{OpenError, PublishError};
 use crate::event::{EventHeader, EventRecord};
-use crate::fleet_name::FleetName;
+use crate::fleet_name::{ColumnName, FleetName};
 use crate::frame::{ColumnsMut, FrameHeader, Line, frame_lines, stride_lines};
 use crate::inbox::{OrderInbox, RequestInbox};
 use crate::lockstep::Collector;
@@ -50,6 +53,7 @@ pub struct Producer {
     world: Publisher<Ipc, [Line], WorldHeader>,
     events: Publisher<Ipc, [EventRecord], EventHeader>,
     events_sent: u64,
+    columns: BTreeMap<ColumnName, ColumnPublisher>,
     events_service: qos::Events,
     frames_service: qos::Frames,
     pub(crate) orders: OrderInbox,
@@ -101,6 +105,7 @@ impl Producer {
                 .create()
                 .map_err(|e| qos::full_or(events_service.name(), 1, e))?,
             events_sent: 0,
+            columns: BTreeMap::new(),
             events_service,
             frames_service,
             orders: OrderInbox::open(&participant)?,
@@ -181,9 +186,26 @@ impl Producer {
         Ok(self.revision)
     }
 
+    /// Publishes a column of the producer's own. `run_id` and `robots` of the header are filled in.
+    ///
+    /// # Errors
+    /// [`PublishError`]; among them that another process publishes a column of that name.
+    pub fn publish_column(&mut self, name: &str, header: ColumnHeader, values: &[f32]) -> Result<(), PublishError> {
+        let name: ColumnName = name.parse()?;
+        let column = match self.columns.entry(name) {
+            Entry::Occupied(entry) => entry.into_mut(),
+            Entry::Vacant(entry) => {
+                let column = ColumnPublisher::open_on(&self.participant, entry.key())?;
+                entry.insert(column)
+            }
+        };
+        column.write(self.run_id, header.tick, values.len(), |chunk| chunk.copy_from_slice(values))
+    }
+
     /// Connects readers that have joined since, and gives them the newest frame and world. To be called every
     /// tick, and every now and then while the clock stands. Cheap when nobody has joined.
     pub fn update(&self) {
+        self.columns.values().for_each(ColumnPublisher::update);
         // A reader that died half connected is cleaned up by the next one to join.
         for result in
             [self.world.update_connections(), self.frames.update_connections(), self.events.update_connections()]

@@ -4,8 +4,8 @@ use std::ffi::OsString;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use clap::{Args, CommandFactory, FromArgMatches, Parser};
 use clap::error::ErrorKind;
+use clap::{Args, CommandFactory, FromArgMatches, Parser};
 
 use crate::error::{Error, Result};
 use crate::event_reader::EventReader;

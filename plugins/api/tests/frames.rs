@@ -1,30 +1,14 @@
 //! Frames from a producer to readers, within one process.
 
-use std::sync::atomic::{AtomicU32, Ordering};
+mod common;
+
 use std::time::{Duration, Instant};
 
 use regatta_plugin::publish::Producer;
 use regatta_plugin::world::{EdgeRecord, NodeRecord};
-use regatta_plugin::{FleetName, OpenError, Subscriber, WorldReader};
+use regatta_plugin::{OpenError, Subscriber, WorldReader};
 
-/// A fleet name that no other test has.
-fn fleet() -> FleetName {
-    static NEXT: AtomicU32 = AtomicU32::new(0);
-    format!("test-{}-{}", std::process::id(), NEXT.fetch_add(1, Ordering::Relaxed)).parse().unwrap()
-}
-
-/// Publishes a frame in which `x[i] = tick + i`.
-fn publish(producer: &Producer, tick: u64, robots: usize) {
-    let mut frame = producer.loan(robots).unwrap();
-    frame.header_mut().tick = tick;
-    let columns = frame.columns_mut();
-    for (i, x) in columns.x.iter_mut().enumerate() {
-        *x = tick as f32 + i as f32;
-    }
-    columns.state[robots - 1] = 3;
-    frame.send().unwrap();
-    producer.notify();
-}
+use common::{fleet, publish};
 
 fn check(subscriber: &mut Subscriber, tick: u64, robots: usize) {
     let frame = subscriber.latest().unwrap().expect("a new frame");
