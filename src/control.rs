@@ -1,7 +1,6 @@
 //! `regatta pause | resume | step | speed | robots | status`: talking to a running fleet.
 
 use std::process::ExitCode;
-use std::time::Duration;
 
 use regatta_engine::clock::Speed;
 use regatta_plugin::control::ControlResponse;
@@ -9,9 +8,6 @@ use regatta_plugin::{Control, ControlError};
 
 use crate::Failure;
 use crate::cli::Target;
-
-/// How long a step may take.
-const STEP_PATIENCE: Duration = Duration::from_secs(3600);
 
 pub fn pause(target: &Target) -> Result<ExitCode, Failure> {
     tell(target, Control::pause)
@@ -22,7 +18,7 @@ pub fn resume(target: &Target) -> Result<ExitCode, Failure> {
 }
 
 pub fn step(ticks: u64, target: &Target) -> Result<ExitCode, Failure> {
-    tell(target, |control| control.step(ticks, STEP_PATIENCE))
+    tell(target, |control| control.step(ticks))
 }
 
 pub fn speed(speed: Speed, target: &Target) -> Result<ExitCode, Failure> {
@@ -30,7 +26,7 @@ pub fn speed(speed: Speed, target: &Target) -> Result<ExitCode, Failure> {
 }
 
 pub fn robots(robots: u32, target: &Target) -> Result<ExitCode, Failure> {
-    tell(target, |control| control.robots(u64::from(robots)))
+    tell(target, |control| control.robots(robots))
 }
 
 pub fn status(json: bool, target: &Target) -> Result<ExitCode, Failure> {
@@ -41,9 +37,9 @@ pub fn status(json: bool, target: &Target) -> Result<ExitCode, Failure> {
 
 fn tell(
     target: &Target,
-    request: impl FnOnce(&Control) -> Result<ControlResponse, ControlError>,
+    request: impl FnOnce(&mut Control) -> Result<ControlResponse, ControlError>,
 ) -> Result<ExitCode, Failure> {
-    let status = request(&Control::open(&target.fleet)?)?;
+    let status = request(&mut Control::open(&target.fleet)?)?;
     println!("{}", line(&status));
     Ok(ExitCode::SUCCESS)
 }

@@ -87,7 +87,7 @@ impl Tuning {
         args.extend(pair("seed", &self.seed));
         args.extend(pair("threads", &self.threads));
         args.extend(pair("isa", &self.isa));
-        args.extend(pair("handles", &self.handles));
+        args.extend(pair("handles", &self.handles.map(Handles::name)));
         args.extend(pair("lockstep-timeout", &self.lockstep_timeout));
         args.extend(self.lockstep.iter().flat_map(|name| ["--lockstep".to_owned(), name.clone()]));
         args
@@ -98,7 +98,7 @@ pub fn run(args: EngineArgs) -> Result<ExitCode, Failure> {
     if args.die_with_parent {
         crate::supervisor::die_with_parent();
     }
-    let termination = Termination::watch()?;
+    let termination = Termination::watch().map_err(crate::plugin_failure)?;
     let scenario = demo::scenario(args.scenario.as_deref(), &args.tuning.overrides())?;
     for warning in &scenario.warnings {
         eprintln!("{warning}");

@@ -28,7 +28,7 @@ pub struct RunArgs {
 }
 
 pub fn run(args: RunArgs) -> Result<ExitCode, Failure> {
-    let termination = Termination::watch()?;
+    let termination = Termination::watch().map_err(crate::plugin_failure)?;
     // Read here too, so that a mistake in it is told once, by this process, before anything starts.
     let scenario = demo::scenario(args.scenario.as_deref(), &args.tuning.overrides())?;
     let plugins = scenario.plugins.iter().map(|plugin| plugin_command(plugin, &args.tuning.fleet));
@@ -85,7 +85,7 @@ fn watch(
         if control.is_none() {
             control = Control::open(fleet).ok();
         }
-        if let (Some(control), true) = (&control, now >= next_line) {
+        if let (Some(control), true) = (&mut control, now >= next_line) {
             match control.status() {
                 Ok(status) => println!("{}", control::line(&status)),
                 // Seen as an ended child, or there may be an answer next time.

@@ -12,7 +12,7 @@ use regatta_plugin::frame::{ClockState, FrameHeader};
 use regatta_plugin::lockstep::LockstepError;
 use regatta_plugin::order::{OrderHeader, OrderRecord};
 use regatta_plugin::publish::{FrameLoan, Producer};
-use regatta_plugin::{ColumnName, ColumnPublisher, FleetName, OpenError, PublishError, ReadError, Termination};
+use regatta_plugin::{FleetName, OpenError, PublishError, ReadError, Termination};
 
 use crate::clock::{Clock, Speed};
 use crate::digest::Digest;
@@ -27,8 +27,6 @@ const CONTROL_POLL: Duration = Duration::from_millis(5);
 
 /// Most events that one tick publishes; the rest is counted.
 const MAX_EVENTS: usize = 1 << 18;
-/// Name of the column that tells each robot's type.
-const TYPE_COLUMN: &str = "type";
 
 /// How to run a scenario.
 #[derive(Clone, Debug)]
@@ -105,9 +103,7 @@ pub struct Engine {
     tick: u64,
     stats: TickStats,
     events: Events,
-    /// The column `type`.
-    types: ColumnPublisher,
-    /// What it last told.
+    /// What the column `type` last told.
     kinds: Vec<u16>,
     tracks: Arc<Tracks>,
     orders: Vec<(OrderHeader, Vec<OrderRecord>)>,
@@ -128,8 +124,6 @@ impl Engine {
             return Err(EngineError::TooManyRobots(robots));
         }
         let producer = Producer::create(&options.fleet, robots as usize)?;
-        let type_column: ColumnName = TYPE_COLUMN.parse().expect("a valid name");
-        let types = ColumnPublisher::open_on(producer.participant(), &type_column)?;
         let tracks = Arc::new(Tracks::compile(&scenario.graph));
         let config = FleetConfig {
             types: scenario.robot_types.clone(),
@@ -150,7 +144,6 @@ impl Engine {
             steps_left: 0,
             tick: 0,
             events: Events::new(MAX_EVENTS),
-            types,
             kinds: Vec::new(),
             tracks,
             orders: Vec::new(),
@@ -175,6 +168,7 @@ impl Engine {
         self.republish(self.clock_state())?;
         self.started = Instant::now();
         self.clock.restart(self.clock.speed(), self.started);
+        self.stats.restart(self.tick, self.started);
         while !termination.requested() && self.options.ticks.is_none_or(|ticks| self.tick < ticks) {
             self.answer_requests()?;
             if self.wait_until_due() {

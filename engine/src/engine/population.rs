@@ -1,5 +1,6 @@
 //! How many robots there are, and what the world says of them.
 
+use regatta_plugin::column::ColumnHeader;
 use regatta_plugin::world::{EdgeRecord, NodeRecord, RobotTypeRecord};
 
 use super::{Engine, EngineError};
@@ -55,9 +56,9 @@ impl Engine {
     pub(super) fn publish_types(&mut self) -> Result<(), EngineError> {
         self.kinds.clear();
         self.kinds.extend_from_slice(self.fleet.kinds());
-        self.types.write(self.producer.run_id(), self.tick, self.kinds.len(), |column| {
-            column.iter_mut().zip(&self.kinds).for_each(|(value, &kind)| *value = f32::from(kind));
-        })?;
+        let types: Vec<f32> = self.kinds.iter().map(|&kind| f32::from(kind)).collect();
+        let header = ColumnHeader { tick: self.tick, ..ColumnHeader::default() };
+        self.producer.publish_column("type", header, &types)?;
         Ok(())
     }
 }

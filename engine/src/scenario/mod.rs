@@ -131,7 +131,7 @@ impl Scenario {
         let file = parse(&text, path)?;
         let graph_path = path.parent().unwrap_or(Path::new("")).join(&file.graph);
         let (graph, findings) = graph::read(&graph_path, &graph::ReadOptions { handles: overrides.handles })?;
-        let warnings = findings.iter().map(ToString::to_string).collect();
+        let warnings = findings.as_slice().iter().map(ToString::to_string).collect();
         resolve::resolve(file, path, graph, warnings, overrides)
     }
 
@@ -144,7 +144,7 @@ impl Scenario {
         let file = parse(text, name)?;
         let (graph, findings) =
             graph::parse(graph_text, &file.graph.display().to_string(), &graph::ReadOptions { handles: overrides.handles })?;
-        let warnings = findings.iter().map(ToString::to_string).collect();
+        let warnings = findings.as_slice().iter().map(ToString::to_string).collect();
         resolve::resolve(file, name, graph, warnings, overrides)
     }
 
