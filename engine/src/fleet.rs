@@ -3,11 +3,14 @@
 mod columns;
 mod crew;
 mod events;
+mod orders;
 mod routes;
 mod spawn;
 
 #[cfg(test)]
 mod drive_tests;
+#[cfg(test)]
+mod order_tests;
 #[cfg(test)]
 pub(crate) mod testing;
 

@@ -103,32 +103,38 @@ impl Plans {
         Ok(Leg { edge, gear: Gear::Forward })
     }
 
-    /// The route at the start of these legs. Robots that are given the same list one after the other share its plan.
+    /// The route at the start of these legs. Robots that are given the same list share its plan, if not too many
+    /// others were made in between.
     pub(super) fn list(&mut self, legs: Arc<[Leg]>, repeat: Repeat) -> Route {
-        let is_same =
-            |plan: &Plan| matches!(plan, Plan::Listed { legs: l, repeat: r } if Arc::ptr_eq(l, &legs) && *r == repeat);
-        match self.plans.last() {
-            Some(last) if is_same(last) => Route { plan: self.plans.len() as u32 - 1, position: 0 },
-            _ => {
-                self.plans.push(Plan::Listed { legs, repeat });
-                Route { plan: self.plans.len() as u32 - 1, position: 0 }
-            }
+        const RECENT: usize = 64;
+        let is_same = |plan: &Plan| match plan {
+            Plan::Listed { legs: other, repeat: again } => Arc::ptr_eq(other, &legs) && *again == repeat,
+            Plan::Free | Plan::Ordered { .. } => false,
+        };
+        let recent = self.plans.len().saturating_sub(RECENT);
+        match self.plans[recent..].iter().position(is_same) {
+            Some(place) => Route { plan: (recent + place) as u32, position: 0 },
+            None => self.add(Plan::Listed { legs, repeat }),
         }
     }
 
     /// The route at the start of ordered legs.
     pub(super) fn order(&mut self, legs: Vec<Leg>, released: usize) -> Route {
-        let plan = Plan::Ordered { legs, released };
-        match self.free.pop() {
+        self.add(Plan::Ordered { legs, released })
+    }
+
+    fn add(&mut self, plan: Plan) -> Route {
+        let number = match self.free.pop() {
             Some(number) => {
                 self.plans[number as usize] = plan;
-                Route { plan: number, position: 0 }
+                number
             }
             None => {
                 self.plans.push(plan);
-                Route { plan: self.plans.len() as u32 - 1, position: 0 }
+                self.plans.len() as u32 - 1
             }
-        }
+        };
+        Route { plan: number, position: 0 }
     }
 
     /// Legs of a route's released base that are still to be entered. A loop's base ends with its lap, a random

@@ -34,14 +34,13 @@ impl Fleet {
         token: u64,
         events: &mut Events,
     ) -> Result<u32, Refusal> {
-        let limit = self.motion.types.get(usize::from(kind)).ok_or(Refusal::UnknownRobotType)?.max_acceleration;
-        let spot = self.spot(placement)?;
+        let spot = self.check_spawn(placement, kind)?;
         if let RouteSource::Listed(legs, repeat) = &source {
             check_list(self.motion.roads.graph(), spot.ahead, legs, *repeat)?;
         }
         let robot = self.take_row()?;
         let row = robot as usize;
-        self.columns.set_kind(row, kind, limit);
+        self.columns.set_kind(row, kind, self.types()[usize::from(kind)].max_acceleration);
         self.columns.route[row] = self.route(source);
         self.motion.place(&mut self.columns.all_rows(), row, spot.piece, spot.edge, spot.w);
         events.push_record(EventRecord { token, kind: EventKind::Spawned as u32, robot, ..EventRecord::default() });
@@ -56,15 +55,27 @@ impl Fleet {
     /// # Errors
     /// `UnknownRobot`; the fleet is then as before.
     pub fn remove(&mut self, robot: u32, events: &mut Events) -> Result<(), Refusal> {
-        let row = self.row(robot)?;
+        self.row(robot)?;
+        self.take_out(robot, 0, events);
+        Ok(())
+    }
+
+    /// Takes out a robot that is there.
+    pub(super) fn take_out(&mut self, robot: u32, token: u64, events: &mut Events) {
+        let row = robot as usize;
         self.motion.plans.release(self.columns.route[row]);
         self.columns.clear(row);
         self.free.insert(robot);
         while self.robots > 0 && self.free.remove(&(self.robots - 1)) {
             self.robots -= 1;
         }
-        events.push(EventKind::Removed, robot, 0);
-        Ok(())
+        events.push_record(EventRecord { token, kind: EventKind::Removed as u32, robot, ..EventRecord::default() });
+    }
+
+    /// Whether a robot of a type can be put there, and where exactly that is.
+    pub(super) fn check_spawn(&self, placement: Placement, kind: u16) -> Result<Spot, Refusal> {
+        self.types().get(usize::from(kind)).ok_or(Refusal::UnknownRobotType)?;
+        self.spot(placement)
     }
 
     /// The row of a robot that is there.
@@ -134,7 +145,7 @@ impl Fleet {
 }
 
 /// A place for a robot.
-struct Spot {
+pub(super) struct Spot {
     piece: u32,
     edge: Option<u32>,
     w: i32,

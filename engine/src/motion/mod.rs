@@ -23,7 +23,7 @@ mod scalar;
 pub use isa::{Isa, ParseIsaError};
 pub(crate) use profile::UNLIMITED;
 pub(crate) use roads::{Onward, Roads};
-pub(crate) use rows::{LimitRows, Rows, split_frame};
+pub(crate) use rows::{LimitRows, Rows, leg_of, split_frame};
 
 use regatta_plugin::frame::ColumnsMut;
 

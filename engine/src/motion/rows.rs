@@ -102,10 +102,14 @@ impl<'fleet> Rows<'fleet> {
 
     /// The leg that a robot is on; `None` on a node.
     pub(crate) fn leg(&self, row: usize) -> Option<Leg> {
-        let edge = self.edge[row];
-        let gear = if self.piece[row] & REVERSE == 0 { Gear::Forward } else { Gear::Reverse };
-        (edge != NO_EDGE).then_some(Leg { edge: EdgeIndex(edge), gear })
+        leg_of(self.piece[row], self.edge[row])
     }
+}
+
+/// The leg that a robot is on; `None` on a node.
+pub(crate) fn leg_of(piece: u32, edge: u32) -> Option<Leg> {
+    let gear = if piece & REVERSE == 0 { Gear::Forward } else { Gear::Reverse };
+    (edge != NO_EDGE).then_some(Leg { edge: EdgeIndex(edge), gear })
 }
 
 impl<'fleet> LimitRows<'fleet> {
