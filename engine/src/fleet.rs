@@ -10,6 +10,8 @@ mod spawn;
 #[cfg(test)]
 mod drive_tests;
 #[cfg(test)]
+mod equality_tests;
+#[cfg(test)]
 mod order_tests;
 #[cfg(test)]
 pub(crate) mod testing;

@@ -9,7 +9,7 @@ use regatta_plugin::frame::{Columns, ColumnsMut, Line, frame_lines};
 use super::{Events, Fleet, FleetConfig, RobotType};
 use crate::graph::arc_length::Tracks;
 use crate::graph::{CubicBezier, Edge, EdgeIndex, Gear, Leg, Node, NodeIndex, RouteGraph};
-use crate::motion::Isa;
+use crate::motion::{Isa, Motion, Rows};
 
 /// A town of `side` × `side` crossings, `spacing` metres apart, with bent roads between neighbours both ways. Every
 /// third may be driven backwards. Ids are indices plus 100 for nodes and plus 1000 for edges.
@@ -126,4 +126,20 @@ pub fn look(fleet: &mut Fleet) -> Frame {
     let mut frame = Frame::of(fleet);
     fleet.write(frame.columns_mut());
     frame
+}
+
+/// Every bit of a frame, padding included.
+pub fn bits(frame: &Frame) -> &[u8] {
+    bytemuck::cast_slice(&frame.lines)
+}
+
+impl Fleet {
+    pub fn motion(&self) -> &Motion {
+        &self.motion
+    }
+
+    /// The kernel and the rows in use.
+    pub fn parts(&mut self) -> (&Motion, Rows<'_>) {
+        (&self.motion, self.columns.rows(self.robots as usize))
+    }
 }

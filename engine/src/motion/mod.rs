@@ -19,6 +19,7 @@ mod profile;
 mod roads;
 mod rows;
 mod scalar;
+mod vector;
 
 pub use isa::{Isa, ParseIsaError};
 pub(crate) use profile::UNLIMITED;
@@ -32,6 +33,9 @@ use crate::graph::arc_length::Distance;
 
 /// Rows in a block. Fixed, as events come in the order of blocks.
 pub(crate) const BLOCK: usize = 1024;
+
+/// Frames (or a thread's part of one) of this many rows and more are written past the cache.
+const ROWS_PAST_CACHE: usize = 1 << 17;
 
 /// Bit of the `piece` column that tells reverse gear.
 pub(crate) const REVERSE: u32 = 1 << 31;
@@ -89,16 +93,18 @@ pub(crate) struct Motion {
 impl Motion {
     /// One tick of these rows, into the frame if there is one.
     pub(crate) fn step(&self, mut rows: Rows, mut frame: Option<ColumnsMut>, events: &mut Events) {
+        let past = is_past_cache(&frame);
         while !rows.is_empty() {
             let (mut block, rest) = rows.split_at(BLOCK);
             self.step_block(&mut block, events);
             if let Some(columns) = frame {
                 let (now, later) = split_frame(columns, BLOCK);
-                self.write_block(&block, now);
+                self.write_block(&block, now, past);
                 frame = Some(later);
             }
             rows = rest;
         }
+        vector::settle();
     }
 
     /// Writes the poses of these rows as they are.
@@ -106,7 +112,7 @@ impl Motion {
         while !rows.is_empty() {
             let (block, rest) = rows.split_at(BLOCK);
             let (now, later) = split_frame(columns, BLOCK);
-            self.write_block(&block, now);
+            self.write_block(&block, now, false);
             (rows, columns) = (rest, later);
         }
     }
@@ -114,15 +120,16 @@ impl Motion {
     fn step_block(&self, block: &mut Rows, events: &mut Events) {
         let mut listed = Listed::new();
         if block.limits.as_ref().is_some_and(LimitRows::any) {
-            scalar::limit_speeds(block, self.pace, &mut listed);
+            self.limit_speeds(block, &mut listed);
             listed.rows().for_each(|row| self.stand(block, row, events));
             listed.len = 0;
         }
-        scalar::advance(block, self.pace, &mut listed);
+        self.advance(block, &mut listed);
         listed.rows().for_each(|row| self.hand_over(block, row, events));
     }
+}
 
-    fn write_block(&self, block: &Rows, columns: ColumnsMut) {
-        scalar::write(block, self.roads.pieces(), columns);
-    }
+/// Whether a frame is so large that its lines would push everything else out of the cache.
+fn is_past_cache(frame: &Option<ColumnsMut>) -> bool {
+    frame.as_ref().is_some_and(|columns| columns.x.len() >= ROWS_PAST_CACHE)
 }
