@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
-use crate::graph::{self, GraphError, Handles, Leg, NodeIndex, RouteGraph};
 use crate::fleet::{Repeat, RobotType};
+use crate::graph::{self, GraphError, Handles, Leg, NodeIndex, RouteGraph};
 pub use yaml::{LegName, PluginCommand, Viewer};
 
 /// Most robots that a scenario may ask for: ids and columns stay far inside `u32`.
@@ -142,8 +142,11 @@ impl Scenario {
     /// As [`Scenario::read`].
     pub fn from_texts(text: &str, graph_text: &str, name: &Path, overrides: &Overrides) -> Result<Self, ScenarioError> {
         let file = parse(text, name)?;
-        let (graph, findings) =
-            graph::parse(graph_text, &file.graph.display().to_string(), &graph::ReadOptions { handles: overrides.handles })?;
+        let (graph, findings) = graph::parse(
+            graph_text,
+            &file.graph.display().to_string(),
+            &graph::ReadOptions { handles: overrides.handles },
+        )?;
         let warnings = findings.as_slice().iter().map(ToString::to_string).collect();
         resolve::resolve(file, name, graph, warnings, overrides)
     }

@@ -46,9 +46,14 @@ pub(super) fn resolve(
     }
 
     let walks = groups.iter().any(|group| matches!(group.start, Start::Random));
-    let dead_ends = (0..).zip(graph.nodes()).filter(|(index, _)| graph.departures(crate::graph::NodeIndex(*index)).is_empty());
+    let dead_ends =
+        (0..).zip(graph.nodes()).filter(|(index, _)| graph.departures(crate::graph::NodeIndex(*index)).is_empty());
     if let (true, Some((_, node))) = (walks, dead_ends.into_iter().next()) {
-        warnings.push(format!("{}: robots on random walks will stop at dead ends such as node {}", path.display(), node.id));
+        warnings.push(format!(
+            "{}: robots on random walks will stop at dead ends such as node {}",
+            path.display(),
+            node.id
+        ));
     }
 
     Ok(Scenario {
@@ -78,13 +83,7 @@ fn clock(rate: f64, publish_rate: f64) -> Result<(Duration, u32), Complaint> {
 
 /// What drives when a scenario lists no robot types.
 fn default_robot_type() -> RobotType {
-    RobotType {
-        name: "amr".into(),
-        length: 0.9,
-        width: 0.6,
-        max_speed: f32::INFINITY,
-        max_acceleration: f32::INFINITY,
-    }
+    RobotType { name: "amr".into(), length: 0.9, width: 0.6, max_speed: f32::INFINITY, max_acceleration: f32::INFINITY }
 }
 
 fn robot_type(entry: RobotTypeEntry) -> Result<RobotType, Complaint> {
@@ -96,7 +95,9 @@ fn robot_type(entry: RobotTypeEntry) -> Result<RobotType, Complaint> {
         length: positive("length", entry.length)?,
         width: positive("width", entry.width)?,
         max_speed: entry.max_speed.map_or(Ok(f32::INFINITY), |value| positive("max_speed", value))?,
-        max_acceleration: entry.max_acceleration.map_or(Ok(f32::INFINITY), |value| positive("max_acceleration", value))?,
+        max_acceleration: entry
+            .max_acceleration
+            .map_or(Ok(f32::INFINITY), |value| positive("max_acceleration", value))?,
         name: entry.name,
     })
 }
