@@ -24,9 +24,12 @@ pub fn path(file: &Path, route: &[u32], poses: &[Pose]) -> Result<(), Failure> {
     let root = SVGBackend::new(file, (1100, 500)).into_drawing_area();
     root.fill(&WHITE)?;
     let (left, right) = root.split_horizontally(550);
-    let along = poses.windows(2).scan(0.0, |distance, pair| {
+    let start = (0.0, poses.first().map_or(0.0, |pose| pose[2]));
+    let along = poses.windows(2).scan(start, |(distance, heading), pair| {
         *distance += (pair[1][0] - pair[0][0]).hypot(pair[1][1] - pair[0][1]);
-        Some((*distance, pair[1][2]))
+        // The short way round, so that the line doesn't jump where the angle wraps.
+        *heading += (pair[1][2] - *heading + 180.0).rem_euclid(360.0) - 180.0;
+        Some((*distance, *heading))
     });
     let name = format!("route {route:?}");
     let line = Series { name: name.clone(), points: poses.iter().map(|pose| (pose[0], pose[1])).collect() };
