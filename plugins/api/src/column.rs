@@ -180,11 +180,10 @@ impl ColumnReader {
 /// The columns of a fleet that somebody publishes or reads, sorted. Looks through all services of the
 /// machine: not for every frame.
 pub fn column_names(fleet: &FleetName) -> Vec<ColumnName> {
-    crate::participant::quiet();
     let prefix = qos::service_name(fleet, "columns/");
     let mut names = Vec::new();
     // Whatever can't be listed isn't there for us.
-    let _ = Ipc::list(Config::global_config(), |service| {
+    let _ = Ipc::list(crate::participant::config(), |service| {
         let name = service.static_details.name().as_str();
         names.extend(name.strip_prefix(&prefix).and_then(|name| name.parse().ok()));
         CallbackProgression::Continue

@@ -12,6 +12,7 @@ pub mod event;
 mod event_reader;
 mod fleet_name;
 pub mod frame;
+pub mod health;
 pub mod inbox;
 pub mod lockstep;
 pub mod order;

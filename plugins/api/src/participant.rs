@@ -104,6 +104,13 @@ pub fn set_verbosity(level: u8) {
     }
 }
 
+/// iceoryx2's configuration: its defaults, unless a file `config/iceoryx2.toml` (here, in the user's or in the
+/// system's configuration folder) says otherwise.
+pub(crate) fn config() -> &'static Config {
+    quiet();
+    Config::global_config()
+}
+
 /// Unless [`set_verbosity`] was called: iceoryx2 logs nothing, because each of its errors becomes one of ours.
 pub(crate) fn quiet() {
     QUIET.call_once(|| set_log_level_from_env_or(LogLevel::Fatal));

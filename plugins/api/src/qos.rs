@@ -251,13 +251,17 @@ fn version_attribute(version: u32) -> Result<AttributeVerifier, OpenError> {
 
 /// The version of an existing service, where it isn't ours.
 fn other_version(node: &Node<Ipc>, name: &ServiceName, pattern: MessagingPattern) -> Option<String> {
-    let details = Ipc::details(name, node.config(), pattern).ok()??;
-    let key = AttributeKey::new(VERSION_ATTRIBUTE.as_bytes()).ok()?;
-    let theirs = match details.static_details.attributes().key_value(&key, 0) {
+    let theirs = version_of(&Ipc::details(name, node.config(), pattern).ok()??.static_details);
+    (theirs != CONTRACT_VERSION.to_string()).then_some(theirs)
+}
+
+/// The contract version that a service was created with, `unknown` if it has none.
+pub(crate) fn version_of(service: &iceoryx2::service::static_config::StaticConfig) -> String {
+    let key = AttributeKey::new(VERSION_ATTRIBUTE.as_bytes()).ok();
+    match key.and_then(|key| service.attributes().key_value(&key, 0).copied()) {
         Some(value) => String::from_utf8_lossy(value.as_bytes()).into_owned(),
         None => "unknown".to_owned(),
-    };
-    (theirs != CONTRACT_VERSION.to_string()).then_some(theirs)
+    }
 }
 
 /// The error for a place that can't be had at a service.
