@@ -109,6 +109,9 @@ impl Engine {
     fn change_robots(&mut self, count: u64) -> Result<Result<(), String>, EngineError> {
         match u32::try_from(count) {
             Ok(robots) if robots <= MAX_ROBOTS => {
+                if let Err(error) = self.producer.check_room(robots as usize) {
+                    return Ok(Err(error.to_string()));
+                }
                 self.set_robots(robots);
                 self.publish_types()?;
                 Ok(Ok(()))

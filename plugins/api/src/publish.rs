@@ -1,5 +1,6 @@
 //! The producer's side: frames, the world and events go out; orders and requests come in ([`inbox`](crate::inbox)).
 
+use std::cell::Cell;
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
 use std::time::{SystemTime, UNIX_EPOCH};
@@ -14,7 +15,8 @@ use crate::column::{ColumnHeader, ColumnPublisher};
 use crate::error::{OpenError, PublishError};
 use crate::event::{EventHeader, EventRecord};
 use crate::fleet_name::{ColumnName, FleetName};
-use crate::frame::{ColumnsMut, FrameHeader, Line, frame_lines, stride_lines};
+use crate::frame::{BYTES_PER_LINE, ColumnsMut, FrameHeader, Line, frame_lines, stride_lines};
+use crate::health;
 use crate::inbox::{OrderInbox, RequestInbox};
 use crate::lockstep::Collector;
 use crate::participant::Participant;
@@ -60,6 +62,8 @@ pub struct Producer {
     pub(crate) requests: RequestInbox,
     pub(crate) collector: Collector,
     participant: Participant,
+    /// The largest frame, in lines, that shared memory was found to have room for.
+    roomy_lines: Cell<usize>,
 }
 
 impl Producer {
@@ -112,6 +116,7 @@ impl Producer {
             requests: RequestInbox::open(&participant)?,
             collector: Collector::open(&participant)?,
             participant,
+            roomy_lines: Cell::new(0),
         })
     }
 
@@ -135,6 +140,7 @@ impl Producer {
     /// [`PublishError::Loan`] when shared memory is full, or while another loan is alive.
     #[expect(unsafe_code, reason = "the one way to loan a chunk without writing it twice")]
     pub fn loan(&self, robots: usize) -> Result<FrameLoan, PublishError> {
+        self.check_room(robots)?;
         let sample = self
             .frames
             .loan_slice_uninit(frame_lines(robots))
@@ -150,6 +156,30 @@ impl Producer {
             ..FrameHeader::default()
         };
         Ok(FrameLoan { sample, robots })
+    }
+
+    /// Whether frames of that many robots have room. The operating system hands out shared memory that it doesn't
+    /// have, and ends the process that writes to it (`SIGBUS`): so this looks before the first frame of a size.
+    ///
+    /// # Errors
+    /// [`PublishError::Loan`] says how much is missing.
+    pub fn check_room(&self, robots: usize) -> Result<(), PublishError> {
+        let lines = frame_lines(robots);
+        if lines <= self.roomy_lines.get() {
+            return Ok(());
+        }
+        let needed = (lines * BYTES_PER_LINE * qos::CHUNKS_IN_USE) as u64;
+        // Where the system doesn't say how much there is, there is nothing to go by.
+        let available = health::space().map_or(u64::MAX, |space| space.available);
+        if available < needed {
+            let [needed, available] = [needed, available].map(|bytes| bytes as f64 * 1e-6);
+            return Err(PublishError::Loan {
+                what: "a frame",
+                reason: format!("{available:.1} MB are left and {needed:.1} MB are needed"),
+            });
+        }
+        self.roomy_lines.set(lines);
+        Ok(())
     }
 
     /// Wakes the readers that wait for a frame. Never blocks: see `qos::event`.
