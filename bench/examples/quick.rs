@@ -15,7 +15,7 @@ fn main() {
         let mut fleet = world.fleet(n, isa, t, a);
         let mut ring = Ring::new(n);
         let mut events = silence();
-        let ticks = (100_000_000 / n).clamp(20, 20000);
+        let ticks = (300_000_000 / n).clamp(20, 60000);
         for _ in 0..20 { fleet.step(Some(ring.next()), &mut events); }
         let mut best = f64::INFINITY; let mut times = vec![];
         for _ in 0..ticks { let t0 = Instant::now(); fleet.step(Some(ring.next()), &mut events); let e = t0.elapsed().as_secs_f64(); best = best.min(e); times.push(e); }

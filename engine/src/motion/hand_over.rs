@@ -4,18 +4,46 @@
 use regatta_plugin::event::EventKind;
 use regatta_plugin::frame::{NO_EDGE, RobotState};
 
-use super::{Motion, Onward, REVERSE, Rows};
+use super::{Listed, Motion, Onward, PIECE, REVERSE, Rows};
 use crate::fleet::{Ending, Events};
 use crate::graph::{Leg, NodeIndex};
 
 impl Motion {
+    /// Hands over all listed rows. Most only go on to the next piece of their leg: those go first, without a branch.
+    pub(super) fn hand_over_all(&self, rows: &mut Rows, arrived: &mut Listed, events: &mut Events) {
+        if rows.limits.is_none() {
+            self.next_pieces(rows, arrived);
+        }
+        self.fetch(rows, arrived);
+        arrived.rows().for_each(|row| self.hand_over(rows, row, events));
+    }
+
+    /// Takes robots over to the next piece of their leg; those for which that is not all stay on the list.
+    fn next_pieces(&self, rows: &mut Rows, arrived: &mut Listed) {
+        let stretches = self.roads.stretches();
+        let mut left = 0;
+        for number in 0..arrived.len {
+            let row = usize::from(arrived.rows[number]);
+            let place = (rows.piece[row] & PIECE) as usize;
+            let next = stretches[(place + 1).min(stretches.len() - 1)];
+            let w = rows.w[row] - next.length();
+            let is_all = !stretches[place].is_last() && w < 0;
+            rows.piece[row] += u32::from(is_all);
+            rows.w[row] = if is_all { w } else { rows.w[row] };
+            rows.s_end[row] = if is_all { next.s_end } else { rows.s_end[row] };
+            arrived.rows[left] = row as u16;
+            left += usize::from(!is_all);
+        }
+        arrived.len = left;
+    }
+
     /// Takes a robot with `w` ≥ 0 over to the piece where it is by now, or lets it stand at the end of its base.
     ///
     /// The distance that it went too far on one leg is gone on the next, exactly; if its speed changes there, the
     /// time is kept and not the distance.
     pub(super) fn hand_over(&self, rows: &mut Rows, row: usize, events: &mut Events) {
         while rows.w[row] >= 0 {
-            if self.roads.stretch(rows.piece[row]).rest > 0.0 {
+            if !self.roads.stretch(rows.piece[row]).is_last() {
                 self.put_on_piece(rows, row, rows.piece[row] + 1, rows.w[row]);
             } else if !self.leave_leg(rows, row, events) {
                 return;
@@ -61,7 +89,7 @@ impl Motion {
     fn put_on_piece(&self, rows: &mut Rows, row: usize, piece: u32, surplus: i32) {
         let stretch = self.roads.stretch(piece);
         rows.piece[row] = piece;
-        rows.w[row] = surplus - stretch.length;
+        rows.w[row] = surplus - stretch.length();
         rows.s_end[row] = stretch.s_end;
     }
 

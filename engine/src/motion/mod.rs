@@ -40,6 +40,9 @@ const ROWS_PAST_CACHE: usize = 1 << 17;
 /// Bit of the `piece` column that tells reverse gear.
 pub(crate) const REVERSE: u32 = 1 << 31;
 
+/// Bits of the `piece` column that tell the row: so few that 32 bits hold its place in bytes.
+pub(crate) const PIECE: u32 = (1 << 27) - 1;
+
 /// Metres in one unit of [`Distance`]; a power of two, so scaling by it is exact.
 const METRES_PER_UNIT: f32 = 1.0 / (1u32 << 27) as f32;
 
@@ -125,7 +128,7 @@ impl Motion {
             listed.len = 0;
         }
         self.advance(block, &mut listed);
-        listed.rows().for_each(|row| self.hand_over(block, row, events));
+        self.hand_over_all(block, &mut listed, events);
     }
 }
 

@@ -35,15 +35,17 @@ pub(super) fn brake_speed(brake: f32, acceleration: f32, change: f32, ahead: f32
 impl Motion {
     /// Works out `brake` of a row from its route. Must follow every change of its piece or route.
     pub(crate) fn look_ahead(&self, rows: &mut Rows, row: usize) {
+        if rows.limits.is_none() {
+            return;
+        }
         let acceleration = self.types[usize::from(rows.kind[row])].max_acceleration;
-        let Some(limits) = &mut rows.limits else { return };
-        if acceleration.is_infinite() {
-            limits.brake[row] = f32::INFINITY;
+        let brake = if acceleration.is_finite() {
+            self.lowest_ahead(rows, row, f64::from(acceleration))
         } else {
-            let brake = self.lowest_ahead(rows, row, f64::from(acceleration));
-            if let Some(limits) = &mut rows.limits {
-                limits.brake[row] = brake as f32;
-            }
+            f64::INFINITY
+        };
+        if let Some(limits) = &mut rows.limits {
+            limits.brake[row] = brake as f32;
         }
     }
 
@@ -64,7 +66,7 @@ impl Motion {
             let turns = lane.first_piece & REVERSE != gear;
             let speed = if turns { 0.0 } else { self.lane_speed(rows.kind[row], leg) };
             lowest = lowest.min(square(speed, distance));
-            distance += lane.length;
+            distance += f64::from(lane.length);
             gear = lane.first_piece & REVERSE;
         }
         lowest

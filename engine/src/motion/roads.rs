@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
-use super::REVERSE;
+use super::{PIECE, REVERSE};
 use crate::fleet::Route;
-use crate::graph::arc_length::{Piece, Tracks};
+use crate::graph::arc_length::{Piece, PieceInfo, Tracks};
 use crate::graph::{EdgeIndex, Gear, Leg, NodeIndex, RouteGraph};
 
 /// A leg.
@@ -15,20 +15,32 @@ pub(crate) struct Lane {
     /// Commanded speed in metres per second; 0 where the leg can't be driven.
     pub speed: f32,
     /// Metres.
-    pub length: f64,
+    pub length: f32,
     /// The node it leads to.
     pub end: NodeIndex,
 }
 
-/// A piece.
+/// A piece. Hand-overs look up two of these at random, so they are small.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Stretch {
-    /// In units of [`Distance`](crate::graph::arc_length::Distance).
-    pub length: i32,
+    /// In units of [`Distance`](crate::graph::arc_length::Distance), less than 2³¹; bit 31 marks the last of a leg.
+    length_and_last: u32,
     /// Metres along the edge from its origin to the end of this piece.
     pub s_end: f32,
-    /// Metres from the end of this piece to the end of its leg; 0 for the last.
-    pub rest: f32,
+}
+
+impl Stretch {
+    const LAST: u32 = 1 << 31;
+
+    /// In units of [`Distance`](crate::graph::arc_length::Distance).
+    pub fn length(self) -> i32 {
+        (self.length_and_last & !Self::LAST) as i32
+    }
+
+    /// Whether its leg ends with it.
+    pub fn is_last(self) -> bool {
+        self.length_and_last & Self::LAST != 0
+    }
 }
 
 /// A place on a route, to look ahead from.
@@ -48,6 +60,8 @@ pub(crate) struct Roads {
     graph: Arc<RouteGraph>,
     tracks: Arc<Tracks>,
     stretches: Vec<Stretch>,
+    /// By piece: metres from its end to the end of its leg.
+    rests: Vec<f32>,
     /// By edge and gear.
     lanes: Vec<Lane>,
     /// Edges that start at a node: `exits[exits_start[n]..exits_start[n + 1]]`.
@@ -62,11 +76,9 @@ impl Roads {
         let legs = (0..graph.edges().len() as u32)
             .flat_map(|edge| [Gear::Forward, Gear::Reverse].map(|gear| Leg { edge: EdgeIndex(edge), gear }));
         let lanes = legs.clone().map(|leg| lane(&graph, &tracks, leg)).collect();
-        let mut stretches: Vec<Stretch> =
-            tracks.infos().iter().map(|info| Stretch { length: info.length.0, s_end: info.s_end, rest: 0.0 }).collect();
-        legs.for_each(|leg| fill_rests(&mut stretches, &tracks, leg));
+        let (stretches, rests) = stretches(&tracks, legs);
         let (exits, exits_start) = exits(&graph);
-        let mut roads = Self { graph, tracks, stretches, lanes, exits, exits_start, back: Vec::new() };
+        let mut roads = Self { graph, tracks, stretches, rests, lanes, exits, exits_start, back: Vec::new() };
         roads.back =
             roads.graph.edges().iter().map(|edge| roads.straight_back(edge.origin, edge.destination)).collect();
         roads
@@ -89,13 +101,18 @@ impl Roads {
     }
 
     /// What belongs to a `piece` of the fleet's column.
-    pub(super) fn stretch(&self, piece: u32) -> &Stretch {
-        &self.stretches[(piece & !REVERSE) as usize]
+    pub(super) fn stretch(&self, piece: u32) -> Stretch {
+        self.stretches[(piece & PIECE) as usize]
+    }
+
+    /// All pieces, to look up soon.
+    pub(super) fn stretches(&self) -> &[Stretch] {
+        &self.stretches
     }
 
     /// Metres from the end of a piece to the end of its leg.
     pub(super) fn rest(&self, piece: u32) -> f64 {
-        f64::from(self.stretch(piece).rest)
+        f64::from(self.rests[(piece & PIECE) as usize])
     }
 
     /// The node that a robot comes to on its leg, or stands on.
@@ -136,19 +153,28 @@ fn lane(graph: &RouteGraph, tracks: &Tracks, leg: Leg) -> Lane {
     let reverse = if leg.gear == Gear::Reverse { REVERSE } else { 0 };
     match (tracks.track(leg), graph.leg_velocity(leg)) {
         (Some(track), Some(speed)) => {
-            Lane { first_piece: track.first_piece | reverse, speed: speed as f32, length: track.length, end }
+            Lane { first_piece: track.first_piece | reverse, speed: speed as f32, length: track.length as f32, end }
         }
         _ => Lane { first_piece: 0, speed: 0.0, length: 0.0, end },
     }
 }
 
-fn fill_rests(stretches: &mut [Stretch], tracks: &Tracks, leg: Leg) {
-    let Some(track) = tracks.track(leg) else { return };
-    let mut rest = 0.0;
-    for row in (track.first_piece..=track.last_piece()).rev() {
-        stretches[row as usize].rest = rest as f32;
-        rest += tracks.infos()[row as usize].length.to_metres();
+/// By piece: its stretch, and metres from its end to the end of its leg.
+fn stretches(tracks: &Tracks, legs: impl Iterator<Item = Leg>) -> (Vec<Stretch>, Vec<f32>) {
+    let stretch = |info: &PieceInfo| Stretch { length_and_last: info.length.0 as u32, s_end: info.s_end };
+    let mut stretches: Vec<_> = tracks.infos().iter().map(stretch).collect();
+    let mut rests = vec![0.0; stretches.len()];
+    for track in legs.filter_map(|leg| tracks.track(leg)) {
+        stretches[track.last_piece() as usize].length_and_last |= Stretch::LAST;
+        let mut rest = 0.0;
+        for row in (track.first_piece..=track.last_piece()).rev() {
+            rests[row as usize] = rest as f32;
+            rest += tracks.infos()[row as usize].length.to_metres();
+        }
     }
+    // Nodes, where robots only stand.
+    stretches[tracks.node_piece(NodeIndex(0)) as usize..].iter_mut().for_each(|node| node.length_and_last = Stretch::LAST);
+    (stretches, rests)
 }
 
 /// Edges by the node that they start at.

@@ -4,7 +4,7 @@ use regatta_plugin::frame::ColumnsMut;
 
 use super::atan2::atan2;
 use super::profile::{LAST_STEP, brake_speed};
-use super::{Listed, METRES_PER_UNIT, Pace, REVERSE, Rows};
+use super::{Listed, METRES_PER_UNIT, PIECE, Pace, REVERSE, Rows};
 use crate::graph::arc_length::Piece;
 
 /// Stage 1: new speeds under acceleration limits. Lists the rows that this brings to a stand.
@@ -40,7 +40,7 @@ pub(super) fn advance(rows: &mut Rows, pace: Pace, arrived: &mut Listed) {
 /// Stage 4: poses into the frame.
 pub(super) fn write(rows: &Rows, pieces: &[Piece], columns: ColumnsMut) {
     for row in 0..columns.x.len() {
-        let piece = &pieces[(rows.piece[row] & !REVERSE) as usize];
+        let piece = &pieces[(rows.piece[row] & PIECE) as usize];
         let sign = rows.piece[row] & REVERSE;
         let signed = |value: f32| f32::from_bits(value.to_bits() ^ sign);
         let w = rows.w[row] as f32 * METRES_PER_UNIT;

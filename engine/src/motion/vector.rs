@@ -22,11 +22,11 @@ mod portable_lanes;
 #[path = "vector/sse2.rs"]
 mod sse2_lanes;
 
-use regatta_plugin::frame::ColumnsMut;
+use regatta_plugin::frame::{ColumnsMut, WORDS_PER_LINE};
 
-use super::atan2::COEFFICIENTS;
+use super::atan2::{BELOW_PI, COEFFICIENTS, LEAST};
 use super::profile::LAST_STEP;
-use super::{Isa, Listed, METRES_PER_UNIT, Motion, Pace, REVERSE, Rows, scalar};
+use super::{BLOCK, Isa, Listed, METRES_PER_UNIT, Motion, PIECE, Pace, REVERSE, Rows, scalar};
 use crate::graph::arc_length::Piece;
 
 /// The stages over the lanes of one instruction set.
@@ -119,6 +119,13 @@ macro_rules! kernel {
                 let s_end = &rows.s_end.as_chunks::<N>().0[..count];
                 let edge = &rows.edge.as_chunks::<N>().0[..count];
                 for i in 0..count {
+                    if (i * N).is_multiple_of(WORDS_PER_LINE) {
+                        fetch_ahead(piece[i].as_ptr());
+                        fetch_ahead(w[i].as_ptr());
+                        fetch_ahead(speed[i].as_ptr());
+                        fetch_ahead(s_end[i].as_ptr());
+                        fetch_ahead(edge[i].as_ptr());
+                    }
                     let [cx, cy] = coefficients(table_rows(pieces, &piece[i]));
                     let sign: I = bytemuck::cast(piece[i]);
                     let metres = mul(to_float(bytemuck::cast(w[i])), splat(METRES_PER_UNIT));
@@ -155,17 +162,18 @@ macro_rules! kernel {
             fn atan2(y: F, x: F) -> F {
                 let (ax, ay) = (abs(x), abs(y));
                 let t = div(min(ax, ay), max(max(ax, ay), splat(f32::MIN_POSITIVE)));
-                let u = mul(t, t);
+                let u = max(t, splat(LEAST));
+                let u = mul(u, u);
+                let v = mul(u, u);
                 let [c0, c1, c2, c3, c4, c5, c6] = COEFFICIENTS;
-                let mut p = splat(c6);
-                for c in [c5, c4, c3, c2, c1, c0] {
-                    p = add(mul(p, u), splat(c));
-                }
-                let octant = mul(p, t);
+                let pair = |a: f32, b: f32| add(splat(a), mul(splat(b), u));
+                let low = add(pair(c0, c1), mul(v, pair(c2, c3)));
+                let high = add(pair(c4, c5), mul(v, splat(c6)));
+                let octant = mul(add(low, mul(mul(v, v), high)), t);
                 let quadrant = select(lt(ax, ay), sub(splat(FRAC_PI_2), octant), octant);
                 let half = select(lt(x, splat(0.0)), sub(splat(PI), quadrant), quadrant);
                 let whole = select(lt(y, splat(0.0)), flip(half, bytemuck::cast([REVERSE; N])), half);
-                select(lt(splat(-PI), whole), whole, splat(PI))
+                max(whole, splat(-BELOW_PI))
             }
         }
     };
@@ -208,7 +216,11 @@ impl Listed {
 fn table_rows<'table, const N: usize>(pieces: &'table [Piece], numbers: &[u32; N]) -> [&'table Piece; N] {
     let mut rows = [&pieces[0]; N];
     for (row, &number) in rows.iter_mut().zip(numbers) {
-        *row = &pieces[(number & !REVERSE) as usize];
+        let number = (number & PIECE) as usize;
+        debug_assert!(number < pieces.len());
+        // SAFETY: what stands in the column comes from the table's own tracks, and the table has no more rows than
+        // `PIECE` can tell apart.
+        *row = unsafe { pieces.get_unchecked(number) };
     }
     rows
 }
@@ -254,6 +266,36 @@ impl Motion {
         } else {
             dispatch!(self.isa, scalar::write(block, pieces, columns), write::<false>(block, pieces, columns));
         }
+    }
+}
+
+impl Motion {
+    /// Has what the hand-over of these rows will look up on its way to the cache.
+    pub(super) fn fetch(&self, block: &Rows, listed: &Listed) {
+        for row in listed.rows() {
+            fetch(&self.roads.stretches()[(block.piece[row] & PIECE) as usize]);
+            fetch(&block.route[row]);
+            fetch(&block.kind[row]);
+            fetch(&block.s_end[row]);
+        }
+    }
+}
+
+/// Has the value that stands in the same column and place of the next block on its way to the cache: the machine's
+/// own look-ahead ends with the page.
+#[inline]
+fn fetch_ahead<T>(value: *const T) {
+    fetch(value.wrapping_add(BLOCK));
+}
+
+/// Has a value on its way to the cache.
+#[inline]
+fn fetch<T>(value: *const T) {
+    #[cfg(target_arch = "x86_64")]
+    {
+        use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
+        // SAFETY: every x86-64 machine has SSE, and a prefetch of any address only hints.
+        unsafe { _mm_prefetch::<_MM_HINT_T0>(value.cast()) }
     }
 }
 
