@@ -36,9 +36,9 @@ impl Ended {
 impl Supervisor {
     /// Starts a child.
     pub fn start(&mut self, name: &str, command: &mut Command) -> Result<(), Failure> {
-        let child = command.spawn().map_err(|error| {
-            format!("can't start {name} ({}): {error}", command.get_program().to_string_lossy())
-        })?;
+        let child = command
+            .spawn()
+            .map_err(|error| format!("can't start {name} ({}): {error}", command.get_program().to_string_lossy()))?;
         self.processes.push(Process { name: name.into(), child });
         Ok(())
     }

@@ -78,7 +78,14 @@ fn only_the_command_line_and_bench_depend_on_the_engine() {
 
 #[test]
 fn each_heavy_dependency_has_one_owner() {
-    let owners = [("iceoryx2", "plugins/api"), ("serde_yaml", "engine"), ("rayon", "engine"), ("wgpu", "viewer"), ("winit", "viewer"), ("egui", "viewer")];
+    let owners = [
+        ("iceoryx2", "plugins/api"),
+        ("serde_yaml", "engine"),
+        ("rayon", "engine"),
+        ("wgpu", "viewer"),
+        ("winit", "viewer"),
+        ("egui", "viewer"),
+    ];
     for folder in crates().iter().map(String::as_str).chain(["."]) {
         for (dependency, owner) in owners {
             let uses = dependencies(folder).iter().any(|name| name == dependency);
@@ -95,7 +102,8 @@ fn versions_are_pinned_once_in_the_workspace() {
         assert_eq!(versioned, None, "{folder} pins a version of its own");
     }
     let text = manifest(".");
-    let shared = text.split("[workspace.dependencies]").nth(1).and_then(|rest| rest.split("\n[").next()).expect("section");
+    let shared =
+        text.split("[workspace.dependencies]").nth(1).and_then(|rest| rest.split("\n[").next()).expect("section");
     for line in shared.lines().filter(|line| line.contains(" = ") && !line.contains("path = ")) {
         assert!(line.contains("\"="), "not pinned: {line}");
     }
@@ -108,7 +116,9 @@ fn unsafe_code_stands_only_where_the_design_allows_it() {
         let relative = path.strip_prefix(root()).expect("below the root").to_string_lossy().replace('\\', "/");
         let text = fs::read_to_string(&path).expect("readable");
         let code = text.lines().map(|line| line.split("//").next().unwrap_or(""));
-        let has_unsafe = code.into_iter().any(|line| line.contains("unsafe {") || line.contains("unsafe fn") || line.contains("unsafe impl"));
+        let has_unsafe = code
+            .into_iter()
+            .any(|line| line.contains("unsafe {") || line.contains("unsafe fn") || line.contains("unsafe impl"));
         let is_this_file = relative == "tests/architecture.rs";
         assert!(!has_unsafe || is_this_file || allowed.iter().any(|place| relative.starts_with(place)), "{relative}");
     }

@@ -24,7 +24,9 @@ fn speed_changes_how_fast_simulated_time_passes() {
     let status = fleet.status();
     assert_eq!(status["speed"], "max");
     let before = status["sim_time_secs"].as_f64().unwrap();
-    eventually("an hour passes quickly", || (fleet.status()["sim_time_secs"].as_f64()? > before + 3600.0).then_some(()));
+    eventually("an hour passes quickly", || {
+        (fleet.status()["sim_time_secs"].as_f64()? > before + 3600.0).then_some(())
+    });
 }
 
 #[test]
