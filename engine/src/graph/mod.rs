@@ -8,6 +8,7 @@ mod fit;
 mod lines;
 mod read;
 pub mod spline;
+mod stretch;
 mod survey;
 pub mod validate;
 mod value;
