@@ -8,7 +8,8 @@ use glam::{DVec2, Vec2};
 use rayon::prelude::*;
 
 use super::bezier::Side;
-use super::fit::{self, Fitted};
+use super::fit;
+use super::stretch::Fitted;
 use super::{Edge, EdgeIndex, Gear, Leg, Node, NodeIndex, RouteGraph};
 
 /// Radians. A curve whose end is this near to its node's heading was meant to have it: the rest is rounding.

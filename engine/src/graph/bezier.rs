@@ -190,3 +190,61 @@ fn quadratic_roots(c0: f64, c1: f64, c2: f64) -> [f64; 2] {
     let [one, other] = [q / c2, c0 / q].map(|root| if root.is_finite() { root } else { 0.0 });
     [one.min(other), one.max(other)]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn curve(points: [(f64, f64); 4]) -> CubicBezier {
+        CubicBezier { control_points: points.map(|(x, y)| DVec2::new(x, y)) }
+    }
+
+    #[test]
+    fn a_straight_edge_is_driven_evenly() {
+        let straight = CubicBezier::straight(DVec2::new(-1.0, 2.0), DVec2::new(2.0, 6.0));
+        assert!((straight.length() - 5.0).abs() < 1e-12);
+        assert!(straight.position(0.3).distance(DVec2::new(-0.1, 3.2)) < 1e-12);
+        assert!((straight.derivative(0.9).length() - 5.0).abs() < 1e-12);
+        assert!(straight.second_derivative(0.5).length() < 1e-12 && straight.third_derivative().length() < 1e-12);
+    }
+
+    #[test]
+    fn derivatives_are_those_of_the_position() {
+        let curve = curve([(0.0, 0.0), (1.0, 3.0), (-2.0, 4.0), (5.0, 1.0)]);
+        let difference = |at: f64, f: &dyn Fn(f64) -> DVec2| (f(at + 1e-6) - f(at - 1e-6)) / 2e-6;
+        for at in [0.1, 0.5, 0.8] {
+            assert!(difference(at, &|at| curve.position(at)).distance(curve.derivative(at)) < 1e-6);
+            assert!(difference(at, &|at| curve.derivative(at)).distance(curve.second_derivative(at)) < 1e-6);
+            assert!(difference(at, &|at| curve.second_derivative(at)).distance(curve.third_derivative()) < 1e-6);
+        }
+    }
+
+    #[test]
+    fn length_counts_the_way_back_at_a_cusp() {
+        // x(λ) = 6λ - 15λ² + 10λ³ turns where λ² - λ + 1/5 = 0, at x = 1/2 ± √5/10.
+        let there_and_back = curve([(0.0, 0.0), (2.0, 0.0), (-1.0, 0.0), (1.0, 0.0)]);
+        let turn = 0.5 + 5.0_f64.sqrt() / 10.0;
+        assert!((there_and_back.length() - (4.0 * turn - 1.0)).abs() < 1e-9);
+        assert_eq!(there_and_back.slow_points().count(), 2);
+    }
+
+    #[test]
+    fn length_of_a_nearly_cusped_curve_is_that_of_its_parts() {
+        let tight = curve([(0.0, 0.0), (1.0, 1.0), (1e-4, 1.0), (1.0, 0.0)]);
+        let parts: f64 = (0..10_000).map(|i| tight.length_between(f64::from(i) / 1e4, f64::from(i + 1) / 1e4)).sum();
+        assert!((tight.length() - parts).abs() < 1e-8, "{} {parts}", tight.length());
+        assert!((tight.reversed().length() - parts).abs() < 1e-8);
+    }
+
+    #[test]
+    fn tangents_have_limits_where_the_curve_stops() {
+        let close = |a: DVec2, b: DVec2| a.distance(b) < 1e-9;
+        let no_handle = curve([(0.0, 0.0), (0.0, 0.0), (3.0, 4.0), (5.0, 5.0)]);
+        assert!(close(no_handle.tangent(0.0, Side::Before), DVec2::new(0.6, 0.8)));
+        let no_handles = curve([(0.0, 0.0), (0.0, 0.0), (0.0, 0.0), (3.0, 4.0)]);
+        assert!(close(no_handles.tangent(0.0, Side::After), DVec2::new(0.6, 0.8)));
+        let cusp = curve([(0.0, 0.0), (1.0, 1.0), (0.0, 1.0), (1.0, 0.0)]);
+        assert!(close(cusp.tangent(0.5, Side::Before), DVec2::Y) && close(cusp.tangent(0.5, Side::After), -DVec2::Y));
+        assert_eq!(curve([(2.0, 2.0); 4]).tangent(0.5, Side::After), DVec2::X);
+    }
+}

@@ -9,6 +9,7 @@ pub mod generate;
 mod lines;
 mod read;
 pub mod spline;
+mod stretch;
 mod survey;
 pub mod validate;
 mod value;
