@@ -46,5 +46,5 @@ fn the_seed_counts() {
     assert_ne!(seeds[0], seeds[1]);
 }
 
-const GOLDEN_THIRTY: &str = "";
-const GOLDEN_WAREHOUSE: &str = "";
+const GOLDEN_THIRTY: &str = "6b3701e82ccd0d62d1679822b7bcb328";
+const GOLDEN_WAREHOUSE: &str = "3d4cd72a9146e7d6f573df250a4aaa66";

@@ -49,7 +49,7 @@ fn a_stopped_reader_goes_on_where_the_fleet_is() {
         let output = reader.interrupt();
         let text = String::from_utf8_lossy(&output.stdout).into_owned();
         let last =
-            text.lines().filter_map(|line| line.strip_prefix("tick ")?.split(':').next()?.parse::<u64>().ok()).last();
+            text.lines().filter_map(|line| line.strip_prefix("tick ")?.split(':').next()?.parse::<u64>().ok()).next_back();
         assert!(output.status.success() && last.is_some_and(|tick| tick >= resumed), "last tick {last:?} of {resumed}");
     });
 }
