@@ -1,5 +1,6 @@
 //! The producer's side: frames, the world and events go out; orders and requests come in ([`inbox`](crate::inbox)).
 
+use std::cell::Cell;
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
 use std::time::{SystemTime, UNIX_EPOCH};
@@ -14,7 +15,8 @@ use crate::column::{ColumnHeader, ColumnPublisher};
 use crate::error::{OpenError, PublishError};
 use crate::event::{EventHeader, EventRecord};
 use crate::fleet_name::{ColumnName, FleetName};
-use crate::frame::{ColumnsMut, FrameHeader, Line, frame_lines, stride_lines};
+use crate::frame::{BYTES_PER_LINE, ColumnsMut, FrameHeader, Line, frame_lines, stride_lines};
+use crate::health;
 use crate::inbox::{OrderInbox, RequestInbox};
 use crate::lockstep::Collector;
 use crate::participant::Participant;
@@ -48,6 +50,8 @@ use crate::world::{EdgeRecord, NodeRecord, RobotTypeRecord, WorldHeader, WorldLa
 pub struct Producer {
     run_id: u64,
     revision: u64,
+    /// Robots that shared memory was found to have room for.
+    checked_robots: Cell<usize>,
     frames: Publisher<Ipc, [Line], FrameHeader>,
     wake: Notifier<Ipc>,
     world: Publisher<Ipc, [Line], WorldHeader>,
@@ -78,6 +82,7 @@ impl Producer {
     /// As [`create`](Self::create).
     pub fn create_on(participant: Participant, robots: usize) -> Result<Self, OpenError> {
         let (node, fleet) = (&*participant.node, participant.fleet());
+        check_space(robots).map_err(|reason| OpenError::SharedMemory { what: format!("fleet '{fleet}'"), reason })?;
         let frames_service = qos::frames(node, fleet)?;
         // First, because this publisher is the lock against a second producer.
         let frames = frames_publisher(&frames_service, &participant, robots)?;
@@ -86,6 +91,7 @@ impl Producer {
         Ok(Self {
             run_id: new_run_id(),
             revision: 0,
+            checked_robots: Cell::new(robots),
             frames,
             wake: qos::notifier(&qos::event(node, fleet, "wake")?)?,
             world: world
@@ -135,10 +141,12 @@ impl Producer {
     /// [`PublishError::Loan`] when shared memory is full, or while another loan is alive.
     #[expect(unsafe_code, reason = "the one way to loan a chunk without writing it twice")]
     pub fn loan(&self, robots: usize) -> Result<FrameLoan, PublishError> {
-        let sample = self
-            .frames
-            .loan_slice_uninit(frame_lines(robots))
-            .map_err(|e| PublishError::Loan { what: "a frame", reason: e.to_string() })?;
+        let failed = |reason: String| PublishError::Loan { what: "a frame", reason };
+        if robots > self.checked_robots.get() {
+            check_space(robots).map_err(failed)?;
+            self.checked_robots.set(robots);
+        }
+        let sample = self.frames.loan_slice_uninit(frame_lines(robots)).map_err(|e| failed(e.to_string()))?;
         // SAFETY: a `Line` is plain data, for which every bit pattern is a value, and the chunk is mapped from a
         // shared-memory file: its bytes are zero or those of an older frame, never undefined.
         let mut sample = unsafe { sample.assume_init() };
@@ -305,6 +313,24 @@ fn frames_publisher(
         },
         false => qos::full_or(service.name(), 1, e),
     })
+}
+
+/// Segments reserve addresses, not memory: a machine that has run out of it kills the process that writes to
+/// one. So look beforehand whether three frames fit.
+fn check_space(robots: usize) -> Result<(), String> {
+    let needed = (3 * frame_lines(robots) * BYTES_PER_LINE) as u64;
+    // Where it can't be told, there is nothing to compare with.
+    let Ok(space) = health::space() else { return Ok(()) };
+    if needed <= space.available {
+        return Ok(());
+    }
+    let megabytes = |bytes: u64| bytes as f64 / 1e6;
+    Err(format!(
+        "{robots} robots need {:.0} MB and {:.0} MB are left in {}",
+        megabytes(needed),
+        megabytes(space.available),
+        health::SHARED_MEMORY
+    ))
 }
 
 fn wall_time_nanos() -> u64 {
