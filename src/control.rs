@@ -4,7 +4,7 @@ use std::process::ExitCode;
 
 use regatta_engine::clock::Speed;
 use regatta_plugin::control::ControlResponse;
-use regatta_plugin::subscribe::{Control, ControlError};
+use regatta_plugin::{Control, ControlError};
 
 use crate::Failure;
 use crate::cli::Target;
@@ -30,7 +30,7 @@ pub fn robots(robots: u32, target: &Target) -> Result<ExitCode, Failure> {
 }
 
 pub fn status(json: bool, target: &Target) -> Result<ExitCode, Failure> {
-    let status = Control::connect(&target.fleet)?.status()?;
+    let status = Control::open(&target.fleet)?.status()?;
     println!("{}", if json { json_of(&status) } else { line(&status) });
     Ok(ExitCode::SUCCESS)
 }
@@ -39,7 +39,7 @@ fn tell(
     target: &Target,
     request: impl FnOnce(&mut Control) -> Result<ControlResponse, ControlError>,
 ) -> Result<ExitCode, Failure> {
-    let status = request(&mut Control::connect(&target.fleet)?)?;
+    let status = request(&mut Control::open(&target.fleet)?)?;
     println!("{}", line(&status));
     Ok(ExitCode::SUCCESS)
 }

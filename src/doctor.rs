@@ -82,8 +82,14 @@ fn memory() -> Finding {
     let place = health::SHARED_MEMORY;
     match health::space() {
         Ok(space) if space.available < LITTLE => Warning {
-            what: format!("shared memory: only {} of {} left in {place}", megabytes(space.available), megabytes(space.total)),
-            advice: format!("enough for small fleets; for more, `mount -o remount,size=1g {place}` (Docker: --shm-size=1g)"),
+            what: format!(
+                "shared memory: only {} of {} left in {place}",
+                megabytes(space.available),
+                megabytes(space.total)
+            ),
+            advice: format!(
+                "enough for small fleets; for more, `mount -o remount,size=1g {place}` (Docker: --shm-size=1g)"
+            ),
         },
         Ok(space) => {
             Fine(format!("shared memory: {} of {} left in {place}", megabytes(space.available), megabytes(space.total)))
@@ -141,7 +147,9 @@ fn versions() -> Finding {
                 return Fine(format!("contract: version {CONTRACT_VERSION}, and no fleet here speaks another"));
             }
             Warning {
-                what: format!("contract: this is version {CONTRACT_VERSION}, but there are fleets of version {others:?}"),
+                what: format!(
+                    "contract: this is version {CONTRACT_VERSION}, but there are fleets of version {others:?}"
+                ),
                 advice: "stop them, or use the programs of their release with them".to_owned(),
             }
         }
@@ -152,7 +160,9 @@ fn versions() -> Finding {
 /// Sends a frame to itself.
 fn trial() -> Finding {
     match send_a_frame() {
-        Ok(time) => Fine(format!("iceoryx2 0.10: a frame of 1000 robots came through in {:.0} µs", time.as_secs_f64() * 1e6)),
+        Ok(time) => {
+            Fine(format!("iceoryx2 0.10: a frame of 1000 robots came through in {:.0} µs", time.as_secs_f64() * 1e6))
+        }
         Err(error) => fault(format_args!("iceoryx2 0.10: {error}"), "look at the lines above; -vv shows its own log"),
     }
 }

@@ -10,7 +10,7 @@ use regatta_engine::engine::{Engine, Options};
 use regatta_engine::graph::Handles;
 use regatta_engine::motion::Isa;
 use regatta_engine::scenario::Overrides;
-use regatta_plugin::FleetName;
+use regatta_plugin::{FleetName, Termination};
 
 use crate::{Failure, demo};
 
@@ -87,7 +87,7 @@ impl Tuning {
         args.extend(pair("seed", &self.seed));
         args.extend(pair("threads", &self.threads));
         args.extend(pair("isa", &self.isa));
-        args.extend(pair("handles", &self.handles));
+        args.extend(pair("handles", &self.handles.map(Handles::name)));
         args.extend(pair("lockstep-timeout", &self.lockstep_timeout));
         args.extend(self.lockstep.iter().flat_map(|name| ["--lockstep".to_owned(), name.clone()]));
         args
@@ -98,6 +98,7 @@ pub fn run(args: EngineArgs) -> Result<ExitCode, Failure> {
     if args.die_with_parent {
         crate::supervisor::die_with_parent();
     }
+    let termination = Termination::watch().map_err(crate::plugin_failure)?;
     let scenario = demo::scenario(args.scenario.as_deref(), &args.tuning.overrides())?;
     for warning in &scenario.warnings {
         eprintln!("{warning}");
@@ -116,7 +117,7 @@ pub fn run(args: EngineArgs) -> Result<ExitCode, Failure> {
         lockstep_timeout: Duration::try_from_secs_f64(timeout)
             .map_err(|_| format!("--lockstep-timeout {timeout} is no time: give seconds, 10 say"))?,
     };
-    let summary = Engine::new(scenario, options)?.run()?;
+    let summary = Engine::new(scenario, options)?.run(&termination)?;
     if let Some(digest) = summary.digest {
         println!("{digest:032x}");
     }

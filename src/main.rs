@@ -20,6 +20,11 @@ use cli::{Cli, Command};
 /// What went wrong, for a person: one line that says what to do, and its causes for `-v`.
 type Failure = Box<dyn std::error::Error + Send + Sync>;
 
+/// The contract's catch-all error is one line already.
+fn plugin_failure(error: regatta_plugin::Error) -> Failure {
+    error.to_string().into()
+}
+
 fn main() -> ExitCode {
     let cli = Cli::parse();
     cli::start_logging(cli.verbose);

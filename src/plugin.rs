@@ -34,7 +34,6 @@ pub fn unknown(name: &str) -> String {
 
 pub fn run(args: PluginArgs) -> Result<ExitCode, Failure> {
     let (_, start) = PLUGINS.iter().find(|(name, _)| *name == args.name).ok_or_else(|| unknown(&args.name))?;
-    let program = format!("regatta plugin {}", args.name);
-    start(std::iter::once(program).chain(args.args).collect())?;
+    start(std::iter::once(args.name).chain(args.args).collect()).map_err(crate::plugin_failure)?;
     Ok(ExitCode::SUCCESS)
 }

@@ -6,8 +6,7 @@ use std::time::{Duration, Instant};
 
 use clap::Args;
 use regatta_engine::scenario::{PluginCommand, Scenario, Viewer};
-use regatta_plugin::subscribe::Control;
-use regatta_plugin::{FleetName, signal};
+use regatta_plugin::{Control, FleetName, Termination};
 
 use crate::engine::Tuning;
 use crate::supervisor::Supervisor;
@@ -29,7 +28,7 @@ pub struct RunArgs {
 }
 
 pub fn run(args: RunArgs) -> Result<ExitCode, Failure> {
-    signal::install()?;
+    let termination = Termination::watch().map_err(crate::plugin_failure)?;
     // Read here too, so that a mistake in it is told once, by this process, before anything starts.
     let scenario = demo::scenario(args.scenario.as_deref(), &args.tuning.overrides())?;
     let plugins = scenario.plugins.iter().map(|plugin| plugin_command(plugin, &args.tuning.fleet));
@@ -42,7 +41,7 @@ pub fn run(args: RunArgs) -> Result<ExitCode, Failure> {
     }
     announce(&scenario, &args.tuning.fleet)?;
 
-    let mut failures = watch(&mut supervisor, &args.tuning.fleet, args.for_.map(Into::into));
+    let mut failures = watch(&mut supervisor, &args.tuning.fleet, args.for_.map(Into::into), &termination);
     failures.extend(supervisor.stop());
     for failure in &failures {
         eprintln!("regatta: {failure}");
@@ -64,11 +63,16 @@ fn announce(scenario: &Scenario, fleet: &FleetName) -> Result<(), Failure> {
 }
 
 /// Prints a status line a second until it is time to stop; returns what failed.
-fn watch(supervisor: &mut Supervisor, fleet: &FleetName, limit: Option<Duration>) -> Vec<String> {
+fn watch(
+    supervisor: &mut Supervisor,
+    fleet: &FleetName,
+    limit: Option<Duration>,
+    termination: &Termination,
+) -> Vec<String> {
     let started = Instant::now();
     let mut control = None;
     let mut next_line = started;
-    while !signal::termination_requested() {
+    while !termination.requested() {
         let now = Instant::now();
         if limit.is_some_and(|limit| now - started >= limit) {
             break;
@@ -79,7 +83,7 @@ fn watch(supervisor: &mut Supervisor, fleet: &FleetName, limit: Option<Duration>
             return failures;
         }
         if control.is_none() {
-            control = Control::connect(fleet).ok();
+            control = Control::open(fleet).ok();
         }
         if let (Some(control), true) = (&mut control, now >= next_line) {
             match control.status() {

@@ -7,7 +7,7 @@ mod stats;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use regatta_plugin::event::{EventHeader, EventRecord};
+use regatta_plugin::event::EventHeader;
 use regatta_plugin::frame::{ClockState, FrameHeader};
 use regatta_plugin::lockstep::LockstepError;
 use regatta_plugin::order::{OrderHeader, OrderRecord};
@@ -16,14 +16,17 @@ use regatta_plugin::{FleetName, OpenError, PublishError, ReadError, Termination}
 
 use crate::clock::{Clock, Speed};
 use crate::digest::Digest;
-use crate::fleet::{Fleet, FleetOptions};
+use crate::fleet::{Events, Fleet, FleetConfig, FleetError};
 use crate::graph::arc_length::Tracks;
 use crate::motion::Isa;
-use crate::scenario::Scenario;
+use crate::scenario::{MAX_ROBOTS, Scenario};
 use stats::TickStats;
 
 /// Longest sleep between looks at control requests.
 const CONTROL_POLL: Duration = Duration::from_millis(5);
+
+/// Most events that one tick publishes; the rest is counted.
+const MAX_EVENTS: usize = 1 << 18;
 
 /// How to run a scenario.
 #[derive(Clone, Debug)]
@@ -78,21 +81,11 @@ pub enum EngineError {
     /// A plugin in lockstep didn't finish a tick.
     #[error(transparent)]
     Lockstep(#[from] LockstepError),
-    /// The machine lacks an instruction set that was asked for.
-    #[error("this machine can't run --isa {0}; leave it out to use the best it has, {best}", best = Isa::detect())]
-    UnsupportedIsa(Isa),
-    /// Robots would pass several pieces of road per tick.
-    #[error("a robot drives {speed} m/s, too far for a tick of {} s; raise the rate to at least {min_rate:.0}", tick_period.as_secs_f64())]
-    TickTooLong {
-        /// Metres per second.
-        speed: f64,
-        /// Simulated time per tick.
-        tick_period: Duration,
-        /// Ticks per second that would do.
-        min_rate: f64,
-    },
+    /// The scenario or the options don't fit the machine or each other.
+    #[error(transparent)]
+    Fleet(#[from] FleetError),
     /// More robots than a fleet can hold.
-    #[error("{0} robots are too many: a fleet holds at most {max}", max = crate::scenario::MAX_ROBOTS)]
+    #[error("{0} robots are too many: a fleet holds at most {max}", max = MAX_ROBOTS)]
     TooManyRobots(u32),
 }
 
@@ -109,7 +102,10 @@ pub struct Engine {
     steps_left: u64,
     tick: u64,
     stats: TickStats,
-    events: Vec<EventRecord>,
+    events: Events,
+    /// What the column `type` last told.
+    kinds: Vec<u16>,
+    tracks: Arc<Tracks>,
     orders: Vec<(OrderHeader, Vec<OrderRecord>)>,
     digest: Option<Digest>,
     pending: Vec<control::Pending>,
@@ -123,28 +119,21 @@ impl Engine {
     /// If another producer of that fleet runs, shared memory can't be had, or the options don't fit the
     /// scenario or the machine.
     pub fn new(scenario: Scenario, options: Options) -> Result<Self, EngineError> {
-        let isa = options.isa.unwrap_or_else(Isa::detect);
-        if !isa.is_supported() {
-            return Err(EngineError::UnsupportedIsa(isa));
-        }
-        check_tick_length(&scenario)?;
         let robots = options.robots.unwrap_or_else(|| scenario.robots());
-        if robots > crate::scenario::MAX_ROBOTS {
+        if robots > MAX_ROBOTS {
             return Err(EngineError::TooManyRobots(robots));
         }
         let producer = Producer::create(&options.fleet, robots as usize)?;
         let tracks = Arc::new(Tracks::compile(&scenario.graph));
-        let fleet = Fleet::new(
-            scenario.graph.clone(),
-            tracks,
-            FleetOptions {
-                robot_types: scenario.robot_types.clone(),
-                tick_period: scenario.tick_period,
-                seed: scenario.seed,
-                isa,
-                threads: options.threads,
-            },
-        );
+        let config = FleetConfig {
+            types: scenario.robot_types.clone(),
+            tick_period: scenario.tick_period,
+            seed: scenario.seed,
+            isa: options.isa.unwrap_or_else(Isa::detect),
+            threads: options.threads,
+            most_robots: MAX_ROBOTS,
+        };
+        let fleet = Fleet::new(scenario.graph.clone(), tracks.clone(), config)?;
         let now = Instant::now();
         let mut engine = Self {
             started: now,
@@ -154,7 +143,9 @@ impl Engine {
             paused: false,
             steps_left: 0,
             tick: 0,
-            events: Vec::new(),
+            events: Events::new(MAX_EVENTS),
+            kinds: Vec::new(),
+            tracks,
             orders: Vec::new(),
             pending: Vec::new(),
             next_ticket: 0,
@@ -177,6 +168,7 @@ impl Engine {
         self.republish(self.clock_state())?;
         self.started = Instant::now();
         self.clock.restart(self.clock.speed(), self.started);
+        self.stats.restart(self.tick, self.started);
         while !termination.requested() && self.options.ticks.is_none_or(|ticks| self.tick < ticks) {
             self.answer_requests()?;
             if self.wait_until_due() {
@@ -209,9 +201,9 @@ impl Engine {
 
     fn make_tick(&mut self, termination: &Termination) -> Result<(), EngineError> {
         let start = Instant::now();
+        self.events.set_wanted(self.producer.has_event_readers());
         self.take_orders()?;
         self.tick += 1;
-        self.fleet.collect_events(self.producer.has_event_readers());
         if self.publishes() {
             let header = self.describe(self.clock_state());
             let mut frame = self.producer.loan(self.fleet.robots())?;
@@ -272,13 +264,13 @@ impl Engine {
                 fleet.apply(&records, events);
             }
         }
-        if fleet.take_population_changed() { self.publish_types() } else { Ok(()) }
+        if self.fleet.kinds() == self.kinds { Ok(()) } else { self.publish_types() }
     }
 
     fn publish_events(&mut self) -> Result<(), EngineError> {
-        if !self.events.is_empty() {
-            let header = EventHeader { tick: self.tick, ..EventHeader::default() };
-            self.producer.publish_events(&header, &self.events)?;
+        if !self.events.records().is_empty() {
+            let header = EventHeader { tick: self.tick, dropped: self.events.dropped(), ..EventHeader::default() };
+            self.producer.publish_events(&header, self.events.records())?;
             self.events.clear();
         }
         Ok(())
@@ -329,15 +321,4 @@ fn send(mut frame: FrameLoan, description: FrameHeader, digest: Option<&mut Dige
     }
     frame.send()?;
     Ok(())
-}
-
-/// The longest step must not be longer than the longest piece of road (see `arc_length`).
-fn check_tick_length(scenario: &Scenario) -> Result<(), EngineError> {
-    let velocities = |edge: &crate::graph::Edge| edge.velocity_backwards.map_or(edge.velocity_forward, |v| v.max(edge.velocity_forward));
-    let speed = scenario.graph.edges().iter().map(velocities).fold(0.0, f64::max);
-    let longest = crate::graph::arc_length::MAX_PIECE_LENGTH;
-    if speed * scenario.tick_period.as_secs_f64() <= longest {
-        return Ok(());
-    }
-    Err(EngineError::TickTooLong { speed, tick_period: scenario.tick_period, min_rate: (speed / longest).ceil() })
 }

@@ -4,10 +4,9 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-use regatta_plugin::FleetName;
 use regatta_plugin::control::ControlResponse;
 use regatta_plugin::frame::RobotState;
-use regatta_plugin::subscribe::{Control, Frame, Subscriber};
+use regatta_plugin::{Control, FleetName, Frame, Subscriber};
 
 use crate::Failure;
 use crate::supervisor::Supervisor;

@@ -9,7 +9,8 @@ use super::published::Pose;
 use crate::Failure;
 
 /// Colours that stay apart for colour-blind readers (Okabe and Ito).
-const COLOURS: [RGBColor; 4] = [RGBColor(0, 114, 178), RGBColor(213, 94, 0), RGBColor(0, 158, 115), RGBColor(204, 121, 167)];
+const COLOURS: [RGBColor; 4] =
+    [RGBColor(0, 114, 178), RGBColor(213, 94, 0), RGBColor(0, 158, 115), RGBColor(204, 121, 167)];
 
 type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 
@@ -24,9 +25,12 @@ pub fn path(file: &Path, route: &[u32], poses: &[Pose]) -> Result<(), Failure> {
     let root = SVGBackend::new(file, (1100, 500)).into_drawing_area();
     root.fill(&WHITE)?;
     let (left, right) = root.split_horizontally(550);
-    let along = poses.windows(2).scan(0.0, |distance, pair| {
+    let start = (0.0, poses.first().map_or(0.0, |pose| pose[2]));
+    let along = poses.windows(2).scan(start, |(distance, heading), pair| {
         *distance += (pair[1][0] - pair[0][0]).hypot(pair[1][1] - pair[0][1]);
-        Some((*distance, pair[1][2]))
+        // The short way round, so that the line doesn't jump where the angle wraps.
+        *heading += (pair[1][2] - *heading + 180.0).rem_euclid(360.0) - 180.0;
+        Some((*distance, *heading))
     });
     let name = format!("route {route:?}");
     let line = Series { name: name.clone(), points: poses.iter().map(|pose| (pose[0], pose[1])).collect() };
@@ -63,7 +67,13 @@ fn chart(area: &Area<'_>, caption: &str, axes: (&str, &str), series: &[Series]) 
         .x_label_area_size(44)
         .y_label_area_size(60)
         .build_cartesian_2d(xs, ys)?;
-    chart.configure_mesh().x_desc(axes.0).y_desc(axes.1).light_line_style(WHITE).label_style(("sans-serif", 13)).draw()?;
+    chart
+        .configure_mesh()
+        .x_desc(axes.0)
+        .y_desc(axes.1)
+        .light_line_style(WHITE)
+        .label_style(("sans-serif", 13))
+        .draw()?;
     for (line, colour) in series.iter().zip(COLOURS.iter().cycle()) {
         chart
             .draw_series(LineSeries::new(line.points.iter().copied(), colour.stroke_width(2)))?

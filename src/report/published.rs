@@ -72,7 +72,8 @@ mod tests {
         let (edges, routes) = END_POSES.split_at(10);
         for (rows, published) in [(edges, AVERAGE_RATES[0]), (routes, AVERAGE_RATES[1])] {
             for column in 0..2 {
-                let rates = rows.iter().map(|row| success_rate(row.simulated[column], row.wanted[column], false).unwrap());
+                let rates =
+                    rows.iter().map(|row| success_rate(row.simulated[column], row.wanted[column], false).unwrap());
                 let mean = rates.sum::<f64>() / rows.len() as f64;
                 assert!((mean - published[column]).abs() < 0.06, "column {column}: {mean} for {}", published[column]);
             }

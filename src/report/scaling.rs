@@ -157,8 +157,14 @@ fn series(finishes: &[Vec<Finish>], loads: &[Load]) -> (Vec<plot::Series>, Vec<p
     let point = |load: &Load, cost: f64| (f64::from(load.robots).log10(), cost.log10());
     let sixty: Vec<_> = loads.iter().filter(|load| load.rate_hz <= 100).collect();
     let costs = vec![
-        plot::Series { name: "median".into(), points: sixty.iter().map(|load| point(load, load.tick_cost_p50_ms)).collect() },
-        plot::Series { name: "p99".into(), points: sixty.iter().map(|load| point(load, load.tick_cost_p99_ms)).collect() },
+        plot::Series {
+            name: "median".into(),
+            points: sixty.iter().map(|load| point(load, load.tick_cost_p50_ms)).collect(),
+        },
+        plot::Series {
+            name: "p99".into(),
+            points: sixty.iter().map(|load| point(load, load.tick_cost_p99_ms)).collect(),
+        },
     ];
     (durations, costs)
 }
@@ -170,7 +176,8 @@ fn markdown(finishes: &[Vec<Finish>], loads: &[Load], circumstances: &str) -> St
          | route | 1 robot | 10 | 20 | 30 | 30 over 1 |\n|---|---|---|---|---|---|\n"
     );
     for (row, finishes) in DURATIONS.iter().zip(finishes) {
-        let cells = finishes.iter().zip(row.secs).map(|(finish, published)| format!("{:.2} ({published})", finish.wall_secs));
+        let cells =
+            finishes.iter().zip(row.secs).map(|(finish, published)| format!("{:.2} ({published})", finish.wall_secs));
         let ratio = finishes[3].wall_secs / finishes[0].wall_secs;
         let published = row.secs[3] / row.secs[0];
         let cells = cells.collect::<Vec<_>>().join(" | ");
@@ -206,9 +213,7 @@ fn markdown(finishes: &[Vec<Finish>], loads: &[Load], circumstances: &str) -> St
 }
 
 fn json(finishes: &[Vec<Finish>], loads: &[Load], args: &ScalingArgs, machine: serde_json::Value) -> serde_json::Value {
-    let finish = |(finish, robots): (&Finish, &u32)| {
-        serde_json::json!({"robots": robots, "simulated_secs": finish.simulated_secs, "wall_secs": finish.wall_secs})
-    };
+    let finish = |(finish, robots): (&Finish, &u32)| serde_json::json!({"robots": robots, "simulated_secs": finish.simulated_secs, "wall_secs": finish.wall_secs});
     let tables: Vec<_> = DURATIONS
         .iter()
         .zip(finishes)

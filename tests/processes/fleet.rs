@@ -103,7 +103,7 @@ impl Fleet {
     }
 
     pub fn subscriber(&self) -> Subscriber {
-        eventually("the fleet can be read", || Subscriber::connect(&self.name).ok())
+        eventually("the fleet can be read", || Subscriber::open(&self.name).ok())
     }
 
     /// A plugin process on this fleet.

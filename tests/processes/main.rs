@@ -5,6 +5,7 @@ mod command_line;
 mod control;
 mod determinism;
 mod fleet;
-mod own_plugin;
+mod lockstep;
+//mod own_plugin;
 mod readers;
 mod restart;

@@ -74,6 +74,7 @@ fn a_late_joiner_gets_world_and_frame_of_a_paused_fleet() {
     let mut reader = fleet.subscriber();
     let robots = eventually("the last frame", || reader.latest().expect("readable").map(|frame| frame.len()));
     assert_eq!(robots, 30);
-    let edges = eventually("the world", || reader.world().expect("readable").map(|world| world.edges().len()));
+    let mut worlds = regatta_plugin::WorldReader::open(&fleet.name).expect("opened");
+    let edges = eventually("the world", || worlds.latest().expect("readable").map(|world| world.edges().len()));
     assert!(edges >= 60, "{edges} edges");
 }

@@ -109,6 +109,9 @@ impl Engine {
     fn change_robots(&mut self, count: u64) -> Result<Result<(), String>, EngineError> {
         match u32::try_from(count) {
             Ok(robots) if robots <= MAX_ROBOTS => {
+                if let Err(error) = self.producer.check_room(robots as usize) {
+                    return Ok(Err(error.to_string()));
+                }
                 self.set_robots(robots);
                 self.publish_types()?;
                 Ok(Ok(()))
@@ -129,8 +132,8 @@ impl Engine {
             tick_cost_p99_nanos: p99.as_nanos() as u64,
             resident_bytes: resident_bytes(),
             wall_time_nanos: self.started.elapsed().as_nanos() as u64,
-            robots_by_state: self.fleet.count_by_state(),
-            robots: self.fleet.present(),
+            robots_by_state: self.fleet.robots_by_state(),
+            robots: self.fleet.present() as u32,
             pid: std::process::id(),
             clock: self.clock_state() as u32,
             speed: self.clock.speed().as_f32(),

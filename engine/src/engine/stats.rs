@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 /// Costs that percentiles are taken of.
 const WINDOW: usize = 1024;
-/// How often the real-time factor is taken.
+/// How often the real-time factor is taken; for the first time after a fifth of that.
 const RATE_WINDOW: Duration = Duration::from_secs(1);
 
 /// Costs of the last ticks, and how fast simulated time passes.
@@ -42,7 +42,7 @@ impl TickStats {
     pub fn note_time(&mut self, tick: u64, tick_period: Duration, now: Instant) {
         let (from, from_tick) = self.rate_from;
         let elapsed = now.saturating_duration_since(from);
-        if elapsed >= RATE_WINDOW || self.real_time_factor == 0.0 {
+        if elapsed >= RATE_WINDOW || (self.real_time_factor == 0.0 && elapsed >= RATE_WINDOW / 5) {
             let simulated = tick_period.as_secs_f64() * (tick - from_tick) as f64;
             self.real_time_factor = (simulated / elapsed.as_secs_f64().max(1e-9)) as f32;
         }

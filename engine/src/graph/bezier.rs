@@ -127,8 +127,8 @@ impl Velocity {
     /// One Gauss-Legendre rule of |p'| over the whole interval.
     pub(super) fn quadrature(&self, from: f64, to: f64) -> f64 {
         let (half, middle) = ((to - from) / 2.0, (to + from) / 2.0);
-        let [left, centre, right] = [-OUTER, 0.0, OUTER].map(|node| self.at(middle + half * node).length());
-        half * (OUTER_WEIGHT * (left + right) + MIDDLE_WEIGHT * centre)
+        let speed = |node: f64| self.at(middle + half * node).length();
+        half * (OUTER_WEIGHT * (speed(-OUTER) + speed(OUTER)) + MIDDLE_WEIGHT * speed(0.0))
     }
 
     fn refine(&self, from: f64, to: f64, whole: f64, depth: u32) -> f64 {

@@ -4,8 +4,8 @@
 //! its ends, so neither jumps from one piece to the next. Where pieces end is chosen by their measured error.
 //!
 //! Where the curve stops and turns back (a cusp, p' = 0) there is no smooth heading: a piece ends there, and the
-//! heading turns by π between that piece and the next. A turn so tight that it is over within about a tenth of a
-//! micrometre is taken the same way, at one point.
+//! heading turns by π between that piece and the next. So it does, in steps, where the curve turns within a few units
+//! of [`Distance`]; the bounds of heading and pace hold wherever the radius of curvature is 30 µm or more.
 
 use glam::DVec2;
 
@@ -22,11 +22,13 @@ const POSITION_TOLERANCE: f64 = 0.95e-3;
 /// In radians, likewise.
 const HEADING_TOLERANCE: f64 = 0.088 * std::f64::consts::PI / 180.0;
 /// Of |p'(w)|: likewise.
-const PACE_TOLERANCE: f64 = 0.88e-3;
+const PACE_TOLERANCE: f64 = 0.85e-3;
 /// Trials after the first good one, after which the longest good one is long enough.
 const ATTEMPTS: u32 = 3;
-/// Intervals into which a trial is cut to measure it.
-const INTERVALS: usize = 12;
+/// Intervals into which a trial is cut to measure it: enough to find bad ones,
+const COARSE: usize = 4;
+/// and enough to trust good ones.
+const FINE: usize = 16;
 
 /// A point of the curve that a piece starts or ends at.
 #[derive(Clone, Copy, Debug)]
@@ -163,6 +165,7 @@ struct Fitting<'a> {
 }
 
 /// The curve from one parameter to another as one piece.
+#[derive(Clone, Copy)]
 struct Trial {
     to: Joint,
     /// Metres.
@@ -186,31 +189,31 @@ impl Fitting<'_> {
     /// Fits a part of the curve along which |p'| has no narrow minimum inside. Returns where it ended.
     fn span(&mut self, start: f64, first: Joint, end: End) -> (f64, Joint) {
         let (mut at, mut from, mut hint) = (start, first, end.at - start);
-        while at < end.at {
+        loop {
             let (to, trial) = self.longest(at, from, hint, end);
             let (to, trial) = self.balanced(at, from, to, end).unwrap_or((to, trial));
-            let is_end = to >= end.at;
             hint = to - at;
-            (at, from) = self.push(from, to, &trial, is_end && end.is_fixed);
-            if is_end {
+            (at, from) = self.push(from, to, &trial, end);
+            if to == end.at {
                 break;
             }
         }
         (at, from)
     }
 
-    /// The longest good piece from `at`, or nearly; if none is good, a very short one. Starts the search at a
-    /// width of `hint`.
+    /// The longest good piece from `at`, or nearly, or a fair share of what is left; if none is good, a very short one.
+    /// Starts the search at a width of `hint`.
     fn longest(&self, at: f64, from: Joint, hint: f64, end: End) -> (f64, Trial) {
         let mut best: Option<(f64, Trial)> = None;
         let mut bad = f64::INFINITY;
         let mut to = (at + hint).min(end.at);
+        let mut share = f64::NAN;
         let mut attempts = 0;
         loop {
             let trial = self.measure(at, from, to, if to < end.at { self.joint(to) } else { end.joint });
             let next = at + (to - at) * self.scale(at, to, &trial);
             if trial.is_good() {
-                if to == end.at || trial.is_long() {
+                if to == end.at || trial.is_long() || (to == share && trial.error > 0.25) {
                     return (to, trial);
                 }
                 best = Some((to, trial));
@@ -219,10 +222,16 @@ impl Fitting<'_> {
             } else {
                 bad = to;
             }
+            if to == end.at && trial.error.is_finite() && trial.length <= LONGEST {
+                share = at + (end.at - at) / trial.error.cbrt().ceil();
+                to = share;
+                continue;
+            }
             attempts += u32::from(best.is_some());
-            let good = match best.take_if(|_| attempts > ATTEMPTS) {
-                Some(best) => return best,
-                None => best.as_ref().map_or(at, |best| best.0),
+            let good = match best {
+                Some(best) if attempts > ATTEMPTS => return best,
+                Some((good, _)) => good,
+                None => at,
             };
             to = if good < next && next < bad { next.min(end.at) } else { (good + bad.min(end.at)) / 2.0 };
         }
@@ -253,46 +262,64 @@ impl Fitting<'_> {
         Joint { position: self.curve.position(at), tangent: self.curve.tangent(at, Side::Before) }
     }
 
-    /// Fits one piece and compares it with the curve in between.
+    /// Fits one piece and compares it with the curve in between; closely if it seems to be good.
     fn measure(&self, at: f64, from: Joint, to: f64, joint: Joint) -> Trial {
-        let lambda = |i: usize| at + (to - at) * (i as f64 / INTERVALS as f64);
-        let mut sums = [0.0; INTERVALS + 1];
-        for i in 0..INTERVALS {
-            sums[i + 1] = sums[i] + self.velocity.quadrature(lambda(i), lambda(i + 1));
-        }
-        let length = sums[INTERVALS];
-        let polynomial = Polynomial::hermite(from, joint, length);
-        let error = |i: usize| self.error(&polynomial, sums[i] - length, lambda(i));
-        Trial { to: joint, length, error: (1..INTERVALS).map(error).fold(0.0, f64::max) }
+        let trial = self.measure_at::<COARSE>(at, from, to, joint);
+        if trial.is_good() { self.measure_at::<FINE>(at, from, to, joint) } else { trial }
     }
 
-    /// The worst of the three errors at a point, relative to what is tolerated.
-    fn error(&self, polynomial: &Polynomial, w: f64, lambda: f64) -> f64 {
+    fn measure_at<const INTERVALS: usize>(&self, at: f64, from: Joint, to: f64, joint: Joint) -> Trial {
+        // Denser towards the ends, where a slow point may hide.
+        let lambda = |i: usize| {
+            let even = i as f64 / INTERVALS as f64;
+            at + (to - at) * (even * even * (3.0 - 2.0 * even))
+        };
+        // Up to each interval's end.
+        let mut lengths = [0.0; INTERVALS];
+        let mut length = 0.0;
+        for (i, sum) in lengths.iter_mut().enumerate() {
+            length += self.velocity.quadrature(lambda(i), lambda(i + 1));
+            *sum = length;
+        }
+        let polynomial = Polynomial::hermite(from, joint, length);
+        let mut worst = [0.0_f64; 2];
+        for i in 1..INTERVALS {
+            let errors = self.errors(&polynomial, lengths[i - 1] - length, lambda(i));
+            worst = [worst[0].max(errors[0]), worst[1].max(errors[1])];
+        }
+        // x^¾, as positions go with the fourth power of the length, and the others with the third.
+        let position = worst[0].sqrt() * worst[0].sqrt().sqrt();
+        Trial { to: joint, length, error: position.max(worst[1]) }
+    }
+
+    /// The error of the position at a point, and the worse one of heading and pace, relative to what is tolerated.
+    fn errors(&self, polynomial: &Polynomial, w: f64, lambda: f64) -> [f64; 2] {
         let derivative = polynomial.derivative(w);
         let pace = derivative.length();
         let tangent = self.velocity.at(lambda);
-        let position = polynomial.position(w).distance(self.curve.position(lambda)) / self.tolerance;
         if derivative.dot(tangent) <= 0.0 {
-            return f64::INFINITY;
+            return [f64::INFINITY; 2];
         }
+        let position = polynomial.position(w).distance(self.curve.position(lambda)) / self.tolerance;
         let heading = derivative.perp_dot(tangent).abs() / (pace * tangent.length() * HEADING_TOLERANCE);
-        position.max(heading).max((pace - 1.0).abs() / PACE_TOLERANCE)
+        [position, heading.max((pace - 1.0).abs() / PACE_TOLERANCE)]
     }
 
-    /// Adds a piece. Unless its end is fixed it is moved by less than a unit, so that the length is a whole number of
+    /// Adds a piece. If it can, it moves the piece's end by less than a unit, so that the length is a whole number of
     /// units and nothing adds up. Returns where the piece ends.
-    fn push(&mut self, from: Joint, to: f64, trial: &Trial, is_fixed: bool) -> (f64, Joint) {
+    fn push(&mut self, from: Joint, to: f64, trial: &Trial, end: End) -> (f64, Joint) {
         self.metres += trial.length;
-        let end = self.next_unit(self.metres);
+        let unit = self.next_unit(self.metres);
+        let rounding = unit as f64 / Distance::PER_METRE - self.metres;
+        let shift = rounding / self.curve.derivative(to).length();
         let (mut to, mut joint) = (to, trial.to);
-        if !is_fixed {
-            let rounding = end as f64 / Distance::PER_METRE - self.metres;
+        if !end.is_fixed || shift.abs() < 0.1 * (end.at - to) {
             self.metres += rounding;
-            to += rounding / self.curve.derivative(to).length();
+            to += shift;
             joint = self.joint(to);
         }
-        self.stretches.push(Stretch { from, to: joint, start: self.units, end, is_tip: trial.error > 1.0 });
-        self.units = end;
+        self.stretches.push(Stretch { from, to: joint, start: self.units, end: unit, is_tip: trial.error > 1.0 });
+        self.units = unit;
         (to, joint)
     }
 

@@ -2,7 +2,16 @@
 
 pub mod arc_length;
 pub mod bezier;
+pub mod components;
+pub mod finding;
 mod fit;
+mod lines;
+mod read;
+pub mod spline;
+mod survey;
+pub mod validate;
+mod value;
+mod yaml;
 
 #[cfg(test)]
 mod arc_length_tests;
@@ -10,6 +19,10 @@ mod arc_length_tests;
 use std::collections::HashMap;
 
 use glam::DVec2;
+
+pub use finding::{Finding, Findings, Severity, Subject};
+pub use read::{GraphError, MAX_FILE_BYTES, ReadOptions, parse, read};
+pub use spline::Handles;
 
 /// Position of a node in [`RouteGraph::nodes`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]

@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
-use crate::graph::{self, GraphError, Handles, Leg, NodeIndex, RouteGraph};
 use crate::fleet::{Repeat, RobotType};
+use crate::graph::{self, GraphError, Handles, Leg, NodeIndex, RouteGraph};
 pub use yaml::{LegName, PluginCommand, Viewer};
 
 /// Most robots that a scenario may ask for: ids and columns stay far inside `u32`.
@@ -45,7 +45,7 @@ pub struct RobotGroup {
     /// How many; at least one.
     pub count: u32,
     /// Index into the scenario's robot types.
-    pub robot_type: u32,
+    pub robot_type: u16,
     /// Where they start and what they drive.
     pub start: Start,
 }
@@ -131,7 +131,7 @@ impl Scenario {
         let file = parse(&text, path)?;
         let graph_path = path.parent().unwrap_or(Path::new("")).join(&file.graph);
         let (graph, findings) = graph::read(&graph_path, &graph::ReadOptions { handles: overrides.handles })?;
-        let warnings = findings.iter().map(ToString::to_string).collect();
+        let warnings = findings.as_slice().iter().map(ToString::to_string).collect();
         resolve::resolve(file, path, graph, warnings, overrides)
     }
 
@@ -142,9 +142,12 @@ impl Scenario {
     /// As [`Scenario::read`].
     pub fn from_texts(text: &str, graph_text: &str, name: &Path, overrides: &Overrides) -> Result<Self, ScenarioError> {
         let file = parse(text, name)?;
-        let (graph, findings) =
-            graph::parse(graph_text, &file.graph, &graph::ReadOptions { handles: overrides.handles })?;
-        let warnings = findings.iter().map(ToString::to_string).collect();
+        let (graph, findings) = graph::parse(
+            graph_text,
+            &file.graph.display().to_string(),
+            &graph::ReadOptions { handles: overrides.handles },
+        )?;
+        let warnings = findings.as_slice().iter().map(ToString::to_string).collect();
         resolve::resolve(file, name, graph, warnings, overrides)
     }
 

@@ -32,7 +32,7 @@ pub(super) fn resolve(
     let robot_types = file.robot_types.into_iter().map(robot_type).collect::<Result<Vec<_>, _>>();
     let mut robot_types = robot_types.map_err(|message| invalid("robot_types", message))?;
     if robot_types.is_empty() {
-        robot_types.push(RobotType::default());
+        robot_types.push(default_robot_type());
     }
 
     let mut groups = Vec::with_capacity(file.robots.len());
@@ -46,9 +46,14 @@ pub(super) fn resolve(
     }
 
     let walks = groups.iter().any(|group| matches!(group.start, Start::Random));
-    let dead_ends = (0..).zip(graph.nodes()).filter(|(index, _)| graph.departures(crate::graph::NodeIndex(*index)).is_empty());
+    let dead_ends =
+        (0..).zip(graph.nodes()).filter(|(index, _)| graph.departures(crate::graph::NodeIndex(*index)).is_empty());
     if let (true, Some((_, node))) = (walks, dead_ends.into_iter().next()) {
-        warnings.push(format!("{}: robots on random walks will stop at dead ends such as node {}", path.display(), node.id));
+        warnings.push(format!(
+            "{}: robots on random walks will stop at dead ends such as node {}",
+            path.display(),
+            node.id
+        ));
     }
 
     Ok(Scenario {
@@ -76,6 +81,11 @@ fn clock(rate: f64, publish_rate: f64) -> Result<(Duration, u32), Complaint> {
     Ok((Duration::from_nanos((1e9 / rate).round() as u64), ticks_per_frame as u32))
 }
 
+/// What drives when a scenario lists no robot types.
+fn default_robot_type() -> RobotType {
+    RobotType { name: "amr".into(), length: 0.9, width: 0.6, max_speed: f32::INFINITY, max_acceleration: f32::INFINITY }
+}
+
 fn robot_type(entry: RobotTypeEntry) -> Result<RobotType, Complaint> {
     let positive = |name: &str, value: f32| {
         let sane = value.is_finite() && value > 0.0;
@@ -85,7 +95,9 @@ fn robot_type(entry: RobotTypeEntry) -> Result<RobotType, Complaint> {
         length: positive("length", entry.length)?,
         width: positive("width", entry.width)?,
         max_speed: entry.max_speed.map_or(Ok(f32::INFINITY), |value| positive("max_speed", value))?,
-        max_acceleration: entry.max_acceleration.map_or(Ok(f32::INFINITY), |value| positive("max_acceleration", value))?,
+        max_acceleration: entry
+            .max_acceleration
+            .map_or(Ok(f32::INFINITY), |value| positive("max_acceleration", value))?,
         name: entry.name,
     })
 }
@@ -109,7 +121,7 @@ fn group(entry: RobotsEntry, graph: &RouteGraph, robot_types: &[RobotType]) -> R
         }
         _ => return Err("give one of: route (a list of edges), routes: random, node (an id)".into()),
     };
-    Ok(RobotGroup { count: entry.count, robot_type: robot_type as u32, start })
+    Ok(RobotGroup { count: entry.count, robot_type: robot_type as u16, start })
 }
 
 fn route_start(route: &[LegName], repeat: RepeatEntry, graph: &RouteGraph) -> Result<Start, Complaint> {

@@ -50,8 +50,6 @@ use crate::world::{EdgeRecord, NodeRecord, RobotTypeRecord, WorldHeader, WorldLa
 pub struct Producer {
     run_id: u64,
     revision: u64,
-    /// Robots that shared memory was found to have room for.
-    checked_robots: Cell<usize>,
     frames: Publisher<Ipc, [Line], FrameHeader>,
     wake: Notifier<Ipc>,
     world: Publisher<Ipc, [Line], WorldHeader>,
@@ -64,6 +62,8 @@ pub struct Producer {
     pub(crate) requests: RequestInbox,
     pub(crate) collector: Collector,
     participant: Participant,
+    /// The largest frame, in lines, that shared memory was found to have room for.
+    roomy_lines: Cell<usize>,
 }
 
 impl Producer {
@@ -82,7 +82,6 @@ impl Producer {
     /// As [`create`](Self::create).
     pub fn create_on(participant: Participant, robots: usize) -> Result<Self, OpenError> {
         let (node, fleet) = (&*participant.node, participant.fleet());
-        check_space(robots).map_err(|reason| OpenError::SharedMemory { what: format!("fleet '{fleet}'"), reason })?;
         let frames_service = qos::frames(node, fleet)?;
         // First, because this publisher is the lock against a second producer.
         let frames = frames_publisher(&frames_service, &participant, robots)?;
@@ -91,7 +90,6 @@ impl Producer {
         Ok(Self {
             run_id: new_run_id(),
             revision: 0,
-            checked_robots: Cell::new(robots),
             frames,
             wake: qos::notifier(&qos::event(node, fleet, "wake")?)?,
             world: world
@@ -118,6 +116,7 @@ impl Producer {
             requests: RequestInbox::open(&participant)?,
             collector: Collector::open(&participant)?,
             participant,
+            roomy_lines: Cell::new(0),
         })
     }
 
@@ -141,12 +140,11 @@ impl Producer {
     /// [`PublishError::Loan`] when shared memory is full, or while another loan is alive.
     #[expect(unsafe_code, reason = "the one way to loan a chunk without writing it twice")]
     pub fn loan(&self, robots: usize) -> Result<FrameLoan, PublishError> {
-        let failed = |reason: String| PublishError::Loan { what: "a frame", reason };
-        if robots > self.checked_robots.get() {
-            check_space(robots).map_err(failed)?;
-            self.checked_robots.set(robots);
-        }
-        let sample = self.frames.loan_slice_uninit(frame_lines(robots)).map_err(|e| failed(e.to_string()))?;
+        self.check_room(robots)?;
+        let sample = self
+            .frames
+            .loan_slice_uninit(frame_lines(robots))
+            .map_err(|e| PublishError::Loan { what: "a frame", reason: e.to_string() })?;
         // SAFETY: a `Line` is plain data, for which every bit pattern is a value, and the chunk is mapped from a
         // shared-memory file: its bytes are zero or those of an older frame, never undefined.
         let mut sample = unsafe { sample.assume_init() };
@@ -158,6 +156,30 @@ impl Producer {
             ..FrameHeader::default()
         };
         Ok(FrameLoan { sample, robots })
+    }
+
+    /// Whether frames of that many robots have room. The operating system hands out shared memory that it doesn't
+    /// have, and ends the process that writes to it (`SIGBUS`): so this looks before the first frame of a size.
+    ///
+    /// # Errors
+    /// [`PublishError::Loan`] says how much is missing.
+    pub fn check_room(&self, robots: usize) -> Result<(), PublishError> {
+        let lines = frame_lines(robots);
+        if lines <= self.roomy_lines.get() {
+            return Ok(());
+        }
+        let needed = (lines * BYTES_PER_LINE * qos::CHUNKS_IN_USE) as u64;
+        // Where the system doesn't say how much there is, there is nothing to go by.
+        let available = health::space().map_or(u64::MAX, |space| space.available);
+        if available < needed {
+            let [needed, available] = [needed, available].map(|bytes| bytes as f64 * 1e-6);
+            return Err(PublishError::Loan {
+                what: "a frame",
+                reason: format!("{available:.1} MB are left and {needed:.1} MB are needed"),
+            });
+        }
+        self.roomy_lines.set(lines);
+        Ok(())
     }
 
     /// Wakes the readers that wait for a frame. Never blocks: see `qos::event`.
@@ -313,24 +335,6 @@ fn frames_publisher(
         },
         false => qos::full_or(service.name(), 1, e),
     })
-}
-
-/// Segments reserve addresses, not memory: a machine that has run out of it kills the process that writes to
-/// one. So look beforehand whether three frames fit.
-fn check_space(robots: usize) -> Result<(), String> {
-    let needed = (3 * frame_lines(robots) * BYTES_PER_LINE) as u64;
-    // Where it can't be told, there is nothing to compare with.
-    let Ok(space) = health::space() else { return Ok(()) };
-    if needed <= space.available {
-        return Ok(());
-    }
-    let megabytes = |bytes: u64| bytes as f64 / 1e6;
-    Err(format!(
-        "{robots} robots need {:.0} MB and {:.0} MB are left in {}",
-        megabytes(needed),
-        megabytes(space.available),
-        health::SHARED_MEMORY
-    ))
 }
 
 fn wall_time_nanos() -> u64 {

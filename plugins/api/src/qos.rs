@@ -34,6 +34,10 @@ use crate::lockstep::Done;
 use crate::order::{OrderHeader, OrderRecord};
 use crate::world::WorldHeader;
 
+/// Chunks of the frames' segment that are written to with a reader or two, of the many that it has room for: the
+/// loaned one, the newest, and one in a reader's hands.
+pub const CHUNKS_IN_USE: usize = 3;
+
 /// Readers of frames, world, events or one column at the same time.
 pub const MAX_READERS: usize = 16;
 /// Processes at one service: the producer, readers, senders of orders, control clients.
