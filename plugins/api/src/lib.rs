@@ -24,6 +24,7 @@ pub mod qos;
 mod run;
 pub mod subscribe;
 mod termination;
+mod wake;
 pub mod world;
 
 pub use column::{ColumnPublisher, ColumnReader, ColumnValues, column_names};

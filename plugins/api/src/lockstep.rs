@@ -7,7 +7,6 @@ use std::collections::HashMap;
 use std::time::{Duration, Instant};
 
 use bytemuck::{Pod, Zeroable};
-use iceoryx2::port::listener::Listener;
 use iceoryx2::port::notifier::Notifier;
 use iceoryx2::port::publisher::Publisher;
 use iceoryx2::port::subscriber::Subscriber;
@@ -17,7 +16,8 @@ use crate::error::{OpenError, PublishError, ReadError};
 use crate::participant::Participant;
 use crate::publish::Producer;
 use crate::qos::{self, Ipc};
-use crate::subscribe::{nap, receive_error};
+use crate::subscribe::receive_error;
+use crate::wake::Wake;
 use crate::world::{padded, text};
 
 /// A reader's report that it has finished a tick.
@@ -64,7 +64,7 @@ const SPIN: Duration = Duration::from_micros(20);
 #[derive(Debug)]
 pub(crate) struct Collector {
     reports: Subscriber<Ipc, Done, ()>,
-    wake: Listener<Ipc>,
+    wake: Wake,
     finished: HashMap<String, u64>,
 }
 
@@ -73,7 +73,7 @@ impl Collector {
         let service = qos::done(&participant.node, participant.fleet())?;
         Ok(Self {
             reports: service.subscriber_builder().create().map_err(|e| qos::full_or(service.name(), 1, e))?,
-            wake: qos::listener(&qos::event(&participant.node, participant.fleet(), "done")?)?,
+            wake: Wake::open(participant, "done")?,
             finished: HashMap::new(),
         })
     }
@@ -87,9 +87,8 @@ impl Collector {
         Ok(())
     }
 
-    fn missing(&self, names: &[String], tick: u64) -> Vec<String> {
-        let finished = |name: &&String| self.finished.get(name.as_str()).is_some_and(|&done| done >= tick);
-        names.iter().filter(|name| !finished(name)).cloned().collect()
+    fn missing<'a>(&'a self, names: &'a [String], tick: u64) -> impl Iterator<Item = &'a String> {
+        names.iter().filter(move |name| self.finished.get(*name).is_none_or(|&done| done < tick))
     }
 }
 
@@ -102,21 +101,24 @@ impl Producer {
     pub fn wait_done(&mut self, names: &[String], tick: u64, timeout: Duration) -> Result<(), LockstepError> {
         let start = Instant::now();
         loop {
+            let waited = start.elapsed();
+            let sleeps = waited >= SPIN;
+            if sleeps {
+                // A reader that joins now has to get the frame that it is waited for.
+                self.update();
+                self.collector.wake.forget()?;
+            }
             self.collector.collect(self.run_id())?;
-            if self.collector.missing(names, tick).is_empty() {
+            let mut missing = self.collector.missing(names, tick).peekable();
+            if missing.peek().is_none() {
                 return Ok(());
             }
-            let waited = start.elapsed();
             if waited >= timeout {
-                return Err(LockstepError::Timeout { tick, timeout, missing: self.collector.missing(names, tick) });
+                return Err(LockstepError::Timeout { tick, timeout, missing: missing.cloned().collect() });
             }
-            if waited < SPIN {
+            if !sleeps {
                 core::hint::spin_loop();
-                continue;
-            }
-            // A reader that joins now has to get the frame that it is waited for.
-            self.update();
-            if !nap(&self.collector.wake, timeout - waited)? {
+            } else if !self.collector.wake.sleep(timeout - waited)? {
                 return Err(LockstepError::Interrupted { tick });
             }
         }

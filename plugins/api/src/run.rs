@@ -52,7 +52,8 @@ pub fn run(plugin: impl Plugin) -> Result {
     run_from(plugin, std::env::args_os())
 }
 
-/// The same with a command line from elsewhere. Its first word is the plugin's name, unless `--name` gives one.
+/// The same with a command line from elsewhere. Its first argument is the program (`regatta plugin hello`, say),
+/// whose last word is the plugin's name unless `--name` gives one.
 ///
 /// # Errors
 /// As [`run`].
@@ -62,7 +63,7 @@ pub fn run_from<A: Into<OsString> + Clone>(plugin: impl Plugin, args: impl IntoI
     let command = Cli::command().bin_name(&program).about("A Regatta plugin: reads the frames of a fleet");
     let parsed = command.try_get_matches_from(args).and_then(|matches| Cli::from_arg_matches(&matches));
     match parsed {
-        Ok(cli) => cli.options.run(plugin, &program),
+        Ok(cli) => cli.options.run(plugin, program.rsplit(' ').next().unwrap_or(&program)),
         Err(error) if error.kind() == ErrorKind::DisplayHelp => Ok(error.print()?),
         Err(error) => Err(one_line(&error)),
     }

@@ -2,7 +2,6 @@
 
 use std::time::{Duration, Instant};
 
-use iceoryx2::port::listener::{Listener, ListenerWaitError};
 use iceoryx2::prelude::*;
 use iceoryx2::sample::Sample;
 
@@ -11,6 +10,7 @@ use crate::fleet_name::FleetName;
 use crate::frame::{Frame, FrameHeader, Line};
 use crate::participant::Participant;
 use crate::qos::{self, Ipc};
+use crate::wake::Wake;
 use crate::world::{World, WorldHeader};
 
 /// Reads a fleet's frames: always the newest, at whatever pace. It can't slow the producer down.
@@ -19,15 +19,12 @@ use crate::world::{World, WorldHeader};
 #[derive(Debug)]
 pub struct Subscriber {
     frames: iceoryx2::port::subscriber::Subscriber<Ipc, [Line], FrameHeader>,
-    wake: Listener<Ipc>,
+    wake: Wake,
     /// The frame handed out last. Kept until the next is asked for, so that a [`Frame`] needs only to borrow.
     held: Option<Sample<Ipc, [Line], FrameHeader>>,
     service: qos::Frames,
     participant: Participant,
 }
-
-/// Upper bound of one sleep: a wake-up that got lost would cost no more than this.
-const NAP: Duration = Duration::from_millis(100);
 
 impl Subscriber {
     /// Opens the frames of a fleet, whether or not it has a producer yet.
@@ -51,7 +48,7 @@ impl Subscriber {
                 .subscriber_builder()
                 .create()
                 .map_err(|e| qos::full_or(service.name(), qos::MAX_READERS, e))?,
-            wake: qos::listener(&qos::event(node, fleet, "wake")?)?,
+            wake: Wake::open(participant, "wake")?,
             held: None,
             service,
             participant: participant.clone(),
@@ -110,8 +107,9 @@ impl Subscriber {
     pub fn wait(&mut self, timeout: Duration) -> Result<Option<Frame<'_>>, ReadError> {
         let deadline = Instant::now() + timeout;
         while !self.has_newer()? {
+            self.wake.forget()?;
             let left = deadline.saturating_duration_since(Instant::now());
-            if left.is_zero() || !nap(&self.wake, left)? {
+            if self.has_newer()? || left.is_zero() || !self.wake.sleep(left)? {
                 break;
             }
         }
@@ -194,13 +192,4 @@ impl WorldReader {
 
 pub(crate) fn receive_error(what: &'static str, error: impl core::fmt::Display) -> ReadError {
     ReadError::Receive { what, reason: error.to_string() }
-}
-
-/// Sleeps until woken, or for `left`, or for a [`NAP`]. `false` when a signal ended it.
-pub(crate) fn nap(wake: &Listener<Ipc>, left: Duration) -> Result<bool, ReadError> {
-    match wake.timed_wait(|_| (), left.min(NAP)) {
-        Ok(_) => Ok(true),
-        Err(ListenerWaitError::InterruptSignal) => Ok(false),
-        Err(error) => Err(ReadError::Receive { what: "a wake-up", reason: format!("{error:?}") }),
-    }
 }

@@ -4,6 +4,8 @@ mod common;
 
 use std::time::{Duration, Instant};
 
+use regatta_plugin::frame::{BYTES_PER_LINE, frame_lines};
+use regatta_plugin::health::occupants;
 use regatta_plugin::publish::Producer;
 use regatta_plugin::world::{EdgeRecord, NodeRecord};
 use regatta_plugin::{OpenError, Subscriber, WorldReader};
@@ -155,4 +157,51 @@ fn an_unsent_loan_is_never_seen_and_frees_its_place() {
     assert!(producer.loan(2).is_err(), "one at a time");
     drop(loan);
     assert!(subscriber.latest().unwrap().is_none());
+}
+
+#[test]
+fn a_million_robots_take_the_memory_of_two_frames_and_one_per_reader_that_lags() {
+    const ROBOTS: usize = 1_000_000;
+    let fleet = fleet();
+    let producer = Producer::create(&fleet, ROBOTS).unwrap();
+    let mut reader = Subscriber::open(&fleet).unwrap();
+    let mut lagging = Subscriber::open(&fleet).unwrap();
+    let frames = || {
+        let name = format!("regatta/{fleet}/producer");
+        let bytes = occupants().unwrap().into_iter().find(|o| o.name == name).unwrap().bytes;
+        bytes as f64 / (frame_lines(ROBOTS) * BYTES_PER_LINE) as f64
+    };
+    let tick = |tick: u64| {
+        let mut frame = producer.loan(ROBOTS).unwrap();
+        frame.header_mut().tick = tick;
+        let columns = frame.columns_mut();
+        for column in [columns.x, columns.y, columns.theta, columns.speed, columns.s] {
+            column.fill(tick as f32);
+        }
+        columns.edge.fill(7);
+        columns.state.fill(1);
+        frame.send().unwrap();
+    };
+    for n in 0..20 {
+        tick(n);
+        reader.latest().unwrap();
+        reader.release();
+    }
+    assert!(frames() < 2.1, "{:.2} frames", frames());
+    lagging.latest().unwrap();
+    for n in 20..40 {
+        tick(n);
+        reader.latest().unwrap();
+    }
+    assert!(frames() < 4.1, "{:.2} frames", frames());
+}
+
+#[test]
+fn more_robots_than_shared_memory_can_hold_are_refused_before_it_is_too_late() {
+    let fleet = fleet();
+    let too_many = 4_000_000_000;
+    let producer = Producer::create(&fleet, 10).unwrap();
+    let error = producer.loan(too_many).unwrap_err();
+    assert!(error.to_string().contains("MB are left"), "{error}");
+    publish(&producer, 1, 10);
 }
