@@ -33,13 +33,8 @@ impl World {
 
     /// That many robots on random walks, spread over all edges.
     pub fn fleet(&self, robots: usize, isa: Isa, threads: usize, max_acceleration: f32) -> Fleet {
-        let kind = RobotType {
-            name: "cart".into(),
-            length: 1.0,
-            width: 0.7,
-            max_speed: f32::INFINITY,
-            max_acceleration,
-        };
+        let kind =
+            RobotType { name: "cart".into(), length: 1.0, width: 0.7, max_speed: f32::INFINITY, max_acceleration };
         let config =
             FleetConfig { types: vec![kind], tick_period: TICK, seed: 1, isa, threads, most_robots: robots as u32 };
         let mut fleet = Fleet::new(self.graph.clone(), self.tracks.clone(), config).expect("a sound fleet");

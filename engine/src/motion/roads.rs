@@ -173,7 +173,9 @@ fn stretches(tracks: &Tracks, legs: impl Iterator<Item = Leg>) -> (Vec<Stretch>,
         }
     }
     // Nodes, where robots only stand.
-    stretches[tracks.node_piece(NodeIndex(0)) as usize..].iter_mut().for_each(|node| node.length_and_last = Stretch::LAST);
+    stretches[tracks.node_piece(NodeIndex(0)) as usize..]
+        .iter_mut()
+        .for_each(|node| node.length_and_last = Stretch::LAST);
     (stretches, rests)
 }
 
