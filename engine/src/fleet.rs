@@ -12,6 +12,8 @@ mod drive_tests;
 #[cfg(test)]
 mod equality_tests;
 #[cfg(test)]
+mod limit_tests;
+#[cfg(test)]
 mod order_tests;
 #[cfg(test)]
 pub(crate) mod testing;

@@ -9,17 +9,9 @@ use crate::fleet::{Ending, Events};
 use crate::graph::{Leg, NodeIndex};
 
 impl Motion {
-    /// Hands over all listed rows. Most only go on to the next piece of their leg: those go first, without a branch.
-    pub(super) fn hand_over_all(&self, rows: &mut Rows, arrived: &mut Listed, events: &mut Events) {
-        if rows.limits.is_none() {
-            self.next_pieces(rows, arrived);
-        }
-        self.fetch(rows, arrived);
-        arrived.rows().for_each(|row| self.hand_over(rows, row, events));
-    }
-
-    /// Takes robots over to the next piece of their leg; those for which that is not all stay on the list.
-    fn next_pieces(&self, rows: &mut Rows, arrived: &mut Listed) {
+    /// Takes robots without limits over to the next piece of their leg, which is all that most need, without a branch;
+    /// those for which it is not all stay on the list.
+    pub(super) fn next_pieces(&self, rows: &mut Rows, arrived: &mut Listed) {
         let stretches = self.roads.stretches();
         let mut left = 0;
         for number in 0..arrived.len {
@@ -52,15 +44,28 @@ impl Motion {
         self.look_ahead(rows, row);
     }
 
+    /// Drives a robot to the end of its piece and beyond, in a block where some types have limits.
+    pub(super) fn hand_over_limited(&self, rows: &mut Rows, row: usize, events: &mut Events) {
+        let before = rows.speed[row];
+        self.drive_on(rows, row);
+        self.hand_over(rows, row, events);
+        if rows.is(row, RobotState::Held) && rows.speed[row] == 0.0 && before > 0.0 {
+            self.stand(rows, row, events);
+        }
+    }
+
     /// Goes on to the next leg; `false` if there is none.
     fn leave_leg(&self, rows: &mut Rows, row: usize, events: &mut Events) -> bool {
         let mut onward = self.onward(rows, row);
         self.report_node(rows, row, onward.node, events);
         match self.next_leg(&mut onward) {
             Ok(leg) => self.enter(rows, row, leg, &onward, rows.w[row]),
-            Err(ending) => self.end_base(rows, row, ending, events),
+            Err(ending) => {
+                self.end_base(rows, row, ending, events);
+                return false;
+            }
         }
-        rows.speed[row] > 0.0 || rows.w[row] < 0
+        true
     }
 
     fn report_node(&self, rows: &Rows, row: usize, node: NodeIndex, events: &mut Events) {
@@ -95,7 +100,6 @@ impl Motion {
 
     /// Lets a robot stand at the end of its leg, which is the end of its base.
     fn end_base(&self, rows: &mut Rows, row: usize, ending: Ending, events: &mut Events) {
-        let moved = rows.speed[row] > 0.0;
         self.stop(rows, row);
         rows.w[row] = 0;
         let (state, event) = match ending {
@@ -106,8 +110,6 @@ impl Motion {
         if !rows.is(row, RobotState::Held) {
             rows.state[row] = state as u8;
             events.push(event, rows.robot(row), 0);
-        } else if moved {
-            events.push(EventKind::Held, rows.robot(row), 0);
         }
     }
 

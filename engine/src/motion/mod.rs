@@ -3,14 +3,14 @@
 //! A robot is a row of the fleet's columns. Rows are worked through in blocks small enough to stay in the cache
 //! between the stages of a tick:
 //!
-//! 1. speeds (only in blocks where some type limits its acceleration): [`profile`] has the equations;
-//! 2. advance: `w += speed · Δt`, in fixed point; rows that come to the end of their piece are listed;
-//! 3. [`hand_over`] of the listed rows, one by one: they are few;
-//! 4. poses of the whole block, written into the frame.
+//! 1. advance: `w += speed · Δt`, in fixed point, in blocks where some type limits its acceleration with new speeds
+//!    ([`profile`] has the equations); rows that come to the end of their piece are listed;
+//! 2. hand-over of the listed rows, one by one: they are few;
+//! 3. poses of the whole block, written into the frame.
 //!
-//! Stages 1, 2 and 4 exist as a plain [`scalar`] reference and as [`vector`] code. Both do the same operations in
-//! the same order, each correctly rounded by IEEE 754 (+ − × ÷ √, min, max, conversions; no fused multiply-add, no
-//! libm), so all of them give the same bits.
+//! Stages 1 and 3 exist as a plain [`scalar`] reference and as [`vector`] code. Both do the same operations in the
+//! same order, each correctly rounded by IEEE 754 (+ − × ÷ √, min, max, conversions; no fused multiply-add, no libm),
+//! so all of them give the same bits.
 
 mod atan2;
 mod hand_over;
@@ -123,12 +123,17 @@ impl Motion {
     fn step_block(&self, block: &mut Rows, events: &mut Events) {
         let mut listed = Listed::new();
         if block.limits.as_ref().is_some_and(LimitRows::any) {
-            self.limit_speeds(block, &mut listed);
-            listed.rows().for_each(|row| self.stand(block, row, events));
-            listed.len = 0;
+            let mut stood = Listed::new();
+            self.accelerate(block, &mut stood, &mut listed);
+            stood.rows().for_each(|row| self.stand(block, row, events));
+            self.fetch(block, &listed);
+            listed.rows().for_each(|row| self.hand_over_limited(block, row, events));
+        } else {
+            self.advance(block, &mut listed);
+            self.next_pieces(block, &mut listed);
+            self.fetch(block, &listed);
+            listed.rows().for_each(|row| self.hand_over(block, row, events));
         }
-        self.advance(block, &mut listed);
-        self.hand_over_all(block, &mut listed, events);
     }
 }
 

@@ -1,35 +1,41 @@
 //! Acceleration limits: a trapezoidal profile of speed, tick by tick.
 //!
-//! A robot with limit a changes its speed by at most A = a Δt a tick, and drives the whole tick at the new speed v.
-//! Braking from v to u by A a tick, it covers (v² - u² + A (v - u)) / 2a until its speed is u. So it can be at u
-//! after a distance d if it drives no faster now than
+//! A robot with limit a changes its speed evenly over a tick, from u to v, by at most A = a Δt; so it drives
+//! (u + v) Δt / 2, just as in continuous time. With the distance d to a place where it may have speed e at most, it
+//! must come out of the tick with v² ≤ e² + 2 a (d - (u + v) Δt / 2), to be able to brake for it:
 //!
 //! ```text
-//!     v = √((u + A/2)² + 2 a d) - A/2
+//!     v ≤ √(A (A/4 - u) + e² + 2 a d) - A/2
 //! ```
 //!
-//! Of everything ahead on its released base (a slower edge, a change of gear, the base's end) the lowest such v
-//! counts. As d is common to all that lies beyond the end of the robot's piece, one number per row holds them all:
-//! `brake` = min over k of (u_k + A/2)² + 2 a D_k, with D_k measured from the end of the piece. It changes only
-//! when the robot comes to another piece or gets an order.
+//! unless it passes that place within the tick anyway: then v ≤ e is enough. Of everything ahead on its released base
+//! (a slower edge, a change of gear, the base's end) the lowest such v counts.
 //!
-//! What comes out: speed rises and falls by at most A a tick, except where an order takes away road that the robot
-//! would need to brake on (cancel, assign), which makes it brake harder, as it never leaves its released base. Into
-//! the end of its base it comes with a speed of at most A, and stands.
+//! For most rows the kernel does that with one number each: `brake` = min over k of e_k² + 2 a D_k, with D_k measured
+//! from the end of the robot's piece, as the rest of d is common to all. It changes only when the robot comes to
+//! another piece or gets an order. Rows that may come to the end of their piece in the tick are left as they are and
+//! listed, and [`Motion::drive_on`] looks at each place ahead in turn.
+//!
+//! What comes out: speed changes by at most A a tick, except where an order takes away road that the robot would need
+//! to brake on (cancel, assign), which makes it brake harder, as it never leaves its released base. The robot stands
+//! at the very end of its base, within the tick in which it comes there.
 
 use regatta_plugin::frame::RobotState;
 
 use super::{Motion, Onward, REVERSE, Rows};
+use crate::graph::arc_length::Distance;
 
 /// Stands for a type's acceleration if it has no limit: finite, so that the equations hold, and beyond any use.
 pub(crate) const UNLIMITED: f32 = 1e18;
 
-/// The slowest that a robot with road ahead brakes to, as a part of A: so that rounding can't keep it off its end.
+/// The slowest that a robot with road ahead brakes to, as a part of A: it has to get there.
 pub(super) const LAST_STEP: f32 = 1.0 / 16.0;
 
-/// The fastest from which a robot can brake for what lies beyond its piece; `ahead` is its `w` in metres, ≤ 0.
-pub(super) fn brake_speed(brake: f32, acceleration: f32, change: f32, ahead: f32) -> f32 {
-    (brake - (acceleration + acceleration) * ahead).sqrt() - 0.5 * change
+/// The fastest that a robot may be after a tick that it begins at speed `before` with `ahead` (its `w` in metres,
+/// ≤ 0); `change` is A.
+pub(super) fn brake_speed(brake: f32, acceleration: f32, change: f32, before: f32, ahead: f32) -> f32 {
+    let square = change * (0.25 * change - before) + (brake - (acceleration + acceleration) * ahead);
+    (square.max(0.0).sqrt() - 0.5 * change).max(LAST_STEP * change)
 }
 
 impl Motion {
@@ -39,37 +45,67 @@ impl Motion {
             return;
         }
         let acceleration = self.types[usize::from(rows.kind[row])].max_acceleration;
-        let brake = if acceleration.is_finite() {
-            self.lowest_ahead(rows, row, f64::from(acceleration))
-        } else {
-            f64::INFINITY
-        };
+        let mut lowest = f64::INFINITY;
+        if acceleration.is_finite() {
+            let twice = 2.0 * f64::from(acceleration);
+            self.places_ahead(rows, row, |speed, distance| {
+                lowest = lowest.min(speed * speed + twice * distance);
+                twice * distance < lowest
+            });
+        }
         if let Some(limits) = &mut rows.limits {
-            limits.brake[row] = brake as f32;
+            limits.brake[row] = lowest as f32;
         }
     }
 
-    /// The minimum of the module's comment. Goes only as far as something there can still count.
-    fn lowest_ahead(&self, rows: &Rows, row: usize, acceleration: f64) -> f64 {
-        let half_step = 0.5 * acceleration * f64::from(self.pace.seconds);
-        let square = |speed: f32, distance: f64| {
-            let speed = f64::from(speed) + half_step;
-            speed * speed + 2.0 * acceleration * distance
-        };
+    /// Drives a robot with a limit that may come to the end of its piece in this tick, as far as the tick goes: its
+    /// `w` may be ≥ 0 then.
+    pub(super) fn drive_on(&self, rows: &mut Rows, row: usize) {
+        let before = rows.speed[row];
+        let Some(limits) = &rows.limits else { return };
+        let change = limits.acceleration[row] * self.pace.seconds;
+        let wanted = (before + change).min(limits.cruise[row]).max(before - change);
+        let now = wanted.min(self.allowed(rows, row, change));
+        rows.speed[row] = now;
+        rows.w[row] += (f64::from((before + now) * (0.5 * self.pace.units)) + 0.5) as i32;
+    }
+
+    /// The fastest that a robot may be after this tick, with each place ahead in view; `change` is A.
+    fn allowed(&self, rows: &Rows, row: usize, change: f32) -> f32 {
+        let twice = 2.0 * f64::from(self.types[usize::from(rows.kind[row])].max_acceleration);
+        let change = f64::from(change);
+        let spent = change * (0.25 * change - f64::from(rows.speed[row]));
+        let ahead = Distance(rows.w[row]).to_metres();
+        let after = |square: f64| (spent + square).max(0.0).sqrt() - 0.5 * change;
+        let mut lowest = f64::INFINITY;
+        self.places_ahead(rows, row, |speed, distance| {
+            let square = twice * (distance - ahead);
+            lowest = lowest.min(after(speed * speed + square).max(speed));
+            after(square) < lowest
+        });
+        lowest as f32
+    }
+
+    /// Shows every place ahead where a robot's speed is bounded, nearest first: the bound in m/s, and the distance from
+    /// the end of its piece in metres. Ends with the base, or when `look` has seen enough and returns false.
+    fn places_ahead(&self, rows: &Rows, row: usize, mut look: impl FnMut(f64, f64) -> bool) {
         let mut onward = self.onward(rows, row);
         let mut gear = rows.piece[row] & REVERSE;
         let mut distance = self.roads.rest(rows.piece[row]);
-        let mut lowest = f64::INFINITY;
-        while 2.0 * acceleration * distance < lowest {
-            let Ok(leg) = self.next_leg(&mut onward) else { return lowest.min(square(0.0, distance)) };
+        loop {
+            let Ok(leg) = self.next_leg(&mut onward) else {
+                look(0.0, distance);
+                return;
+            };
             let lane = self.roads.lane(leg);
             let turns = lane.first_piece & REVERSE != gear;
             let speed = if turns { 0.0 } else { self.lane_speed(rows.kind[row], leg) };
-            lowest = lowest.min(square(speed, distance));
+            if !look(f64::from(speed), distance) {
+                return;
+            }
             distance += f64::from(lane.length);
             gear = lane.first_piece & REVERSE;
         }
-        lowest
     }
 
     /// Where a row's route goes on.
@@ -115,16 +151,15 @@ mod tests {
     /// The equation of the module's comment, against braking tick by tick.
     #[test]
     fn braking_from_the_allowed_speed_arrives_at_the_wanted_one() {
-        let (a, dt, u) = (0.8f32, 0.02f32, 0.3f32);
+        let (a, dt, end) = (0.8f32, 0.02f32, 0.3f32);
         let change = a * dt;
-        let brake = (u + 0.5 * change) * (u + 0.5 * change);
-        let (mut ahead, mut speed) = (-3.0f32, f32::INFINITY);
+        let (mut ahead, mut speed) = (-3.0f32, (end * end + 2.0 * a * 3.0).sqrt());
         while ahead < 0.0 {
-            let next = brake_speed(brake, a, change, ahead);
-            assert!(speed.is_infinite() || (speed - next - change).abs() < 1e-4, "{speed} to {next}");
+            let next = brake_speed(end * end, a, change, speed, ahead);
+            assert!((speed - next - change).abs() < 1e-4, "{speed} to {next}");
+            ahead += 0.5 * (speed + next) * dt;
             speed = next;
-            ahead += speed * dt;
         }
-        assert!(speed - u <= change * 1.001, "{speed}");
+        assert!(speed <= end * 1.0001 && speed > end - change, "{speed}");
     }
 }

@@ -3,29 +3,36 @@
 use regatta_plugin::frame::ColumnsMut;
 
 use super::atan2::atan2;
-use super::profile::{LAST_STEP, brake_speed};
+use super::profile::brake_speed;
 use super::{Listed, METRES_PER_UNIT, PIECE, Pace, REVERSE, Rows};
 use crate::graph::arc_length::Piece;
 
-/// Stage 1: new speeds under acceleration limits. Lists the rows that this brings to a stand.
-pub(super) fn limit_speeds(rows: &mut Rows, pace: Pace, stood: &mut Listed) {
+/// Stage 1 under acceleration limits: new speeds, and `w += (old + new speed) / 2 · Δt`. Lists the rows that come to a
+/// stand; lists those that may come to the end of their piece, and leaves them as they are.
+pub(super) fn accelerate(rows: &mut Rows, pace: Pace, stood: &mut Listed, near: &mut Listed) {
     let Some(limits) = &rows.limits else { return };
+    let units = |speeds: f32| (speeds * (0.5 * pace.units)).round_ties_even() as i32;
     for row in 0..rows.w.len() {
         let before = rows.speed[row];
         let acceleration = limits.acceleration[row];
         let change = acceleration * pace.seconds;
-        let ahead = rows.w[row] as f32 * METRES_PER_UNIT;
-        let brake = brake_speed(limits.brake[row], acceleration, change, ahead).max(change * LAST_STEP);
         let wanted = (before + change).min(limits.cruise[row]).max(before - change);
-        let speed = wanted.min(brake);
-        rows.speed[row] = speed;
-        if speed == 0.0 && before > 0.0 {
+        let most = units(before + wanted);
+        if rows.w[row] + most >= 0 && most > 0 {
+            near.push(row);
+            continue;
+        }
+        let ahead = rows.w[row] as f32 * METRES_PER_UNIT;
+        let now = wanted.min(brake_speed(limits.brake[row], acceleration, change, before, ahead));
+        rows.speed[row] = now;
+        rows.w[row] += units(before + now);
+        if now == 0.0 && before > 0.0 {
             stood.push(row);
         }
     }
 }
 
-/// Stage 2: `w += speed · Δt`. Lists the rows that come to the end of their piece.
+/// Stage 1: `w += speed · Δt`. Lists the rows that come to the end of their piece.
 pub(super) fn advance(rows: &mut Rows, pace: Pace, arrived: &mut Listed) {
     for row in 0..rows.w.len() {
         let step = (rows.speed[row] * pace.units).round_ties_even() as i32;
@@ -37,7 +44,7 @@ pub(super) fn advance(rows: &mut Rows, pace: Pace, arrived: &mut Listed) {
     }
 }
 
-/// Stage 4: poses into the frame.
+/// Stage 3: poses into the frame.
 pub(super) fn write(rows: &Rows, pieces: &[Piece], columns: ColumnsMut) {
     for row in 0..columns.x.len() {
         let piece = &pieces[(rows.piece[row] & PIECE) as usize];

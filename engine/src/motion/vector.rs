@@ -63,29 +63,46 @@ macro_rules! kernel {
                 }
             }
 
-            /// See [`scalar::limit_speeds`].
+            /// See [`scalar::accelerate`].
             #$feature
-            pub fn limit_speeds(rows: &mut Rows, pace: Pace, listed: &mut Listed) {
+            pub fn accelerate(rows: &mut Rows, pace: Pace, stops: &mut Listed, near: &mut Listed) {
                 let Some(limits) = &rows.limits else { return };
                 let speed = rows.speed.as_chunks_mut::<N>().0;
                 let count = speed.len();
-                let w = &rows.w.as_chunks::<N>().0[..count];
+                let w = &mut rows.w.as_chunks_mut::<N>().0[..count];
                 let acceleration = &limits.acceleration.as_chunks::<N>().0[..count];
                 let cruise = &limits.cruise.as_chunks::<N>().0[..count];
                 let brake = &limits.brake.as_chunks::<N>().0[..count];
+                let units = splat(0.5 * pace.units);
                 for i in 0..count {
-                    let before = load(&speed[i]);
+                    let (here, old) = (w[i], speed[i]);
+                    let before = load(&old);
                     let a = load(&acceleration[i]);
                     let change = mul(a, splat(pace.seconds));
-                    let ahead = mul(to_float(bytemuck::cast(w[i])), splat(METRES_PER_UNIT));
-                    let square = sub(load(&brake[i]), mul(add(a, a), ahead));
-                    let allowed = sub(sqrt(square), mul(splat(0.5), change));
-                    let allowed = max(allowed, mul(change, splat(LAST_STEP)));
                     let wanted = max(min(add(before, change), load(&cruise[i])), sub(before, change));
-                    let now = min(wanted, allowed);
+                    let most = round(mul(add(before, wanted), units));
+                    let left = arrived(add_int(bytemuck::cast(here), most), most);
+                    let ahead = mul(to_float(bytemuck::cast(here)), splat(METRES_PER_UNIT));
+                    let now = min(wanted, brake_speed(load(&brake[i]), a, change, before, ahead));
                     store(&mut speed[i], now);
-                    listed.push_bits(i * N, stood(now, before));
+                    let step = round(mul(add(before, now), units));
+                    w[i] = bytemuck::cast(add_int(bytemuck::cast(here), step));
+                    stops.push_bits(i * N, stood(now, before) & !left);
+                    near.push_bits(i * N, left);
+                    for lane in lanes(left) {
+                        (w[i][lane], speed[i][lane]) = (here[lane], old[lane]);
+                    }
                 }
+            }
+
+            /// See [`brake_speed`](super::super::profile::brake_speed).
+            #[inline]
+            #$feature
+            fn brake_speed(brake: F, acceleration: F, change: F, before: F, ahead: F) -> F {
+                let spent = mul(change, sub(mul(splat(0.25), change), before));
+                let square = add(spent, sub(brake, mul(add(acceleration, acceleration), ahead)));
+                let speed = sub(sqrt(max(square, splat(0.0))), mul(splat(0.5), change));
+                max(speed, mul(splat(LAST_STEP), change))
             }
 
             /// See [`scalar::advance`].
@@ -203,12 +220,21 @@ unsafe fn store_plainly(to: *mut f32, value: [f32; 4]) {
 impl Listed {
     /// Lists a row per bit, from row `first` on.
     #[inline]
-    fn push_bits(&mut self, first: usize, mut bits: u32) {
-        while bits != 0 {
-            self.push(first + bits.trailing_zeros() as usize);
-            bits &= bits - 1;
-        }
+    fn push_bits(&mut self, first: usize, bits: u32) {
+        lanes(bits).for_each(|lane| self.push(first + lane));
     }
+}
+
+/// The lanes whose bits are set.
+#[inline]
+fn lanes(mut bits: u32) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(move || {
+        let lane = bits.trailing_zeros() as usize;
+        (bits != 0).then(|| {
+            bits &= bits - 1;
+            lane
+        })
+    })
 }
 
 /// The rows of the table that the robots are on.
@@ -246,19 +272,19 @@ macro_rules! dispatch {
 }
 
 impl Motion {
-    /// Stage 1.
-    pub(super) fn limit_speeds(&self, block: &mut Rows, stood: &mut Listed) {
+    /// Stage 1 under acceleration limits.
+    pub(super) fn accelerate(&self, block: &mut Rows, stood: &mut Listed, near: &mut Listed) {
         let pace = self.pace;
-        dispatch!(self.isa, scalar::limit_speeds(block, pace, stood), limit_speeds(block, pace, stood));
+        dispatch!(self.isa, scalar::accelerate(block, pace, stood, near), accelerate(block, pace, stood, near));
     }
 
-    /// Stage 2.
+    /// Stage 1.
     pub(super) fn advance(&self, block: &mut Rows, arrived: &mut Listed) {
         let pace = self.pace;
         dispatch!(self.isa, scalar::advance(block, pace, arrived), advance(block, pace, arrived));
     }
 
-    /// Stage 4; past the cache if `past`, which must be followed by [`settle`].
+    /// Stage 3; past the cache if `past`, which must be followed by [`settle`].
     pub(super) fn write_block(&self, block: &Rows, columns: ColumnsMut, past: bool) {
         let pieces = self.roads.pieces();
         if past && starts_lines(&columns) {
@@ -340,14 +366,12 @@ mod tests {
             let [stood, arrived, stood_too, arrived_too] = &mut listed;
             let pace = plain.motion().pace;
             let (motion, mut rows) = plain.parts();
-            scalar::limit_speeds(&mut rows, pace, stood);
-            scalar::advance(&mut rows, pace, arrived);
-            arrived.rows().for_each(|row| motion.hand_over(&mut rows, row, &mut events()));
+            scalar::accelerate(&mut rows, pace, stood, arrived);
+            arrived.rows().for_each(|row| motion.hand_over_limited(&mut rows, row, &mut events()));
             let (motion, mut rows) = lanes.parts();
-            portable::limit_speeds(&mut rows, pace, stood_too);
-            portable::advance(&mut rows, pace, arrived_too);
+            portable::accelerate(&mut rows, pace, stood_too, arrived_too);
             assert!(stood.rows().eq(stood_too.rows()) && arrived.rows().eq(arrived_too.rows()));
-            arrived_too.rows().for_each(|row| motion.hand_over(&mut rows, row, &mut events()));
+            arrived_too.rows().for_each(|row| motion.hand_over_limited(&mut rows, row, &mut events()));
             let [mut one, mut other] = [Frame::of(&plain), Frame::of(&lanes)];
             let (motion, rows) = plain.parts();
             scalar::write(&rows, motion.roads.pieces(), one.columns_mut());
