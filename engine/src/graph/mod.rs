@@ -5,6 +5,7 @@ pub mod bezier;
 pub mod components;
 pub mod finding;
 mod fit;
+pub mod generate;
 mod lines;
 mod read;
 pub mod spline;
