@@ -1,115 +1,177 @@
 //! `regatta graph`: check, describe, generate and draw route graphs.
 
-use std::path::PathBuf;
+use std::error::Error;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Args, Subcommand};
 use regatta_engine::graph::generate::{Grid, Warehouse};
-use regatta_engine::graph::{self, Handles, ReadOptions, RouteGraph};
+use regatta_engine::graph::info::Info;
+use regatta_engine::graph::{self, Findings, GraphError, Handles, ReadOptions, RouteGraph, draw};
 
-use crate::Failure;
-
-#[derive(Subcommand)]
+/// What to do with a route graph.
+#[derive(Debug, Subcommand)]
 pub enum GraphCommand {
-    /// Say everything that is wrong with a route graph; exit code 0 if it can be driven.
-    Check(Source),
-    /// Write a route graph.
+    /// Say all that is wrong with a route graph; exit code 0 if it can be driven
+    Check(FileArgs),
+    /// Counts, length, bounding box, speeds and components
+    Info {
+        #[command(flatten)]
+        file: FileArgs,
+        /// Print JSON
+        #[arg(long)]
+        json: bool,
+    },
+    /// Write a route graph of any size
     Generate {
         #[command(subcommand)]
-        layout: Layout,
+        kind: Generate,
+    },
+    /// Draw a map as SVG
+    Draw {
+        #[command(flatten)]
+        file: FileArgs,
+        /// Where to write the map
+        #[arg(short, long, value_name = "SVG")]
+        output: PathBuf,
     },
 }
 
 /// A route graph file and how to read it.
-#[derive(Args)]
-pub struct Source {
-    /// Route graph file.
+#[derive(Debug, Args)]
+pub struct FileArgs {
+    /// Route graph file (YAML)
     file: PathBuf,
-    /// Which handle of a spline is whose: b_at_origin or f_at_origin, whatever the file says.
+    /// Which handle length is at an edge's origin, whatever the file says: b_at_origin or f_at_origin
     #[arg(long)]
     handles: Option<Handles>,
 }
 
-#[derive(Subcommand)]
-pub enum Layout {
-    /// Pick aisles, cross aisles and a ring road.
+/// Kinds of graphs that can be generated.
+#[derive(Debug, Subcommand)]
+pub enum Generate {
+    /// Pick aisles between racks, cross aisles and a ring road
     Warehouse {
-        /// Pick aisles side by side.
+        /// Pick aisles side by side
         #[arg(long, default_value_t = 12)]
         aisles: u32,
-        /// Rows of racks, with a cross aisle between each two.
-        #[arg(long, default_value_t = 4)]
+        /// Rows of racks, with a cross aisle between each two
+        #[arg(long, default_value_t = 3)]
         rows: u32,
-        /// Places to stop along an aisle in each row.
+        /// Places to stop along an aisle in each row
         #[arg(long, default_value_t = 6)]
         bays: u32,
         #[command(flatten)]
-        target: Target,
+        output: Output,
     },
-    /// Streets that cross each other everywhere.
+    /// Streets that cross each other everywhere
     Grid {
-        /// Streets that run north.
-        #[arg(long, default_value_t = 6)]
+        /// Streets to the north
+        #[arg(long, default_value_t = 5)]
         columns: u32,
-        /// Streets that run east.
-        #[arg(long, default_value_t = 6)]
+        /// Streets to the east
+        #[arg(long, default_value_t = 5)]
         rows: u32,
-        /// Metres between streets.
-        #[arg(long, default_value_t = 30)]
+        /// Metres between streets
+        #[arg(long, default_value_t = 20)]
         spacing: u32,
-        /// Streets inside the ring are one-way, in turn.
+        /// One-way streets inside the two-way ring
         #[arg(long)]
         one_way: bool,
         #[command(flatten)]
-        target: Target,
+        output: Output,
     },
 }
 
-/// Where a generated file goes.
-#[derive(Args)]
-pub struct Target {
-    /// File to write; standard output if left out.
-    #[arg(short, long)]
+/// Where the generated graph goes.
+#[derive(Debug, Args)]
+pub struct Output {
+    /// File to write; standard output if not given
+    #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
 }
 
-pub fn run(command: GraphCommand) -> Result<ExitCode, Failure> {
+/// Runs `regatta graph`.
+///
+/// # Errors
+/// If a file can't be read or written, isn't a sound route graph, or an argument is out of range.
+pub fn run(command: GraphCommand) -> Result<ExitCode, Box<dyn Error>> {
     match command {
-        GraphCommand::Check(source) => check(&source),
-        GraphCommand::Generate { layout } => generate(layout),
+        GraphCommand::Check(file) => check(&file),
+        GraphCommand::Info { file, json } => info(&file, json),
+        GraphCommand::Generate { kind } => generate(&kind),
+        GraphCommand::Draw { file, output } => {
+            let graph = read(&file)?;
+            write_file(&output, &draw::svg(&graph))
+        }
     }
 }
 
-/// The graph that the scaling report drives on: 4,096 edges and more.
-pub fn large_warehouse() -> String {
-    Warehouse { aisles: 60, rows: 12, bays: 4 }.generate().expect("within the generator's limits")
+fn check(file: &FileArgs) -> Result<ExitCode, Box<dyn Error>> {
+    let (findings, summary) = match graph::read(&file.file, &file.options()) {
+        Ok((graph, warnings)) => {
+            let (edges, nodes) = (graph.edges().len(), graph.nodes().len());
+            (warnings, format!("can be driven: {edges} edges, {nodes} nodes"))
+        }
+        Err(GraphError::Invalid(findings)) => (findings, "can't be driven".to_owned()),
+        Err(other) => return Err(other.into()),
+    };
+    print(&report(&file.file, &findings, &summary))?;
+    Ok(if findings.errors() == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
-fn check(source: &Source) -> Result<ExitCode, Failure> {
-    let (graph, findings) = read(source)?;
-    for finding in findings.as_slice() {
-        println!("{finding}");
+/// Every finding, and a line that sums up.
+fn report(file: &Path, findings: &Findings, summary: &str) -> String {
+    let mut text: String = findings.as_slice().iter().map(|finding| format!("{finding}\n")).collect();
+    let (errors, warnings) = (findings.errors(), findings.warnings());
+    let unlisted = errors + warnings - findings.as_slice().len();
+    if unlisted > 0 {
+        text.push_str(&format!("({unlisted} more findings aren't listed)\n"));
     }
-    println!("{}: {} nodes, {} edges", source.file.display(), graph.nodes().len(), graph.edges().len());
-    Ok(ExitCode::SUCCESS)
+    text + &format!("{}: {summary}; {errors} errors, {warnings} warnings\n", file.display())
 }
 
-fn read(source: &Source) -> Result<(RouteGraph, graph::Findings), Failure> {
-    Ok(graph::read(&source.file, &ReadOptions { handles: source.handles })?)
+fn info(file: &FileArgs, json: bool) -> Result<ExitCode, Box<dyn Error>> {
+    let info = Info::of(&read(file)?);
+    let text = if json { serde_json::to_string_pretty(&info)? + "\n" } else { info.to_string() };
+    print(&text)
 }
 
-fn generate(layout: Layout) -> Result<ExitCode, Failure> {
-    let (text, target) = match layout {
-        Layout::Warehouse { aisles, rows, bays, target } => (Warehouse { aisles, rows, bays }.generate()?, target),
-        Layout::Grid { columns, rows, spacing, one_way, target } => {
-            (Grid { columns, rows, spacing, one_way }.generate()?, target)
+fn generate(kind: &Generate) -> Result<ExitCode, Box<dyn Error>> {
+    let (text, output) = match *kind {
+        Generate::Warehouse { aisles, rows, bays, ref output } => {
+            (Warehouse { aisles, rows, bays }.generate()?, output)
+        }
+        Generate::Grid { columns, rows, spacing, one_way, ref output } => {
+            (Grid { columns, rows, spacing, one_way }.generate()?, output)
         }
     };
-    match target.output {
-        Some(path) => {
-            std::fs::write(&path, text).map_err(|error| format!("can't write {}: {error}", path.display()))?;
-        }
-        None => print!("{text}"),
+    match &output.output {
+        Some(file) => write_file(file, &text),
+        None => print(&text),
     }
+}
+
+impl FileArgs {
+    fn options(&self) -> ReadOptions {
+        ReadOptions { handles: self.handles }
+    }
+}
+
+fn read(file: &FileArgs) -> Result<RouteGraph, GraphError> {
+    graph::read(&file.file, &file.options()).map(|(graph, _)| graph)
+}
+
+fn write_file(file: &Path, text: &str) -> Result<ExitCode, Box<dyn Error>> {
+    std::fs::write(file, text).map_err(|error| format!("{}: can't be written: {error}", file.display()))?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// Prints to standard output; a reader that has seen enough (`| head`) is no error.
+fn print(text: &str) -> Result<ExitCode, Box<dyn Error>> {
+    match io::stdout().lock().write_all(text.as_bytes()) {
+        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(error.into()),
+        _ => Ok(ExitCode::SUCCESS),
+    }
 }
