@@ -6,6 +6,6 @@ mod control;
 mod determinism;
 mod fleet;
 mod lockstep;
-//mod own_plugin;
+mod own_plugin;
 mod readers;
 mod restart;

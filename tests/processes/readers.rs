@@ -48,8 +48,10 @@ fn a_stopped_reader_goes_on_where_the_fleet_is() {
         let resumed = fleet.tick() - 50;
         let output = reader.interrupt();
         let text = String::from_utf8_lossy(&output.stdout).into_owned();
-        let last =
-            text.lines().filter_map(|line| line.strip_prefix("tick ")?.split(':').next()?.parse::<u64>().ok()).next_back();
+        let last = text
+            .lines()
+            .filter_map(|line| line.strip_prefix("tick ")?.split(':').next()?.parse::<u64>().ok())
+            .next_back();
         assert!(output.status.success() && last.is_some_and(|tick| tick >= resumed), "last tick {last:?} of {resumed}");
     });
 }
