@@ -3,8 +3,11 @@
 pub mod arc_length;
 pub mod bezier;
 pub mod components;
+pub mod draw;
 pub mod finding;
 mod fit;
+pub mod generate;
+pub mod info;
 mod lines;
 mod read;
 pub mod spline;
