@@ -1,1 +1,60 @@
-fn main() {}
+//! The command line of Regatta: one binary, many processes.
+
+mod cli;
+mod control;
+mod demo;
+mod doctor;
+mod engine;
+mod graph;
+mod plugin;
+mod report;
+mod run;
+mod supervisor;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+use cli::{Cli, Command};
+
+/// What went wrong, for a person: one line that says what to do, and its causes for `-v`.
+type Failure = Box<dyn std::error::Error + Send + Sync>;
+
+/// The contract's catch-all error is one line already.
+fn plugin_failure(error: regatta_plugin::Error) -> Failure {
+    error.to_string().into()
+}
+
+fn main() -> ExitCode {
+    let cli = Cli::parse();
+    cli::start_logging(cli.verbose);
+    let verbose = cli.verbose > 0;
+    match dispatch(cli) {
+        Ok(code) => code,
+        Err(failure) => {
+            cli::print_failure(&*failure, verbose);
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn dispatch(cli: Cli) -> Result<ExitCode, Failure> {
+    match cli.command.unwrap_or_default() {
+        Command::Run(args) => run::run(args),
+        Command::Engine(args) => engine::run(args),
+        Command::Plugin(args) => plugin::run(args),
+        Command::Graph { command } => graph::run(command),
+        Command::Pause(target) => control::pause(&target),
+        Command::Resume(target) => control::resume(&target),
+        Command::Step { ticks, target } => control::step(ticks, &target),
+        Command::Speed { speed, target } => control::speed(speed, &target),
+        Command::Robots { robots, target } => control::robots(robots, &target),
+        Command::Status { json, target } => control::status(json, &target),
+        Command::Report { command } => report::run(command),
+        Command::Doctor(args) => doctor::run(args),
+        Command::Completions { shell } => {
+            cli::print_completions(shell);
+            Ok(ExitCode::SUCCESS)
+        }
+    }
+}

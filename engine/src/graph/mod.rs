@@ -2,11 +2,31 @@
 
 pub mod arc_length;
 pub mod bezier;
+pub mod components;
+pub mod draw;
+pub mod finding;
 mod fit;
+pub mod generate;
+pub mod info;
+mod lines;
+mod read;
+pub mod spline;
+mod stretch;
+mod survey;
+pub mod validate;
+mod value;
+mod yaml;
+
+#[cfg(test)]
+mod arc_length_tests;
 
 use std::collections::HashMap;
 
 use glam::DVec2;
+
+pub use finding::{Finding, Findings, Severity, Subject};
+pub use read::{GraphError, MAX_FILE_BYTES, ReadOptions, parse, read};
+pub use spline::Handles;
 
 /// Position of a node in [`RouteGraph::nodes`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]

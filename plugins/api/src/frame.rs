@@ -3,6 +3,8 @@
 use bytemuck::{Pod, Zeroable};
 use iceoryx2::prelude::ZeroCopySend;
 
+pub use crate::frame_view::Frame;
+
 /// Version of everything in this crate that crosses a process boundary. Two processes talk only if
 /// theirs are equal.
 pub const CONTRACT_VERSION: u32 = 1;
@@ -184,5 +186,66 @@ impl<'frame> Columns<'frame> {
             edge: &bytemuck::cast_slice(column(5))[..robots],
             state: &bytemuck::cast_slice(&lines[6 * stride..])[..robots],
         })
+    }
+}
+
+impl RobotState {
+    /// The state of that number. An unknown one counts as [`RobotState::Absent`].
+    pub const fn from_number(number: u8) -> Self {
+        match number {
+            0 => Self::Idle,
+            1 => Self::Driving,
+            2 => Self::Waiting,
+            3 => Self::Held,
+            4 => Self::Faulted,
+            _ => Self::Absent,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    proptest! {
+        #[test]
+        fn columns_are_read_where_they_were_written(robots in 0_usize..3_000) {
+            let mut lines = vec![Line::default(); frame_lines(robots)];
+            let written = ColumnsMut::split(&mut lines, robots);
+            let padded = stride_lines(robots) * WORDS_PER_LINE;
+            for (number, column) in (1..).zip([written.x, written.y, written.theta, written.speed, written.s]) {
+                prop_assert_eq!(column.len(), padded);
+                column.fill(number as f32);
+            }
+            written.edge.fill(6);
+            prop_assert_eq!(written.state.len() % BYTES_PER_LINE, 0);
+            written.state.fill(7);
+            let read = Columns::split(&lines, robots).expect("lines enough");
+            for (number, column) in (1..).zip([read.x, read.y, read.theta, read.speed, read.s]) {
+                prop_assert_eq!(column, vec![number as f32; robots]);
+            }
+            prop_assert_eq!(read.edge, vec![6; robots]);
+            prop_assert_eq!(read.state, vec![7; robots]);
+            prop_assert!(robots == 0 || Columns::split(&lines[1..], robots).is_none(), "a line is missing");
+        }
+    }
+
+    #[test]
+    fn every_column_starts_on_a_cache_line() {
+        let mut lines = vec![Line::default(); frame_lines(100)];
+        let columns = ColumnsMut::split(&mut lines, 100);
+        let starts = [columns.x.as_ptr() as usize, columns.edge.as_ptr() as usize, columns.state.as_ptr() as usize];
+        assert!(starts.iter().all(|start| start.is_multiple_of(BYTES_PER_LINE)));
+    }
+
+    #[test]
+    fn states_have_their_numbers() {
+        use RobotState::{Absent, Driving, Faulted, Held, Idle, Waiting};
+        for state in [Idle, Driving, Waiting, Held, Faulted, Absent] {
+            assert_eq!(RobotState::from_number(state as u8), state);
+        }
+        assert_eq!(RobotState::from_number(77), Absent);
     }
 }

@@ -1,0 +1,180 @@
+//! Robots come and go.
+
+use regatta_plugin::event::{EventKind, EventRecord, Refusal};
+use regatta_plugin::frame::RobotState;
+
+use super::{Events, Fleet, Repeat, Route, RouteSource};
+use crate::graph::arc_length::Distance;
+use crate::graph::{EdgeIndex, Gear, Leg, NodeIndex, RouteGraph};
+
+/// Where a robot is put.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Placement {
+    /// On a node, in its pose.
+    Node(NodeIndex),
+    /// On an edge, facing ahead, that many metres from its origin.
+    Edge(EdgeIndex, f32),
+}
+
+impl Fleet {
+    /// Adds a robot of a type (an index into [`Fleet::types`]) and returns its id: the lowest that is free. It
+    /// stands still until the next step; on an edge it first drives to that edge's end.
+    ///
+    /// `token` is carried by the event `Spawned`; 0 for none.
+    ///
+    /// # Errors
+    /// `UnknownRobotType`, `UnknownNode`, `UnknownEdge`; `DistanceOutOfRange` for a place that is not on the edge;
+    /// `MalformedRoute` for a listed route without legs; `NoReverse`, `NotConnected` for one that can't be driven from
+    /// there, or a loop that doesn't close; `FleetFull`. The fleet is then as before.
+    pub fn spawn(
+        &mut self,
+        placement: Placement,
+        kind: u16,
+        source: RouteSource,
+        token: u64,
+        events: &mut Events,
+    ) -> Result<u32, Refusal> {
+        let spot = self.check_spawn(placement, kind)?;
+        if let RouteSource::Listed(legs, repeat) = &source {
+            check_list(self.motion.roads.graph(), spot.ahead, legs, *repeat)?;
+        }
+        let robot = self.take_row()?;
+        let row = robot as usize;
+        self.columns.set_kind(row, kind, self.types()[usize::from(kind)].max_acceleration);
+        self.columns.route[row] = self.route(source);
+        self.motion.place(&mut self.columns.all_rows(), row, spot.piece, spot.edge, spot.w);
+        events.push_record(EventRecord { token, kind: EventKind::Spawned as u32, robot, ..EventRecord::default() });
+        if self.columns.route[row] != Route::PARKED {
+            self.motion.set_off(&mut self.columns.all_rows(), row, events);
+        }
+        Ok(robot)
+    }
+
+    /// Takes a robot out of the fleet. Its id is given to a later spawn.
+    ///
+    /// # Errors
+    /// `UnknownRobot`; the fleet is then as before.
+    pub fn remove(&mut self, robot: u32, events: &mut Events) -> Result<(), Refusal> {
+        self.row(robot)?;
+        self.take_out(robot, 0, events);
+        Ok(())
+    }
+
+    /// Takes out a robot that is there.
+    pub(super) fn take_out(&mut self, robot: u32, token: u64, events: &mut Events) {
+        let row = robot as usize;
+        self.motion.plans.release(self.columns.route[row]);
+        self.columns.clear(row);
+        self.free.insert(robot);
+        while self.robots > 0 && self.free.remove(&(self.robots - 1)) {
+            self.robots -= 1;
+        }
+        events.push_record(EventRecord { token, kind: EventKind::Removed as u32, robot, ..EventRecord::default() });
+    }
+
+    /// Whether a robot of a type can be put there, and where exactly that is.
+    pub(super) fn check_spawn(&self, placement: Placement, kind: u16) -> Result<Spot, Refusal> {
+        self.types().get(usize::from(kind)).ok_or(Refusal::UnknownRobotType)?;
+        self.spot(placement)
+    }
+
+    /// The row of a robot that is there.
+    pub(super) fn row(&self, robot: u32) -> Result<usize, Refusal> {
+        match self.columns.state.get(robot as usize) {
+            Some(&state) if state != RobotState::Absent as u8 => Ok(robot as usize),
+            _ => Err(Refusal::UnknownRobot),
+        }
+    }
+
+    fn take_row(&mut self) -> Result<u32, Refusal> {
+        if let Some(row) = self.free.pop_first() {
+            return Ok(row);
+        }
+        if self.robots >= self.most_robots {
+            return Err(Refusal::FleetFull);
+        }
+        self.robots += 1;
+        if self.robots as usize > self.columns.capacity() {
+            self.columns.resize(self.robots as usize);
+        }
+        Ok(self.robots - 1)
+    }
+
+    fn route(&mut self, source: RouteSource) -> Route {
+        match source {
+            RouteSource::None => Route::PARKED,
+            RouteSource::Listed(legs, repeat) => self.motion.plans.list(legs, repeat),
+            RouteSource::Random => Route::WALK,
+        }
+    }
+
+    fn spot(&self, placement: Placement) -> Result<Spot, Refusal> {
+        let graph = self.motion.roads.graph();
+        match placement {
+            Placement::Node(node) => {
+                graph.nodes().get(node.0 as usize).ok_or(Refusal::UnknownNode)?;
+                Ok(Spot { piece: self.motion.roads.tracks().node_piece(node), edge: None, w: 0, ahead: node })
+            }
+            Placement::Edge(edge, s) => {
+                let ahead = graph.edges().get(edge.0 as usize).ok_or(Refusal::UnknownEdge)?.destination;
+                let (piece, w) = self.piece_at(edge, f64::from(s)).ok_or(Refusal::DistanceOutOfRange)?;
+                Ok(Spot { piece, edge: Some(edge.0), w, ahead })
+            }
+        }
+    }
+
+    /// The piece of an edge at `s` metres from its origin, and the distance from its end.
+    fn piece_at(&self, edge: EdgeIndex, s: f64) -> Option<(u32, i32)> {
+        let track = self.motion.roads.tracks().track(Leg { edge, gear: Gear::Forward })?;
+        // The published length is an f32, so that much beyond the end is still on the edge.
+        if !(0.0..=track.length.max(f64::from(track.length as f32))).contains(&s) {
+            return None;
+        }
+        let mut from_end = track.length - s;
+        let mut piece = track.last_piece();
+        loop {
+            let length = self.motion.roads.tracks().infos()[piece as usize].length;
+            if from_end <= length.to_metres() || piece == track.first_piece {
+                let w = Distance::from_metres(from_end.max(0.0)).0;
+                return Some((piece, -w.min(length.0)));
+            }
+            from_end -= length.to_metres();
+            piece -= 1;
+        }
+    }
+}
+
+/// A place for a robot.
+pub(super) struct Spot {
+    piece: u32,
+    edge: Option<u32>,
+    w: i32,
+    /// The node from which its route goes on.
+    ahead: NodeIndex,
+}
+
+/// Whether a route can be driven from a node.
+fn check_list(graph: &RouteGraph, start: NodeIndex, legs: &[Leg], repeat: Repeat) -> Result<(), Refusal> {
+    let (first, last) = legs.first().zip(legs.last()).ok_or(Refusal::MalformedRoute)?;
+    if legs.iter().any(|leg| leg.edge.0 as usize >= graph.edges().len()) {
+        return Err(Refusal::UnknownEdge);
+    }
+    check_connected(graph, start, legs)?;
+    if repeat == Repeat::Loop && graph.leg_end(*last) != graph.leg_start(*first) {
+        return Err(Refusal::NotConnected);
+    }
+    Ok(())
+}
+
+/// Whether legs of the graph lead on from a node, each from where the one before it ends.
+pub(super) fn check_connected(graph: &RouteGraph, start: NodeIndex, legs: &[Leg]) -> Result<(), Refusal> {
+    let mut node = start;
+    for &leg in legs {
+        graph.leg_velocity(leg).ok_or(Refusal::NoReverse)?;
+        if graph.leg_start(leg) != node {
+            return Err(Refusal::NotConnected);
+        }
+        node = graph.leg_end(leg);
+    }
+    Ok(())
+}

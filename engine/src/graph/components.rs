@@ -1,0 +1,207 @@
+//! Which nodes hang together: weakly (along edges, whichever way) and strongly (there and back along legs).
+
+use super::{Leg, NodeIndex, RouteGraph};
+
+/// A component for each node.
+#[derive(Clone, Debug)]
+pub struct Components {
+    /// By node: the number of its component, from 0.
+    pub of: Vec<u32>,
+    /// By component: how many nodes it has.
+    pub sizes: Vec<u32>,
+}
+
+impl Components {
+    /// Nodes joined by edges, in whatever direction these may be driven.
+    pub fn weak(graph: &RouteGraph) -> Self {
+        let mut parent: Vec<u32> = (0..graph.nodes().len() as u32).collect();
+        for edge in graph.edges() {
+            let (a, b) = (root(&mut parent, edge.origin.0), root(&mut parent, edge.destination.0));
+            parent[a.max(b) as usize] = a.min(b);
+        }
+        let roots: Vec<u32> = (0..parent.len() as u32).map(|node| root(&mut parent, node)).collect();
+        Self::numbered(&roots)
+    }
+
+    /// Nodes from each of which each other can be reached, reverse gear included.
+    pub fn strong(graph: &RouteGraph) -> Self {
+        Tarjan::new(graph).run()
+    }
+
+    /// The largest component, the first among equals; 0 if there is none.
+    pub fn largest(&self) -> u32 {
+        let largest = self.sizes.iter().copied().max().unwrap_or(0);
+        self.sizes.iter().position(|&size| size == largest).unwrap_or(0) as u32
+    }
+
+    /// Numbers components in the order of their first nodes, given one representative of each node.
+    fn numbered(representatives: &[u32]) -> Self {
+        let mut number = vec![u32::MAX; representatives.len()];
+        let mut sizes = Vec::new();
+        let of = representatives
+            .iter()
+            .map(|&representative| {
+                let component = &mut number[representative as usize];
+                if *component == u32::MAX {
+                    *component = sizes.len() as u32;
+                    sizes.push(0);
+                }
+                sizes[*component as usize] += 1;
+                *component
+            })
+            .collect();
+        Self { of, sizes }
+    }
+}
+
+fn root(parent: &mut [u32], mut node: u32) -> u32 {
+    while parent[node as usize] != node {
+        parent[node as usize] = parent[parent[node as usize] as usize];
+        node = parent[node as usize];
+    }
+    node
+}
+
+/// Tarjan's algorithm, with its own stack: a long chain of nodes mustn't end the process.
+struct Tarjan<'g> {
+    graph: &'g RouteGraph,
+    /// By node: when it was met, from 1; 0 if not yet.
+    met: Vec<u32>,
+    /// By node: the earliest open node known to be reachable from it.
+    low: Vec<u32>,
+    /// By node: any node of its component once that is complete, else `u32::MAX`.
+    representative: Vec<u32>,
+    clock: u32,
+    /// Nodes of components that aren't complete.
+    open: Vec<u32>,
+    /// The path of the search: nodes, and how many of their departures are done.
+    path: Vec<(u32, usize)>,
+}
+
+impl<'g> Tarjan<'g> {
+    fn new(graph: &'g RouteGraph) -> Self {
+        let nodes = graph.nodes().len();
+        Self {
+            graph,
+            met: vec![0; nodes],
+            low: vec![0; nodes],
+            representative: vec![u32::MAX; nodes],
+            clock: 0,
+            open: Vec::new(),
+            path: Vec::new(),
+        }
+    }
+
+    fn run(mut self) -> Components {
+        for node in 0..self.met.len() as u32 {
+            if self.met[node as usize] == 0 {
+                self.meet(node);
+                while let Some((node, next)) = self.path.pop() {
+                    self.go_on(node, next);
+                }
+            }
+        }
+        Components::numbered(&self.representative)
+    }
+
+    fn meet(&mut self, node: u32) {
+        self.clock += 1;
+        self.met[node as usize] = self.clock;
+        self.low[node as usize] = self.clock;
+        self.open.push(node);
+        self.path.push((node, 0));
+    }
+
+    /// Follows departure `next` of `node`, or leaves the node when all are done.
+    fn go_on(&mut self, node: u32, next: usize) {
+        let departures: &[Leg] = self.graph.departures(NodeIndex(node));
+        let Some(&leg) = departures.get(next) else { return self.leave(node) };
+        self.path.push((node, next + 1));
+        let to = self.graph.leg_end(leg).0;
+        if self.met[to as usize] == 0 {
+            self.meet(to);
+        } else if self.representative[to as usize] == u32::MAX {
+            self.low[node as usize] = self.low[node as usize].min(self.met[to as usize]);
+        }
+    }
+
+    fn leave(&mut self, node: u32) {
+        let low = self.low[node as usize];
+        if let Some(&(parent, _)) = self.path.last() {
+            self.low[parent as usize] = self.low[parent as usize].min(low);
+        }
+        if low < self.met[node as usize] {
+            return;
+        }
+        while let Some(member) = self.open.pop() {
+            self.representative[member as usize] = node;
+            if member == node {
+                break;
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec2;
+    use proptest::prelude::*;
+
+    use super::super::{CubicBezier, Edge, Node};
+    use super::*;
+
+    fn graph(nodes: u32, edges: &[(u32, u32, bool)]) -> RouteGraph {
+        let nodes = (0..nodes).map(|id| Node { id, position: DVec2::new(f64::from(id), 0.0), theta: 0.0 }).collect();
+        let curve = CubicBezier::straight(DVec2::ZERO, DVec2::X);
+        let edge = |(id, &(from, to, reverse)): (u32, &(u32, u32, bool))| Edge {
+            id,
+            origin: NodeIndex(from),
+            destination: NodeIndex(to),
+            curve,
+            velocity_forward: 1.0,
+            velocity_backwards: reverse.then_some(1.0),
+        };
+        RouteGraph::from_valid_parts(nodes, (0..).zip(edges).map(edge).collect())
+    }
+
+    /// By definition: who reaches whom.
+    fn reaches(graph: &RouteGraph, from: u32) -> Vec<bool> {
+        let mut met = vec![false; graph.nodes().len()];
+        let mut open = vec![from];
+        while let Some(node) = open.pop() {
+            if !std::mem::replace(&mut met[node as usize], true) {
+                open.extend(graph.departures(NodeIndex(node)).iter().map(|&leg| graph.leg_end(leg).0));
+            }
+        }
+        met
+    }
+
+    #[test]
+    fn a_ring_with_a_tail() {
+        let graph = graph(5, &[(0, 1, false), (1, 2, false), (2, 0, false), (2, 3, false)]);
+        let strong = Components::strong(&graph);
+        assert_eq!(strong.sizes, [3, 1, 1]);
+        assert_eq!(strong.largest(), 0);
+        assert_eq!(Components::weak(&graph).sizes, [4, 1]);
+    }
+
+    #[test]
+    fn a_chain_longer_than_any_stack() {
+        let edges: Vec<_> = (0..500_000).map(|node| (node, node + 1, false)).collect();
+        assert_eq!(Components::strong(&graph(500_001, &edges)).sizes.len(), 500_001);
+    }
+
+    proptest! {
+        #[test]
+        fn strong_components_are_mutual_reachability(
+            edges in prop::collection::vec((0u32..9, 0u32..9, any::<bool>()), 0..20),
+        ) {
+            let graph = graph(9, &edges);
+            let strong = Components::strong(&graph);
+            let reach: Vec<_> = (0..9).map(|node| reaches(&graph, node)).collect();
+            for (a, b) in (0..9).flat_map(|a| (0..9).map(move |b| (a, b))) {
+                prop_assert_eq!(strong.of[a] == strong.of[b], reach[a][b] && reach[b][a]);
+            }
+        }
+    }
+}

@@ -1,0 +1,288 @@
+//! A route graph as a map: SVG with the true Bézier curves.
+
+use std::fmt::{self, Write};
+
+use glam::DVec2;
+
+use super::bezier::Side;
+use super::info::BoundingBox;
+use super::{CubicBezier, Edge, RouteGraph};
+
+/// The map's longer side in pixels, and its margin.
+const LONGER_SIDE: f64 = 1600.0;
+const MARGIN: f64 = 48.0;
+/// Room for the legend below the map.
+const LEGEND: f64 = 44.0;
+
+/// A metre is never larger than this many pixels.
+const MAX_SCALE: f64 = 60.0;
+
+/// Graphs of up to so many edges are drawn with ids.
+const MAX_EDGES_WITH_IDS: usize = 150;
+
+/// From slow to fast.
+const SPEED_COLOURS: [&str; 5] = ["#7fb8ad", "#4f9bb0", "#3b78a8", "#2f5590", "#263a70"];
+
+/// The map of a graph as the text of an SVG file.
+///
+/// North is up. Edges are tinted by speed and have an arrow at half their length, in orange also one for reverse
+/// gear; nodes show their headings. Small graphs carry their ids: nodes in grey, edges in the edges' colour.
+pub fn svg(graph: &RouteGraph) -> String {
+    let mut text = String::new();
+    Map::new(graph).write(&mut text).expect("a String takes all");
+    text
+}
+
+struct Map<'g> {
+    graph: &'g RouteGraph,
+    bounds: BoundingBox,
+    /// Pixels a metre.
+    scale: f64,
+    /// Size in pixels.
+    size: DVec2,
+    speeds: (f64, f64),
+    /// The median edge's length in pixels: how much detail there is room for.
+    detail: f64,
+}
+
+impl<'g> Map<'g> {
+    fn new(graph: &'g RouteGraph) -> Self {
+        let bounds = BoundingBox::of(graph);
+        let extent = bounds.size().max(DVec2::splat(0.1));
+        let scale = ((LONGER_SIDE - 2.0 * MARGIN) / extent.max_element()).min(MAX_SCALE);
+        // Wide enough for the legend.
+        let size = (extent * scale + 2.0 * MARGIN).max(DVec2::new(560.0, 0.0)) + DVec2::new(0.0, LEGEND);
+        let speeds = graph.edges().iter().map(|edge| edge.velocity_forward);
+        let speeds = (speeds.clone().fold(f64::INFINITY, f64::min), speeds.fold(0.0, f64::max));
+        let mut lengths: Vec<f64> = graph.edges().iter().map(|edge| chord(&edge.curve) * scale).collect();
+        lengths.sort_by(f64::total_cmp);
+        Self { graph, bounds, scale, size, speeds, detail: lengths[lengths.len() / 2] }
+    }
+
+    fn pixel(&self, point: DVec2) -> DVec2 {
+        DVec2::new(point.x - self.bounds.min_x, self.bounds.max_y - point.y) * self.scale + MARGIN
+    }
+
+    fn write(&self, out: &mut String) -> fmt::Result {
+        let DVec2 { x: width, y: height } = self.size;
+        writeln!(
+            out,
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width:.0} {height:.0}\" width=\"{width:.0}\" \
+             height=\"{height:.0}\" font-family=\"Helvetica, Arial, sans-serif\" font-size=\"11\">"
+        )?;
+        writeln!(out, "<rect width=\"100%\" height=\"100%\" fill=\"#fafbfc\"/>")?;
+        self.write_grid(out)?;
+        for (class, colour) in SPEED_COLOURS.into_iter().enumerate() {
+            self.write_edges(out, class, colour)?;
+        }
+        self.write_reverse_arrows(out)?;
+        self.write_nodes(out)?;
+        if self.graph.edges().len() <= MAX_EDGES_WITH_IDS {
+            self.write_ids(out)?;
+        }
+        self.write_legend(out)?;
+        writeln!(out, "</svg>")
+    }
+
+    /// Faint lines at round metres.
+    fn write_grid(&self, out: &mut String) -> fmt::Result {
+        let step = round_length(80.0 / self.scale);
+        let (bottom, right) = (self.size.y - LEGEND, self.size.x);
+        write!(out, "<path stroke=\"#e8ebef\" fill=\"none\" d=\"")?;
+        let west = self.bounds.min_x - MARGIN / self.scale;
+        let mut x = (west / step).ceil() * step;
+        while self.pixel(DVec2::new(x, 0.0)).x < right {
+            write!(out, "M{:.1} 0V{bottom:.1}", self.pixel(DVec2::new(x, 0.0)).x)?;
+            x += step;
+        }
+        let north = self.bounds.max_y + MARGIN / self.scale;
+        let mut y = (north / step).floor() * step;
+        while self.pixel(DVec2::new(0.0, y)).y < bottom {
+            write!(out, "M0 {:.1}H{right:.1}", self.pixel(DVec2::new(0.0, y)).y)?;
+            y -= step;
+        }
+        writeln!(out, "\"/>")
+    }
+
+    fn stroke(&self) -> f64 {
+        (self.detail * 0.04).clamp(0.7, 2.0)
+    }
+
+    fn arrow(&self) -> f64 {
+        (self.detail * 0.16).clamp(3.0, 9.0)
+    }
+
+    fn speed_class(&self, edge: &Edge) -> usize {
+        let (slowest, fastest) = self.speeds;
+        let place = (edge.velocity_forward - slowest) / (fastest - slowest).max(f64::MIN_POSITIVE);
+        let middle_if_all_equal = if fastest > slowest { place } else { 0.5 };
+        (middle_if_all_equal * (SPEED_COLOURS.len() - 1) as f64).round() as usize
+    }
+
+    /// The curves and arrows of one class of speed, slower ones below.
+    fn write_edges(&self, out: &mut String, class: usize, colour: &str) -> fmt::Result {
+        let edges = || self.graph.edges().iter().filter(|edge| self.speed_class(edge) == class);
+        if edges().next().is_none() {
+            return Ok(());
+        }
+        writeln!(
+            out,
+            "<g stroke=\"{colour}\" fill=\"none\" stroke-width=\"{:.2}\" stroke-linecap=\"round\">",
+            self.stroke()
+        )?;
+        for edge in edges() {
+            let [p0, p1, p2, p3] = edge.curve.control_points.map(|point| self.pixel(point));
+            writeln!(
+                out,
+                "<path d=\"M{:.1} {:.1}C{:.1} {:.1} {:.1} {:.1} {:.1} {:.1}\"/>",
+                p0.x, p0.y, p1.x, p1.y, p2.x, p2.y, p3.x, p3.y
+            )?;
+        }
+        write!(out, "</g>\n<path fill=\"{colour}\" d=\"")?;
+        for edge in edges().filter(|edge| self.has_room(edge, 2.2)) {
+            self.write_arrow(out, &edge.curve, 0.5, 1.0)?;
+        }
+        writeln!(out, "\"/>")
+    }
+
+    fn write_reverse_arrows(&self, out: &mut String) -> fmt::Result {
+        write!(out, "<path fill=\"#e07b39\" d=\"")?;
+        let reversible = |edge: &&Edge| edge.velocity_backwards.is_some() && self.has_room(edge, 4.5);
+        for edge in self.graph.edges().iter().filter(reversible) {
+            self.write_arrow(out, &edge.curve, 0.28, -0.7)?;
+        }
+        writeln!(out, "\"/>")
+    }
+
+    fn has_room(&self, edge: &Edge, arrows: f64) -> bool {
+        chord(&edge.curve) * self.scale > arrows * self.arrow()
+    }
+
+    /// A triangle on the curve, of `size` arrows, backwards if that is negative.
+    fn write_arrow(&self, out: &mut String, curve: &CubicBezier, lambda: f64, size: f64) -> fmt::Result {
+        let along = curve.tangent(lambda, Side::After) * DVec2::new(1.0, -1.0) * self.arrow() * size;
+        let centre = self.pixel(curve.position(lambda));
+        let (tip, back, side) = (centre + along * 0.5, centre - along * 0.5, along.perp() * 0.36);
+        let (left, right) = (back + side, back - side);
+        write!(out, "M{:.1} {:.1}L{:.1} {:.1}L{:.1} {:.1}Z", tip.x, tip.y, left.x, left.y, right.x, right.y)
+    }
+
+    fn write_nodes(&self, out: &mut String) -> fmt::Result {
+        let radius = (self.detail * 0.07).clamp(0.8, 4.5);
+        write!(out, "<path stroke=\"#30363d\" stroke-width=\"{:.2}\" stroke-linecap=\"round\" d=\"", radius * 0.55)?;
+        for node in self.graph.nodes() {
+            let (from, way) = (self.pixel(node.position), super::spline::unit(node.theta) * 2.4 * radius);
+            write!(out, "M{:.1} {:.1}l{:.1} {:.1}", from.x, from.y, way.x, -way.y)?;
+        }
+        writeln!(out, "\"/>\n<g fill=\"#ffffff\" stroke=\"#30363d\" stroke-width=\"{:.2}\">", radius * 0.4)?;
+        for node in self.graph.nodes() {
+            let at = self.pixel(node.position);
+            writeln!(out, "<circle cx=\"{:.1}\" cy=\"{:.1}\" r=\"{radius:.1}\"/>", at.x, at.y)?;
+        }
+        writeln!(out, "</g>")
+    }
+
+    /// A node's id stands behind it, an edge's to the right of its arrow.
+    fn write_ids(&self, out: &mut String) -> fmt::Result {
+        let size = (self.detail * 0.14).clamp(7.0, 13.0);
+        writeln!(
+            out,
+            "<g font-size=\"{size:.1}\" text-anchor=\"middle\" dominant-baseline=\"central\" stroke=\"#fafbfc\" \
+             stroke-width=\"3\" paint-order=\"stroke\" stroke-linejoin=\"round\">"
+        )?;
+        for node in self.graph.nodes() {
+            let behind = super::spline::unit(node.theta) * DVec2::new(-1.0, 1.0);
+            let at = self.pixel(node.position) + (behind + behind.perp()) * size * 0.9;
+            writeln!(out, "<text x=\"{:.1}\" y=\"{:.1}\" fill=\"#6a737d\">{}</text>", at.x, at.y, node.id)?;
+        }
+        for edge in self.graph.edges() {
+            let right = edge.curve.tangent(0.5, Side::After) * DVec2::new(1.0, -1.0);
+            let at = self.pixel(edge.curve.position(0.5)) + right.perp() * size;
+            let colour = SPEED_COLOURS[self.speed_class(edge)];
+            writeln!(
+                out,
+                "<text x=\"{:.1}\" y=\"{:.1}\" fill=\"{colour}\" font-weight=\"bold\">{}</text>",
+                at.x, at.y, edge.id
+            )?;
+        }
+        writeln!(out, "</g>")
+    }
+
+    /// The scale bar, the counts and the colours of the speeds.
+    fn write_legend(&self, out: &mut String) -> fmt::Result {
+        let (top, bar) = (self.size.y - LEGEND, round_length(120.0 / self.scale));
+        let (line, end) = (top + 16.0, MARGIN + bar * self.scale);
+        writeln!(out, "<path stroke=\"#d5dae0\" d=\"M0 {top:.1}H{:.1}\"/>", self.size.x)?;
+        writeln!(
+            out,
+            "<path stroke=\"#30363d\" stroke-width=\"1.5\" fill=\"none\" d=\"M{MARGIN} {:.1}v8M{MARGIN} {line:.1}H{end:.1}m0 -4v8\"/>",
+            line - 4.0
+        )?;
+        writeln!(out, "<g fill=\"#30363d\">\n<text x=\"{MARGIN}\" y=\"{:.1}\">{bar} m</text>", line + 18.0)?;
+        let (nodes, edges) = (self.graph.nodes().len(), self.graph.edges().len());
+        let middle = end.max(MARGIN + 60.0) + 24.0;
+        writeln!(out, "<text x=\"{middle:.1}\" y=\"{:.1}\">{edges} edges, {nodes} nodes</text>", line + 4.0)?;
+        let (slowest, fastest) = self.speeds;
+        let (left, y) = (self.size.x - MARGIN, line + 4.0);
+        writeln!(out, "<text x=\"{left:.1}\" y=\"{y:.1}\" text-anchor=\"end\">{fastest} m/s</text>")?;
+        if fastest > slowest {
+            let left = left - 150.0;
+            writeln!(out, "<text x=\"{left:.1}\" y=\"{y:.1}\" text-anchor=\"end\">{slowest} m/s</text>")?;
+            for (place, colour) in (0..).map(f64::from).zip(SPEED_COLOURS) {
+                let x = left + 8.0 + place * 18.0;
+                writeln!(
+                    out,
+                    "<rect x=\"{x:.1}\" y=\"{:.1}\" width=\"18\" height=\"4\" fill=\"{colour}\"/>",
+                    line - 2.0
+                )?;
+            }
+        }
+        writeln!(out, "</g>")
+    }
+}
+
+fn chord(curve: &CubicBezier) -> f64 {
+    let [p0, p1, p2, p3] = curve.control_points;
+    // Between chord and polygon; only for the choice of sizes.
+    (p0.distance(p3) + p0.distance(p1) + p1.distance(p2) + p2.distance(p3)) / 2.0
+}
+
+/// The 1, 2 or 5 times a power of ten next below.
+fn round_length(length: f64) -> f64 {
+    let power = 10f64.powf(length.log10().floor());
+    [5.0, 2.0].into_iter().map(|factor| factor * power).find(|&round| round <= length).unwrap_or(power)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::graph::generate::Warehouse;
+    use crate::graph::{ReadOptions, parse};
+
+    #[test]
+    fn a_map_shows_every_edge_and_node() {
+        let text = Warehouse { aisles: 2, rows: 1, bays: 2 }.generate().unwrap();
+        let (graph, _) = parse(&text, "g", &ReadOptions::default()).unwrap();
+        let map = svg(&graph);
+        assert_eq!(map.matches("<circle").count(), graph.nodes().len());
+        assert_eq!(map.matches("<path d=\"M").count(), graph.edges().len());
+        assert!(!map.contains("NaN") && !map.contains("inf"));
+        assert_eq!(map.matches("<g").count(), map.matches("</g>").count());
+    }
+
+    #[test]
+    fn a_single_short_edge_makes_a_map() {
+        let text = "Vertices:\n- {Id: 1, X: 1, Y: 1, Theta: 0}\n- {Id: 2, X: 1.002, Y: 1, Theta: 0}\n\
+            Edges:\n- {Id: 1, Origin_ID: 1, Destination_ID: 2, CurveType: Linear, VelocityForward: 1}\n";
+        let map = svg(&parse(text, "g", &ReadOptions::default()).unwrap().0);
+        assert!(!map.contains("NaN") && !map.contains("inf"));
+    }
+
+    #[test]
+    fn round_lengths() {
+        assert_eq!(
+            [0.9, 1.0, 4.9, 5.0, 99.0].map(round_length).map(|length| (length * 10.0).round()),
+            [5.0, 10.0, 20.0, 50.0, 500.0]
+        );
+    }
+}

@@ -1,0 +1,172 @@
+//! What is wrong, or looks wrong, in a route graph file: where it is and what to do about it.
+
+use std::fmt;
+
+use super::lines::LineIndex;
+
+/// Findings of one severity that are kept; a file with more of them is counted, not listed, to the end.
+pub const KEPT_FINDINGS: usize = 10_000;
+
+/// How bad a finding is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Severity {
+    /// The graph can't be driven.
+    Error,
+    /// The graph can be driven, but perhaps not as meant.
+    Warning,
+}
+
+/// What a finding is about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Subject {
+    /// The file as a whole.
+    File,
+    /// A node, by its id; `None` if it has no usable id.
+    Node(Option<u32>),
+    /// An edge, by its id; `None` if it has no usable id.
+    Edge(Option<u32>),
+}
+
+/// One thing that is wrong, or looks wrong, in a route graph file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Finding {
+    /// How bad it is.
+    pub severity: Severity,
+    /// The file's name as the caller gave it.
+    pub file: String,
+    /// Line in the file, from 1.
+    pub line: u32,
+    /// What it is about.
+    pub subject: Subject,
+    /// What is the matter and what to do.
+    pub message: String,
+}
+
+/// All findings of one file, in the order of their lines.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Findings {
+    list: Vec<Finding>,
+    errors: usize,
+    warnings: usize,
+}
+
+/// Collects the findings of one file and looks up their lines.
+pub(super) struct Report<'text> {
+    file: String,
+    lines: LineIndex<'text>,
+    found: Findings,
+}
+
+impl fmt::Display for Severity {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Error => "error",
+            Self::Warning => "warning",
+        })
+    }
+}
+
+impl Subject {
+    /// `file`, `node` or `edge`.
+    pub fn kind(self) -> &'static str {
+        match self {
+            Self::File => "file",
+            Self::Node(_) => "node",
+            Self::Edge(_) => "edge",
+        }
+    }
+
+    /// The id of the node or edge, if it has a usable one.
+    pub fn id(self) -> Option<u32> {
+        match self {
+            Self::File => None,
+            Self::Node(id) | Self::Edge(id) => id,
+        }
+    }
+}
+
+impl fmt::Display for Subject {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.id() {
+            Some(id) => write!(f, "{} {id}", self.kind()),
+            None => f.write_str(self.kind()),
+        }
+    }
+}
+
+impl fmt::Display for Finding {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}:{}: {}: ", self.file, self.line, self.severity)?;
+        if self.subject != Subject::File {
+            write!(f, "{}: ", self.subject)?;
+        }
+        f.write_str(&self.message)
+    }
+}
+
+impl Findings {
+    /// The findings, by line: at most [`KEPT_FINDINGS`] errors and as many warnings.
+    pub fn as_slice(&self) -> &[Finding] {
+        &self.list
+    }
+
+    /// How many errors there are, listed or not.
+    pub fn errors(&self) -> usize {
+        self.errors
+    }
+
+    /// How many warnings there are, listed or not.
+    pub fn warnings(&self) -> usize {
+        self.warnings
+    }
+
+    /// The first error by line.
+    pub fn first_error(&self) -> Option<&Finding> {
+        self.list.iter().find(|finding| finding.severity == Severity::Error)
+    }
+
+    fn count(&mut self, severity: Severity) -> &mut usize {
+        match severity {
+            Severity::Error => &mut self.errors,
+            Severity::Warning => &mut self.warnings,
+        }
+    }
+}
+
+impl<'text> Report<'text> {
+    pub fn new(file: &str, text: &'text str) -> Self {
+        Self { file: file.to_owned(), lines: LineIndex::new(text), found: Findings::default() }
+    }
+
+    pub fn error(&mut self, at: u32, subject: Subject, message: impl Into<String>) {
+        self.add(Severity::Error, at, subject, message);
+    }
+
+    pub fn warning(&mut self, at: u32, subject: Subject, message: impl Into<String>) {
+        self.add(Severity::Warning, at, subject, message);
+    }
+
+    /// The line, from 1, of a byte offset.
+    pub fn line(&self, at: u32) -> u32 {
+        self.lines.line(at)
+    }
+
+    pub fn has_errors(&self) -> bool {
+        self.found.errors > 0
+    }
+
+    /// The findings by line; those of one line in the order in which they were found.
+    pub fn into_findings(mut self) -> Findings {
+        self.found.list.sort_by_key(|finding| finding.line);
+        self.found
+    }
+
+    fn add(&mut self, severity: Severity, at: u32, subject: Subject, message: impl Into<String>) {
+        let count = self.found.count(severity);
+        *count += 1;
+        if *count <= KEPT_FINDINGS {
+            let (file, line) = (self.file.clone(), self.lines.line(at));
+            self.found.list.push(Finding { severity, file, line, subject, message: message.into() });
+        }
+    }
+}

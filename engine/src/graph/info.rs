@@ -1,0 +1,222 @@
+//! The figures of a route graph: how much of what.
+
+use std::fmt;
+
+use glam::DVec2;
+use serde::Serialize;
+
+use super::components::Components;
+use super::{CubicBezier, NodeIndex, RouteGraph};
+
+/// The figures of a route graph.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Info {
+    /// Nodes.
+    pub nodes: usize,
+    /// Edges.
+    pub edges: usize,
+    /// Edges that may also be driven in reverse gear.
+    pub reversible_edges: usize,
+    /// Nodes that no leg leaves.
+    pub dead_ends: usize,
+    /// Lengths of the edges in metres.
+    pub length: Lengths,
+    /// What all curves fit into, in metres.
+    pub bounding_box: BoundingBox,
+    /// Speeds from origin to destination in metres per second.
+    pub speed_forward: Range,
+    /// Speeds in reverse gear in metres per second, of the edges that allow it.
+    pub speed_backwards: Option<Range>,
+    /// Parts that hang together along edges in whatever direction.
+    pub weak_components: Parts,
+    /// Parts in which each node can be reached from each other.
+    pub strong_components: Parts,
+}
+
+/// Lengths of edges in metres.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Lengths {
+    /// All edges together.
+    pub total: f64,
+    /// The shortest edge.
+    pub shortest: f64,
+    /// The longest edge.
+    pub longest: f64,
+}
+
+/// An axis-parallel rectangle in metres.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct BoundingBox {
+    /// West.
+    pub min_x: f64,
+    /// South.
+    pub min_y: f64,
+    /// East.
+    pub max_x: f64,
+    /// North.
+    pub max_y: f64,
+}
+
+/// The least and the greatest.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Range {
+    /// The least.
+    pub least: f64,
+    /// The greatest.
+    pub greatest: f64,
+}
+
+/// Connected parts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct Parts {
+    /// How many there are.
+    pub count: usize,
+    /// Nodes of the largest.
+    pub largest: u32,
+}
+
+impl Info {
+    /// Counts and measures a graph.
+    pub fn of(graph: &RouteGraph) -> Self {
+        let edges = graph.edges();
+        let backwards = || edges.iter().filter_map(|edge| edge.velocity_backwards);
+        let nodes = graph.nodes().len();
+        Self {
+            nodes,
+            edges: edges.len(),
+            reversible_edges: backwards().count(),
+            dead_ends: (0..nodes as u32).filter(|&node| graph.departures(NodeIndex(node)).is_empty()).count(),
+            length: Lengths::of(graph),
+            bounding_box: BoundingBox::of(graph),
+            speed_forward: Range::of(edges.iter().map(|edge| edge.velocity_forward)),
+            speed_backwards: Some(Range::of(backwards())).filter(|range| range.least <= range.greatest),
+            weak_components: Parts::of(&Components::weak(graph)),
+            strong_components: Parts::of(&Components::strong(graph)),
+        }
+    }
+}
+
+impl Lengths {
+    fn of(graph: &RouteGraph) -> Self {
+        let lengths: Vec<f64> = graph.edges().iter().map(|edge| edge.curve.length()).collect();
+        let Range { least, greatest } = Range::of(lengths.iter().copied());
+        Self { total: lengths.iter().sum(), shortest: least, longest: greatest }
+    }
+}
+
+impl BoundingBox {
+    /// What all nodes and curves of a graph fit into.
+    pub fn of(graph: &RouteGraph) -> Self {
+        let nodes = graph.nodes().iter().map(|node| node.position);
+        let (min, max) = graph
+            .edges()
+            .iter()
+            .flat_map(|edge| extremes(&edge.curve))
+            .chain(nodes)
+            .fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(min, max), point| (min.min(point), max.max(point)));
+        Self { min_x: min.x, min_y: min.y, max_x: max.x, max_y: max.y }
+    }
+
+    /// Metres from west to east and from south to north.
+    pub fn size(&self) -> DVec2 {
+        DVec2::new(self.max_x - self.min_x, self.max_y - self.min_y)
+    }
+}
+
+/// Points of a curve among which are its outermost in each direction: its ends and where p'x or p'y is zero.
+fn extremes(curve: &CubicBezier) -> impl Iterator<Item = DVec2> + use<> {
+    let curve = *curve;
+    let [p0, p1, p2, p3] = curve.control_points;
+    // p' / 3 = a λ² + b λ + c
+    let (a, b, c) = (p3 - p0 - (p2 - p1) * 3.0, (p2 - p1 * 2.0 + p0) * 2.0, p1 - p0);
+    let roots = [roots(a.x, b.x, c.x), roots(a.y, b.y, c.y)];
+    roots.into_iter().flatten().chain([0.0, 1.0]).map(move |lambda| curve.position(lambda))
+}
+
+/// Roots of a λ² + b λ + c in [0, 1]; the ends where there are none.
+fn roots(a: f64, b: f64, c: f64) -> [f64; 2] {
+    let q = -0.5 * (b + (b * b - 4.0 * a * c).max(0.0).sqrt().copysign(b));
+    [q / a, c / q].map(|root| if root.is_finite() { root.clamp(0.0, 1.0) } else { 0.0 })
+}
+
+impl Range {
+    fn of(numbers: impl Iterator<Item = f64>) -> Self {
+        numbers.fold(Self { least: f64::INFINITY, greatest: f64::NEG_INFINITY }, |range, number| Self {
+            least: range.least.min(number),
+            greatest: range.greatest.max(number),
+        })
+    }
+}
+
+impl Parts {
+    fn of(components: &Components) -> Self {
+        Self { count: components.sizes.len(), largest: components.sizes.iter().copied().max().unwrap_or(0) }
+    }
+}
+
+impl fmt::Display for Info {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { length, bounding_box: bounds, .. } = self;
+        let size = bounds.size();
+        writeln!(f, "nodes       {} ({} dead ends)", self.nodes, self.dead_ends)?;
+        writeln!(f, "edges       {} ({} also in reverse gear)", self.edges, self.reversible_edges)?;
+        writeln!(
+            f,
+            "length      {:.1} m (an edge has {:.2} to {:.2} m)",
+            length.total, length.shortest, length.longest
+        )?;
+        writeln!(
+            f,
+            "extent      {:.1} m × {:.1} m: x {:.2} to {:.2}, y {:.2} to {:.2}",
+            size.x, size.y, bounds.min_x, bounds.max_x, bounds.min_y, bounds.max_y
+        )?;
+        writeln!(f, "speed       {} forward", self.speed_forward)?;
+        if let Some(backwards) = self.speed_backwards {
+            writeln!(f, "            {backwards} backwards")?;
+        }
+        write!(f, "components  {}, {} strong", self.weak_components.count, self.strong_components.count)?;
+        writeln!(f, " (the largest has {} nodes)", self.strong_components.largest)
+    }
+}
+
+impl fmt::Display for Range {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.least == self.greatest {
+            return write!(f, "{} m/s", self.least);
+        }
+        write!(f, "{} to {} m/s", self.least, self.greatest)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::graph::{ReadOptions, parse};
+
+    #[test]
+    fn figures_of_a_bent_road() {
+        let text = "Vertices:\n- {Id: 1, X: 0, Y: 0, Theta: 1.5707963267948966}\n- {Id: 2, X: 4, Y: 0, Theta: -1.5707963267948966}\n\
+            Edges:\n- {Id: 1, Origin_ID: 1, Destination_ID: 2, CurveType: Spline, ParamF: 4, ParamB: 4, VelocityForward: 2, VelocityBackwards: 1}\n";
+        let info = Info::of(&parse(text, "g", &ReadOptions::default()).unwrap().0);
+        let bounds = info.bounding_box;
+        assert!(bounds.min_x.abs() < 1e-9 && bounds.min_y.abs() < 1e-9 && (bounds.max_x - 4.0).abs() < 1e-9);
+        assert!((bounds.max_y - 3.0).abs() < 1e-9, "the top of the arch, not its handles");
+        assert_eq!((info.nodes, info.edges, info.reversible_edges, info.dead_ends), (2, 1, 1, 0));
+        assert_eq!(info.strong_components, Parts { count: 1, largest: 2 });
+        assert!(info.to_string().contains("2 m/s forward\n            1 m/s backwards"), "{info}");
+    }
+
+    proptest! {
+        #[test]
+        fn a_curve_stays_in_its_box(points in prop::array::uniform8(-9.0..9.0), lambda in 0.0..=1.0) {
+            let at = |i: usize| DVec2::new(points[i], points[i + 1]);
+            let curve = CubicBezier { control_points: [at(0), at(2), at(4), at(6)] };
+            let point = curve.position(lambda);
+            let least = extremes(&curve).fold(DVec2::INFINITY, DVec2::min) - DVec2::splat(1e-9);
+            let most = extremes(&curve).fold(DVec2::NEG_INFINITY, DVec2::max) + DVec2::splat(1e-9);
+            prop_assert!(point.cmpge(least).all() && point.cmple(most).all());
+        }
+    }
+}

@@ -1,0 +1,208 @@
+//! From what a file says to a [`RouteGraph`], or to every reason why not.
+
+use std::collections::HashMap;
+use std::f64::consts::PI;
+
+use glam::DVec2;
+
+use super::finding::{Report, Subject};
+use super::read::ReadOptions;
+use super::spline::{HandleLengths, Handles, normalize_angle, spline};
+use super::yaml::{RawCurve, RawEdge, RawGraph, RawNode};
+use super::{CubicBezier, Edge, Node, NodeIndex, RouteGraph};
+
+/// The largest |x| or |y| in metres: beyond it the `f32` poses that readers see are coarser than half a millimetre.
+pub const MAX_COORDINATE: f64 = 8000.0;
+
+/// The largest speed in metres per second.
+pub const MAX_SPEED: f64 = 50.0;
+
+/// The shortest edge in metres.
+pub const MIN_LENGTH: f64 = 0.001;
+
+/// The largest angle that is taken for one, in the file's unit: a hundred turns in degrees.
+const MAX_ANGLE: f64 = 36_000.0;
+
+/// The graph, if every number and every reference in `raw` is sound. Its nodes and edges have the order of `raw`.
+pub(super) fn validate(raw: &RawGraph, options: &ReadOptions, report: &mut Report<'_>) -> Option<RouteGraph> {
+    refuse_empty(raw, report);
+    let by_id = index_nodes(raw, report);
+    let nodes: Vec<Option<Node>> = raw.nodes.iter().map(|node| check_node(node, raw.degrees, report)).collect();
+    warn_of_degrees(raw, report);
+    let handles = handles(raw, options);
+    refuse_duplicate_edges(raw, report);
+    let edges: Vec<Option<Edge>> =
+        raw.edges.iter().map(|edge| EdgeCheck { edge, report }.check(&by_id, &nodes, handles)).collect();
+    if report.has_errors() {
+        return None;
+    }
+    let nodes = nodes.into_iter().collect::<Option<_>>()?;
+    Some(RouteGraph::from_valid_parts(nodes, edges.into_iter().collect::<Option<_>>()?))
+}
+
+/// The convention that holds: the caller's, else the file's, else the default.
+pub(super) fn handles(raw: &RawGraph, options: &ReadOptions) -> Handles {
+    options.handles.or(raw.handles).unwrap_or_default()
+}
+
+fn refuse_empty(raw: &RawGraph, report: &mut Report<'_>) {
+    if raw.nodes.is_empty() {
+        report.error(0, Subject::File, "has no nodes: list them under Vertices");
+    }
+    if raw.edges.is_empty() {
+        report.error(0, Subject::File, "has no edges: list them under Edges");
+    }
+}
+
+fn index_nodes(raw: &RawGraph, report: &mut Report<'_>) -> HashMap<u32, NodeIndex> {
+    let mut by_id = HashMap::with_capacity(raw.nodes.len());
+    for (index, node) in (0..).zip(&raw.nodes) {
+        let Some(id) = node.id else { continue };
+        if let Some(NodeIndex(first)) = by_id.insert(id, NodeIndex(index)) {
+            duplicate(report, Subject::Node(Some(id)), node.at, raw.nodes[first as usize].at);
+        }
+    }
+    by_id
+}
+
+fn refuse_duplicate_edges(raw: &RawGraph, report: &mut Report<'_>) {
+    let mut places = HashMap::with_capacity(raw.edges.len());
+    for edge in &raw.edges {
+        let Some(id) = edge.id else { continue };
+        if let Some(first) = places.insert(id, edge.at) {
+            duplicate(report, Subject::Edge(Some(id)), edge.at, first);
+        }
+    }
+}
+
+fn duplicate(report: &mut Report<'_>, subject: Subject, at: u32, first: u32) {
+    let message = format!("the {} of line {} has the same Id: give each its own", subject.kind(), report.line(first));
+    report.error(at, subject, message);
+}
+
+fn check_node(raw: &RawNode, degrees: bool, report: &mut Report<'_>) -> Option<Node> {
+    let subject = Subject::Node(raw.id);
+    for (name, value) in [("X", raw.x), ("Y", raw.y)] {
+        if let Some(value) = value.filter(|value| value.abs() > MAX_COORDINATE) {
+            let message = format!(
+                "{name} is {value} m, beyond ±{MAX_COORDINATE} m where poses keep their precision: \
+                 shift the map's origin, and check that the unit is metres"
+            );
+            report.error(raw.at, subject, message);
+        }
+    }
+    let theta = raw.theta?;
+    if theta.abs() > MAX_ANGLE {
+        report.error(raw.at, subject, format!("Theta is {theta}: give a heading in radians, or `AngleUnit: deg`"));
+        return None;
+    }
+    let theta = normalize_angle(if degrees { theta.to_radians() } else { theta });
+    Some(Node { id: raw.id?, position: DVec2::new(raw.x?, raw.y?), theta })
+}
+
+/// Radians beyond a full turn are rarely meant.
+fn warn_of_degrees(raw: &RawGraph, report: &mut Report<'_>) {
+    let suspect = |node: &&RawNode| node.theta.is_some_and(|theta| theta.abs() > 2.0 * PI + 0.01);
+    let mut suspects = raw.nodes.iter().filter(suspect);
+    let Some(first) = suspects.next().filter(|_| !raw.degrees) else { return };
+    let others = match suspects.count() {
+        0 => String::new(),
+        more => format!(" (and {more} more nodes)"),
+    };
+    let message = format!(
+        "Theta is {}, more than a full turn{others}: if the angles are in degrees, add `AngleUnit: deg` to the file",
+        first.theta.unwrap_or_default()
+    );
+    report.warning(first.at, Subject::Node(first.id), message);
+}
+
+struct EdgeCheck<'a, 'r, 'text> {
+    edge: &'a RawEdge,
+    report: &'r mut Report<'text>,
+}
+
+impl EdgeCheck<'_, '_, '_> {
+    fn check(mut self, by_id: &HashMap<u32, NodeIndex>, nodes: &[Option<Node>], handles: Handles) -> Option<Edge> {
+        let edge = self.edge;
+        let origin = self.node(by_id, edge.origin, "Origin_ID");
+        let destination = self.node(by_id, edge.destination, "Destination_ID");
+        let velocity_forward = self.forward_speed();
+        let velocity_backwards = self.backward_speed();
+        let (origin, destination) = (origin?, destination?);
+        if origin == destination {
+            self.error("starts and ends at the same node: a route needs to get somewhere");
+            return None;
+        }
+        let (from, to) = (nodes[origin.0 as usize].as_ref()?, nodes[destination.0 as usize].as_ref()?);
+        let curve = self.curve(from, to, handles)?;
+        Some(Edge {
+            id: edge.id?,
+            origin,
+            destination,
+            curve,
+            velocity_forward: velocity_forward?,
+            velocity_backwards: velocity_backwards?,
+        })
+    }
+
+    fn node(&mut self, by_id: &HashMap<u32, NodeIndex>, id: Option<u32>, key: &str) -> Option<NodeIndex> {
+        let found = by_id.get(&id?).copied();
+        if found.is_none() {
+            self.error(format!("{key} {} names no node: add the node or correct the id", id?));
+        }
+        found
+    }
+
+    fn forward_speed(&mut self) -> Option<f64> {
+        let speed = self.edge.velocity_forward?;
+        if speed > 0.0 && speed <= MAX_SPEED {
+            return Some(speed);
+        }
+        self.error(format!("VelocityForward is {speed}: it must be above 0 and at most {MAX_SPEED} m/s"));
+        None
+    }
+
+    fn backward_speed(&mut self) -> Option<Option<f64>> {
+        let speed = self.edge.velocity_backwards?;
+        if (0.0..=MAX_SPEED).contains(&speed) {
+            return Some((speed > 0.0).then_some(speed));
+        }
+        self.error(format!(
+            "VelocityBackwards is {speed}: it must be 0 (not driven in reverse) or up to {MAX_SPEED} m/s"
+        ));
+        None
+    }
+
+    fn curve(&mut self, from: &Node, to: &Node, handles: Handles) -> Option<CubicBezier> {
+        let curve = match *self.edge.curve.as_ref()? {
+            RawCurve::Linear => CubicBezier::straight(from.position, to.position),
+            RawCurve::Spline { forward, backward } => {
+                let lengths = self.handle_lengths(forward, backward)?;
+                spline(from, to, lengths, handles)
+            }
+        };
+        if curve.control_points.iter().any(|point| point.abs().max_element() > MAX_COORDINATE) {
+            self.error(format!("its handles reach beyond ±{MAX_COORDINATE} m: shorten ParamF and ParamB"));
+            return None;
+        }
+        if from.position.distance(to.position) < MIN_LENGTH && curve.length() < MIN_LENGTH {
+            self.error("has no length: its nodes lie at the same place");
+            return None;
+        }
+        Some(curve)
+    }
+
+    fn handle_lengths(&mut self, forward: f64, backward: f64) -> Option<HandleLengths> {
+        for (name, length) in [("ParamF", forward), ("ParamB", backward)] {
+            if !(0.0..=2.0 * MAX_COORDINATE).contains(&length) {
+                self.error(format!("{name} is {length}: a handle is 0 to {} m long", 2.0 * MAX_COORDINATE));
+                return None;
+            }
+        }
+        Some(HandleLengths { forward, backward })
+    }
+
+    fn error(&mut self, message: impl Into<String>) {
+        self.report.error(self.edge.at, Subject::Edge(self.edge.id), message);
+    }
+}

@@ -1,0 +1,141 @@
+//! A stretch of the fleet's rows, column by column, as the stages of a tick take it.
+
+use regatta_plugin::frame::{ColumnsMut, NO_EDGE, RobotState};
+
+use super::REVERSE;
+use crate::fleet::Route;
+use crate::graph::{EdgeIndex, Gear, Leg};
+
+/// The columns from row `first` on. All have the same length, a multiple of 64 but for the last row's sake:
+/// rows that hold no robot are inert.
+#[derive(Debug)]
+pub(crate) struct Rows<'fleet> {
+    /// Robot id of the first row.
+    pub first: u32,
+    /// Row of the piece that the robot is on; [`REVERSE`] is set in reverse gear.
+    pub piece: &'fleet mut [u32],
+    /// Distance from the end of the piece, in units of [`Distance`](crate::graph::arc_length::Distance); ≤ 0.
+    pub w: &'fleet mut [i32],
+    /// Metres per second in the driving direction; ≥ 0.
+    pub speed: &'fleet mut [f32],
+    /// Metres along the edge from its origin to the end of the piece.
+    pub s_end: &'fleet mut [f32],
+    /// Index of the edge, or [`NO_EDGE`] on a node.
+    pub edge: &'fleet mut [u32],
+    /// A [`RobotState`].
+    pub state: &'fleet mut [u8],
+    /// What the robot drives next.
+    pub route: &'fleet mut [Route],
+    /// Index of the robot type.
+    pub kind: &'fleet mut [u16],
+    /// Present in fleets where some type limits its acceleration.
+    pub limits: Option<LimitRows<'fleet>>,
+}
+
+/// What stage 1 needs; [`profile`](super::profile) has the equations.
+#[derive(Debug)]
+pub(crate) struct LimitRows<'fleet> {
+    /// Metres per second squared; [`UNLIMITED`](super::profile::UNLIMITED) for types without a limit.
+    pub acceleration: &'fleet mut [f32],
+    /// The speed to come to, in metres per second.
+    pub cruise: &'fleet mut [f32],
+    /// Square of the speed (with half a tick's braking added) from which the robot can brake for all that lies
+    /// beyond the end of its piece, in m²/s².
+    pub brake: &'fleet mut [f32],
+}
+
+impl LimitRows<'_> {
+    /// Whether any of these robots has a limit.
+    pub(crate) fn any(&self) -> bool {
+        self.brake.iter().any(|brake| brake.is_finite())
+    }
+}
+
+impl<'fleet> Rows<'fleet> {
+    pub(crate) fn is_empty(&self) -> bool {
+        self.piece.is_empty()
+    }
+
+    pub(crate) fn len(&self) -> usize {
+        self.piece.len()
+    }
+
+    /// The first `count` rows (all, if there are fewer) and the others.
+    pub(crate) fn split_at(self, count: usize) -> (Self, Self) {
+        let count = count.min(self.piece.len());
+        let piece = self.piece.split_at_mut(count);
+        let w = self.w.split_at_mut(count);
+        let speed = self.speed.split_at_mut(count);
+        let s_end = self.s_end.split_at_mut(count);
+        let edge = self.edge.split_at_mut(count);
+        let state = self.state.split_at_mut(count);
+        let route = self.route.split_at_mut(count);
+        let kind = self.kind.split_at_mut(count);
+        let limits = self.limits.map(|limits| limits.split_at(count)).unzip();
+        let half = |first, piece, w, speed, s_end, edge, state, route, kind, limits| Rows {
+            first,
+            piece,
+            w,
+            speed,
+            s_end,
+            edge,
+            state,
+            route,
+            kind,
+            limits,
+        };
+        let middle = self.first + count as u32;
+        (
+            half(self.first, piece.0, w.0, speed.0, s_end.0, edge.0, state.0, route.0, kind.0, limits.0),
+            half(middle, piece.1, w.1, speed.1, s_end.1, edge.1, state.1, route.1, kind.1, limits.1),
+        )
+    }
+
+    /// Robot id of a row.
+    pub(crate) fn robot(&self, row: usize) -> u32 {
+        self.first + row as u32
+    }
+
+    pub(crate) fn is(&self, row: usize, state: RobotState) -> bool {
+        self.state[row] == state as u8
+    }
+
+    /// The leg that a robot is on; `None` on a node.
+    pub(crate) fn leg(&self, row: usize) -> Option<Leg> {
+        leg_of(self.piece[row], self.edge[row])
+    }
+}
+
+/// The leg that a robot is on; `None` on a node.
+pub(crate) fn leg_of(piece: u32, edge: u32) -> Option<Leg> {
+    let gear = if piece & REVERSE == 0 { Gear::Forward } else { Gear::Reverse };
+    (edge != NO_EDGE).then_some(Leg { edge: EdgeIndex(edge), gear })
+}
+
+impl<'fleet> LimitRows<'fleet> {
+    fn split_at(self, count: usize) -> (Self, Self) {
+        let acceleration = self.acceleration.split_at_mut(count);
+        let cruise = self.cruise.split_at_mut(count);
+        let brake = self.brake.split_at_mut(count);
+        (
+            Self { acceleration: acceleration.0, cruise: cruise.0, brake: brake.0 },
+            Self { acceleration: acceleration.1, cruise: cruise.1, brake: brake.1 },
+        )
+    }
+}
+
+/// The first `count` rows of a frame (all, if there are fewer) and the others.
+pub(crate) fn split_frame(columns: ColumnsMut, count: usize) -> (ColumnsMut, ColumnsMut) {
+    let words = count.min(columns.x.len());
+    let x = columns.x.split_at_mut(words);
+    let y = columns.y.split_at_mut(words);
+    let theta = columns.theta.split_at_mut(words);
+    let speed = columns.speed.split_at_mut(words);
+    let s = columns.s.split_at_mut(words);
+    let edge = columns.edge.split_at_mut(words);
+    let state = columns.state.split_at_mut(count.min(columns.state.len()));
+    (
+        ColumnsMut { x: x.0, y: y.0, theta: theta.0, speed: speed.0, s: s.0, edge: edge.0, state: state.0 },
+        ColumnsMut { x: x.1, y: y.1, theta: theta.1, speed: speed.1, s: s.1, edge: edge.1, state: state.1 },
+    )
+}

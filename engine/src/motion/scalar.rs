@@ -1,0 +1,64 @@
+//! The stages of a tick, row by row: the reference that the vector code is held to, bit by bit.
+
+use regatta_plugin::frame::ColumnsMut;
+
+use super::atan2::atan2;
+use super::profile::brake_speed;
+use super::{Listed, METRES_PER_UNIT, PIECE, Pace, REVERSE, Rows};
+use crate::graph::arc_length::Piece;
+
+/// Stage 1 under acceleration limits: new speeds, and `w += (old + new speed) / 2 · Δt`. Lists the rows that come to a
+/// stand; lists those that may come to the end of their piece, and leaves them as they are.
+pub(super) fn accelerate(rows: &mut Rows, pace: Pace, stood: &mut Listed, near: &mut Listed) {
+    let Some(limits) = &rows.limits else { return };
+    let units = |speeds: f32| (speeds * (0.5 * pace.units)).round_ties_even() as i32;
+    for row in 0..rows.w.len() {
+        let before = rows.speed[row];
+        let acceleration = limits.acceleration[row];
+        let change = acceleration * pace.seconds;
+        let wanted = (before + change).min(limits.cruise[row]).max(before - change);
+        let most = units(before + wanted);
+        if rows.w[row] + most >= 0 && most > 0 {
+            near.push(row);
+            continue;
+        }
+        let ahead = rows.w[row] as f32 * METRES_PER_UNIT;
+        let now = wanted.min(brake_speed(limits.brake[row], acceleration, change, before, ahead));
+        rows.speed[row] = now;
+        rows.w[row] += units(before + now);
+        if now == 0.0 && before > 0.0 {
+            stood.push(row);
+        }
+    }
+}
+
+/// Stage 1: `w += speed · Δt`. Lists the rows that come to the end of their piece.
+pub(super) fn advance(rows: &mut Rows, pace: Pace, arrived: &mut Listed) {
+    for row in 0..rows.w.len() {
+        let step = (rows.speed[row] * pace.units).round_ties_even() as i32;
+        let w = rows.w[row] + step;
+        rows.w[row] = w;
+        if w >= 0 && step > 0 {
+            arrived.push(row);
+        }
+    }
+}
+
+/// Stage 3: poses into the frame.
+pub(super) fn write(rows: &Rows, pieces: &[Piece], columns: ColumnsMut) {
+    for row in 0..columns.x.len() {
+        let piece = &pieces[(rows.piece[row] & PIECE) as usize];
+        let sign = rows.piece[row] & REVERSE;
+        let signed = |value: f32| f32::from_bits(value.to_bits() ^ sign);
+        let w = rows.w[row] as f32 * METRES_PER_UNIT;
+        let place = |c: &[f32; 4]| c[0] + w * (c[1] + w * (c[2] + w * c[3]));
+        let slope = |c: &[f32; 4]| signed(c[1] + w * ((c[2] + c[2]) + w * (3.0 * c[3])));
+        columns.x[row] = place(&piece.x);
+        columns.y[row] = place(&piece.y);
+        columns.theta[row] = atan2(slope(&piece.y), slope(&piece.x));
+        columns.speed[row] = signed(rows.speed[row]) + 0.0;
+        columns.s[row] = rows.s_end[row] + signed(w);
+        columns.edge[row] = rows.edge[row];
+    }
+    columns.state.copy_from_slice(&rows.state[..columns.state.len()]);
+}

@@ -1,0 +1,347 @@
+//! One test for each kind of finding, and for each way in which a file can fail to be a route graph.
+
+use regatta_engine::graph::{self, GraphError, Handles, ReadOptions, Severity, Subject};
+
+/// Two nodes and a road there and back, without a finding.
+const NODES: &str = "Vertices:
+- {Id: 1, X: 0, Y: 0, Theta: 0}
+- {Id: 2, X: 5, Y: 0, Theta: 0}
+";
+const EDGES: &str = "Edges:
+- {Id: 10, Origin_ID: 1, Destination_ID: 2, CurveType: Linear, VelocityForward: 1, VelocityBackwards: 0.5}
+";
+
+/// Findings as `line severity subject: message`.
+fn check_with(text: &str, options: &ReadOptions) -> Vec<String> {
+    let findings = match graph::parse(text, "g.yaml", options) {
+        Ok((_, warnings)) => warnings,
+        Err(error) => error.findings().unwrap_or_else(|| panic!("{error}")).clone(),
+    };
+    findings
+        .as_slice()
+        .iter()
+        .map(|finding| format!("{} {} {}: {}", finding.line, finding.severity, finding.subject, finding.message))
+        .collect()
+}
+
+fn check(text: &str) -> Vec<String> {
+    check_with(text, &ReadOptions::default())
+}
+
+#[track_caller]
+fn assert_only(found: &[String], start: &str, part: &str) {
+    assert!(found.len() == 1 && found[0].starts_with(start) && found[0].contains(part), "{found:#?}");
+}
+
+/// The small graph with one more edge.
+fn with_edge(edge: &str) -> String {
+    format!("{NODES}{EDGES}- {{{edge}}}\n")
+}
+
+/// The small graph with one more node.
+fn with_node(node: &str) -> String {
+    format!("{EDGES}{NODES}- {{{node}}}\n")
+}
+
+#[test]
+fn the_small_graph_is_fine() {
+    assert_eq!(check(&format!("{NODES}{EDGES}")), [""; 0]);
+    assert_eq!(check(&format!("{EDGES}{NODES}")), [""; 0]);
+}
+
+#[test]
+fn duplicate_ids() {
+    let edge = "Id: 10, Origin_ID: 1, Destination_ID: 2, CurveType: Linear, VelocityForward: 1";
+    assert_only(&check(&with_edge(edge)), "6 error edge 10: ", "the edge of line 5 has the same Id");
+    assert_only(&check(&with_node("Id: 2, X: 1, Y: 1, Theta: 0")), "6 error node 2: ", "the node of line 5");
+}
+
+#[test]
+fn one_id_may_be_an_edges_and_a_nodes() {
+    let text = format!("{NODES}{EDGES}").replace("Id: 10", "Id: 1");
+    assert_eq!(check(&text), [""; 0]);
+}
+
+#[test]
+fn missing_nodes_and_keys() {
+    let edge = "Id: 11, Origin_ID: 7, Destination_ID: 2, CurveType: Linear, VelocityForward: 1";
+    assert_only(&check(&with_edge(edge)), "6 error edge 11: ", "Origin_ID 7 names no node");
+    assert_only(&check(&with_node("Id: 3, X: 1, Theta: 0")), "6 error node 3: ", "has no Y");
+    assert_only(&check(&with_node("X: 1, Y: 2, Theta: 0")), "6 error node: ", "has no Id");
+}
+
+#[test]
+fn an_edge_to_a_faulty_node_isnt_blamed() {
+    let text = format!("{NODES}{EDGES}").replace("X: 5", "X: far");
+    assert_only(&check(&text), "3 error node 2: ", "X is `far`");
+}
+
+#[test]
+fn all_findings_in_one_go() {
+    let text = "Vertices:\n- {Id: 1, X: 0, Y: 1e9, Theta: x}\n- {Id: 1, X: 0, Y: 0, Theta: 0}\nEdges:\n\
+                - {Id: 4, Origin_ID: 8, Destination_ID: 9, CurveType: arc, VelocityForward: -1}\n";
+    let found = check(text);
+    assert_eq!(found.len(), 7, "{found:#?}");
+}
+
+#[test]
+fn numbers_that_arent_finite_or_sane() {
+    for (x, part) in [
+        (".nan", "X is NaN"),
+        ("-.inf", "X is -inf"),
+        ("1e999", "X is `1e999`"),
+        ("8001", "X is 8001 m, beyond"),
+        ("[1]", "X is a list"),
+        ("{a: 1}", "X is a map"),
+        ("true", "X is `true`"),
+        ("", "X is empty"),
+        ("!m 5", "X is a tagged value"),
+    ] {
+        let found = check(&with_node(&format!("Id: 3, X: {x}, Y: 0, Theta: 0")));
+        assert_only(&found, "6 error node 3: ", part);
+    }
+    let found = check(&with_node("Id: 3, X: 0, Y: 0, Theta: 1e30"));
+    assert!(found.iter().any(|finding| finding.starts_with("6 error node 3: Theta is 1")), "{found:#?}");
+}
+
+#[test]
+fn ids_that_arent_whole_numbers() {
+    for id in ["-1", "4294967296", "1.5", "one", "[1]", "1e99", "99999999999999999999999"] {
+        let found = check(&with_node(&format!("Id: {id}, X: 0, Y: 0, Theta: 0")));
+        assert_only(&found, "6 error node: ", "it must be a whole number from 0 to 4294967295");
+    }
+}
+
+#[test]
+fn numbers_in_any_dress() {
+    let text =
+        format!("{NODES}{EDGES}").replace("X: 5", "X: '5.0'").replace("Id: 2", "Id: 2.0").replace("Y: 0", "Y: +0");
+    let (graph, findings) = graph::parse(&text, "g.yaml", &ReadOptions::default()).unwrap();
+    assert_eq!(findings.as_slice(), []);
+    assert_eq!(graph.node(graph.node_by_id(2).unwrap()).position.x, 5.0);
+}
+
+#[test]
+fn zero_length_edges() {
+    let edge = "Id: 11, Origin_ID: 1, Destination_ID: 1, CurveType: Linear, VelocityForward: 1";
+    assert_only(&check(&with_edge(edge)), "6 error edge 11: ", "same node");
+    let text = format!("{NODES}{EDGES}").replace("X: 5", "X: 0");
+    assert_only(&check(&text), "5 error edge 10: ", "no length");
+}
+
+#[test]
+fn curve_types() {
+    let edge = |curve: &str| with_edge(&format!("Id: 11, Origin_ID: 1, Destination_ID: 2, {curve} VelocityForward: 1"));
+    assert_only(&check(&edge("CurveType: arc,")), "6 error edge 11: ", "CurveType is `arc`: use Spline or Linear");
+    assert_only(&check(&edge("CurveType: 3,")), "6 error edge 11: ", "CurveType is 3");
+    assert_only(&check(&edge("")), "6 error edge 11: ", "has no CurveType");
+    assert_only(&check(&edge("CurveType: spline, ParamF: 1,")), "6 error edge 11: ", "has no ParamB");
+    assert_only(&check(&edge("CurveType: SPLINE, ParamF: -1, ParamB: 1,")), "6 error edge 11: ", "ParamF is -1");
+    assert_only(&check(&edge("CurveType: Spline, ParamF: 1, ParamB: 15000,")), "6 error edge 11: ", "reach beyond");
+}
+
+#[test]
+fn speeds() {
+    for (speeds, part) in [
+        ("VelocityForward: 0", "VelocityForward is 0"),
+        ("VelocityForward: -2", "VelocityForward is -2"),
+        ("VelocityForward: 51", "VelocityForward is 51"),
+        ("VelocityBackwards: 1", "has no VelocityForward"),
+        ("VelocityForward: 1, VelocityBackwards: -1", "VelocityBackwards is -1"),
+        ("VelocityForward: 1, VelocityBackwards: fast", "VelocityBackwards is `fast`"),
+    ] {
+        let edge = format!("Id: 11, Origin_ID: 1, Destination_ID: 2, CurveType: Linear, {speeds}");
+        assert_only(&check(&with_edge(&edge)), "6 error edge 11: ", part);
+    }
+}
+
+#[test]
+fn an_empty_graph() {
+    let found = check("Edges: []\nVertices:\n");
+    assert_eq!(found.len(), 2, "{found:#?}");
+    assert!(found[0].contains("no nodes") && found[1].contains("no edges"), "{found:#?}");
+}
+
+#[test]
+fn keys_given_twice() {
+    assert_only(&check(&with_node("Id: 3, X: 1, x: 2, Y: 1, Theta: 0")), "6 error node 3: ", "`x` is given twice");
+    let found = check(&format!("{NODES}{EDGES}nodes: []\n"));
+    assert_only(&found, "6 error file: ", "`nodes` is given twice");
+}
+
+#[test]
+fn items_of_the_wrong_shape() {
+    let found = check(&format!("{NODES}{EDGES}- 7\n- [a]\n"));
+    assert_eq!(found.len(), 2, "{found:#?}");
+    assert!(found[0].contains("edge number 2 of the list must be a map, not 7"), "{found:#?}");
+    let found = check(&format!("{NODES}Edges: 12\n"));
+    assert!(found.iter().any(|finding| finding == "4 error file: `Edges` must be a list, not 12"), "{found:#?}");
+}
+
+#[test]
+fn unknown_keys_are_told_once() {
+    let text = format!("{NODES}{EDGES}Author: me\n").replace("Theta: 0}", "Theta: 0, Colour: red, Label: pass}");
+    let found = check(&text);
+    assert_eq!(found.len(), 2, "{found:#?}");
+    assert!(found[0].starts_with("2 warning file: `Colour` is not a key of a node: ignored (2 times)"), "{found:#?}");
+    assert!(found[1].starts_with("6 warning file: `Author` is not a key of the file"), "{found:#?}");
+}
+
+#[test]
+fn settings() {
+    let ok = |line: &str| check(&format!("{line}\n{NODES}{EDGES}"));
+    assert_eq!(ok("AngleUnit: deg"), [""; 0]);
+    assert_eq!(ok("handles: F_at_origin"), [""; 0]);
+    assert_only(&ok("AngleUnit: grad"), "1 error file: ", "use rad or deg");
+    assert_only(&ok("Handles: left"), "1 error file: ", "use b_at_origin or f_at_origin");
+}
+
+#[test]
+fn degrees() {
+    let text = format!("{NODES}{EDGES}").replace("Theta: 0", "Theta: 90");
+    let found = check(&text);
+    assert!(
+        found[0].starts_with("2 warning node 1: Theta is 90, more than a full turn (and 1 more nodes)"),
+        "{found:#?}"
+    );
+    let (graph, warnings) = graph::parse(&format!("angleunit: DEG\n{text}"), "g", &ReadOptions::default()).unwrap();
+    assert_eq!(warnings.as_slice(), []);
+    assert_eq!(graph.nodes()[0].theta, std::f64::consts::FRAC_PI_2);
+}
+
+#[test]
+fn swapped_handles() {
+    let text = "Edges:\n- {Id: 1, Origin_ID: 1, Destination_ID: 2, CurveType: Spline, ParamB: 9, ParamF: 1, \
+                VelocityForward: 1, VelocityBackwards: 1}\nVertices:\n- {Id: 1, X: 0, Y: 0, Theta: 0}\n- {Id: 2, X: 2, Y: 9, Theta: 1.57}\n";
+    assert_only(&check(text), "1 warning file: ", "with `Handles: f_at_origin`: if the latter is meant");
+    let options = ReadOptions { handles: Some(Handles::FAtOrigin) };
+    assert_eq!(check_with(text, &options), [""; 0]);
+    assert_eq!(check(&format!("{text}Handles: f_at_origin\n")), [""; 0]);
+    let options = ReadOptions { handles: Some(Handles::BAtOrigin) };
+    assert_eq!(check_with(&format!("{text}Handles: f_at_origin\n"), &options).len(), 1);
+}
+
+#[test]
+fn heading_jumps() {
+    let text = with_node("Id: 3, X: 5, Y: 4, Theta: 0").replace(
+        "Vertices",
+        "- {Id: 11, Origin_ID: 2, Destination_ID: 3, CurveType: Linear, VelocityForward: 1, VelocityBackwards: 1}\nVertices",
+    );
+    assert_only(&check(&text), "6 warning node 2: ", "the heading jumps by 90.0° from edge");
+    let gentle = text.replace("Y: 4", "Y: 0.3").replace("Id: 3, X: 5", "Id: 3, X: 10");
+    assert_eq!(check(&gentle), [""; 0]);
+}
+
+#[test]
+fn dead_ends_and_unreachable_nodes() {
+    let text = format!("{NODES}{EDGES}").replace(", VelocityBackwards: 0.5", "");
+    let found = check(&text);
+    assert_eq!(found.len(), 2, "{found:#?}");
+    assert!(found[0].starts_with("2 warning node 1: unreachable: no edge leads to it"), "{found:#?}");
+    assert!(found[1].starts_with("3 warning node 2: dead end"), "{found:#?}");
+    assert_only(&check(&with_node("Id: 3, X: 1, Y: 1, Theta: 0")), "6 warning node 3: ", "no edge touches it");
+}
+
+#[test]
+fn a_part_that_no_edge_enters_is_told_once() {
+    let text = format!(
+        "{NODES}- {{Id: 3, X: 9, Y: 9, Theta: 0}}\n- {{Id: 4, X: 9, Y: 12, Theta: 0}}\n{EDGES}\
+         - {{Id: 11, Origin_ID: 3, Destination_ID: 4, CurveType: Linear, VelocityForward: 1, VelocityBackwards: 1}}\n"
+    );
+    assert_only(&check(&text), "4 warning node 3: ", "the 1 nodes around it");
+}
+
+#[test]
+fn the_reverse_of_edge_zero_has_no_name() {
+    let text = format!("{NODES}{EDGES}").replace("Id: 10", "Id: 0");
+    assert_only(&check(&text), "5 warning edge 0: ", "-Id");
+}
+
+#[test]
+fn lines_in_block_style_with_comments_and_accents() {
+    let text = "# Straße – 道路\nedges:\n  -\n    # first\n    ID: 1\n    origin_id: 1\n    DESTINATION_ID: 99\n    curvetype: LINEAR\n\
+                \x20   velocityforward: 1\n\nNODES:\n  - FrameID: 'é'\n    ID: 1\n    x: 0\n    y: \"?\"\n    theta: 0\n";
+    let found = check(text);
+    assert_eq!(found.len(), 2, "{found:#?}");
+    assert!(found[0].starts_with("5 error edge 1: Destination_ID 99"), "{found:#?}");
+    assert!(found[1].starts_with("12 error node 1: Y is `?`"), "{found:#?}");
+}
+
+#[test]
+fn display_is_one_line() {
+    let error =
+        graph::parse(&with_node("Id: 2, X: far, Y: 1, Theta: 0"), "g.yaml", &ReadOptions::default()).unwrap_err();
+    assert_eq!(error.to_string(), "g.yaml:6: error: node 2: X is `far`: it must be a finite number (and 1 more error)");
+    let findings = error.findings().unwrap();
+    assert_eq!((findings.errors(), findings.warnings()), (2, 0));
+    let first = findings.first_error().unwrap();
+    assert_eq!((first.severity, first.subject, first.line), (Severity::Error, Subject::Node(Some(2)), 6));
+}
+
+#[track_caller]
+fn refused(text: &str, part: &str) {
+    let error = graph::parse(text, "g.yaml", &ReadOptions::default()).unwrap_err();
+    assert!(error.findings().is_none(), "{error}");
+    let message = error.to_string();
+    assert!(message.starts_with("g.yaml:") && message.contains(part) && !message.contains('\n'), "{message}");
+}
+
+#[test]
+fn texts_that_arent_route_graphs() {
+    refused("", "is empty");
+    refused("  \n# nothing\n", "is empty");
+    refused("just words", "this is `just words`");
+    refused("- 1\n- 2\n", "this is a list");
+    refused("Edges: [\n", "g.yaml:");
+    refused("Edges: [}\n", "g.yaml:1");
+    refused("Edges: []\n---\nEdges: []\n", "more than one document");
+    refused("a: \u{1}\n", "control characters");
+    refused("a\0b", "zero byte");
+    refused("*nowhere", "anchor");
+    refused(&"[".repeat(100_000), "brackets are open");
+    refused(&"- ".repeat(7_000_000), "too large");
+    refused(&"a".repeat(65 << 20), "too large");
+}
+
+#[test]
+fn a_yaml_bomb_goes_off_harmlessly() {
+    let mut bomb = String::from("a: &a [lol, lol, lol, lol, lol, lol, lol, lol, lol]\n");
+    for (this, last) in ('b'..='i').zip('a'..) {
+        bomb.push_str(&format!("{this}: &{this} [{}]\n", vec![format!("*{last}"); 9].join(",")));
+    }
+    let found = check(&format!("{bomb}Edges: *i\n{NODES}"));
+    assert!(found.iter().any(|finding| finding.contains("edge number 9 of the list must be a map")), "{found:#?}");
+    let keys: String = (0..2000).map(|key| format!("k{key}: 0, ")).collect();
+    let items = "*e, ".repeat(100_000);
+    refused(&format!("Vertices: [&e {{{keys}}}, {items}]\n"), "aliases included");
+}
+
+#[test]
+fn a_scalar_alias_is_welcome() {
+    let text = format!("{NODES}{EDGES}").replace("X: 0", "X: &zero 0").replace("Y: 0", "Y: *zero");
+    assert_eq!(check(&text), [""; 0]);
+}
+
+#[test]
+fn files_that_cant_be_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let read = |name: &str| graph::read(&folder.path().join(name), &ReadOptions::default()).unwrap_err();
+    assert!(matches!(graph::read(folder.path(), &ReadOptions::default()), Err(GraphError::Folder { .. })));
+    assert!(matches!(read("missing"), GraphError::Unreadable { .. }));
+    std::fs::write(folder.path().join("binary"), [b'E', b'\n', 0x80, 0xff]).unwrap();
+    assert!(matches!(read("binary"), GraphError::NotText { line: 2, .. }));
+    std::fs::write(folder.path().join("utf16"), [0xff, 0xfe, b'E', 0]).unwrap();
+    assert!(read("utf16").to_string().contains("UTF-16"));
+    // A sparse file: it takes no room on the disk, and must take none in memory.
+    std::fs::File::create(folder.path().join("large")).unwrap().set_len(2 << 30).unwrap();
+    assert!(read("large").to_string().contains("too large: 64 MiB at most"));
+    assert!(matches!(
+        graph::read(std::path::Path::new("/dev/zero"), &ReadOptions::default()),
+        Err(GraphError::TooLarge { .. })
+    ));
+}
+
+#[test]
+fn a_byte_order_mark_is_no_obstacle() {
+    assert_eq!(check(&format!("\u{feff}{NODES}{EDGES}")), [""; 0]);
+}
