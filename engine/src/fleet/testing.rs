@@ -134,12 +134,8 @@ pub fn bits(frame: &Frame) -> &[u8] {
 }
 
 impl Fleet {
-    pub fn motion(&self) -> &Motion {
-        &self.motion
-    }
-
     /// The kernel and the rows in use.
-    pub fn parts(&mut self) -> (&Motion, Rows<'_>) {
+    pub(crate) fn parts(&mut self) -> (&Motion, Rows<'_>) {
         (&self.motion, self.columns.rows(self.robots as usize))
     }
 }
