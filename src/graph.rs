@@ -1,10 +1,10 @@
 //! `regatta graph`: check, describe, generate and draw route graphs.
 
-use std::error::Error;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+use crate::Failure;
 use clap::{Args, Subcommand};
 use regatta_engine::graph::generate::{Grid, Warehouse};
 use regatta_engine::graph::info::Info;
@@ -96,7 +96,7 @@ pub struct Output {
 ///
 /// # Errors
 /// If a file can't be read or written, isn't a sound route graph, or an argument is out of range.
-pub fn run(command: GraphCommand) -> Result<ExitCode, Box<dyn Error>> {
+pub fn run(command: GraphCommand) -> Result<ExitCode, Failure> {
     match command {
         GraphCommand::Check(file) => check(&file),
         GraphCommand::Info { file, json } => info(&file, json),
@@ -108,7 +108,7 @@ pub fn run(command: GraphCommand) -> Result<ExitCode, Box<dyn Error>> {
     }
 }
 
-fn check(file: &FileArgs) -> Result<ExitCode, Box<dyn Error>> {
+fn check(file: &FileArgs) -> Result<ExitCode, Failure> {
     let (findings, summary) = match graph::read(&file.file, &file.options()) {
         Ok((graph, warnings)) => {
             let (edges, nodes) = (graph.edges().len(), graph.nodes().len());
@@ -132,13 +132,13 @@ fn report(file: &Path, findings: &Findings, summary: &str) -> String {
     text + &format!("{}: {summary}; {errors} errors, {warnings} warnings\n", file.display())
 }
 
-fn info(file: &FileArgs, json: bool) -> Result<ExitCode, Box<dyn Error>> {
+fn info(file: &FileArgs, json: bool) -> Result<ExitCode, Failure> {
     let info = Info::of(&read(file)?);
     let text = if json { serde_json::to_string_pretty(&info)? + "\n" } else { info.to_string() };
     print(&text)
 }
 
-fn generate(kind: &Generate) -> Result<ExitCode, Box<dyn Error>> {
+fn generate(kind: &Generate) -> Result<ExitCode, Failure> {
     let (text, output) = match *kind {
         Generate::Warehouse { aisles, rows, bays, ref output } => {
             (Warehouse { aisles, rows, bays }.generate()?, output)
@@ -163,13 +163,13 @@ fn read(file: &FileArgs) -> Result<RouteGraph, GraphError> {
     graph::read(&file.file, &file.options()).map(|(graph, _)| graph)
 }
 
-fn write_file(file: &Path, text: &str) -> Result<ExitCode, Box<dyn Error>> {
+fn write_file(file: &Path, text: &str) -> Result<ExitCode, Failure> {
     std::fs::write(file, text).map_err(|error| format!("{}: can't be written: {error}", file.display()))?;
     Ok(ExitCode::SUCCESS)
 }
 
 /// Prints to standard output; a reader that has seen enough (`| head`) is no error.
-fn print(text: &str) -> Result<ExitCode, Box<dyn Error>> {
+fn print(text: &str) -> Result<ExitCode, Failure> {
     match io::stdout().lock().write_all(text.as_bytes()) {
         Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(error.into()),
         _ => Ok(ExitCode::SUCCESS),

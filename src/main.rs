@@ -1,29 +1,60 @@
-//! Simulate, watch and steer a large fleet of mobile robots.
+//! The command line of Regatta: one binary, many processes.
 
+mod cli;
+mod control;
+mod demo;
+mod doctor;
+mod engine;
 mod graph;
+mod plugin;
+mod report;
+mod run;
+mod supervisor;
 
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::Parser;
 
-#[derive(Debug, Parser)]
-#[command(name = "regatta", version, about)]
-struct Cli {
-    #[command(subcommand)]
-    command: Command,
-}
+use cli::{Cli, Command};
 
-#[derive(Debug, Subcommand)]
-enum Command {
-    /// Check, describe, generate and draw route graphs
-    #[command(subcommand)]
-    Graph(graph::GraphCommand),
+/// What went wrong, for a person: one line that says what to do, and its causes for `-v`.
+type Failure = Box<dyn std::error::Error + Send + Sync>;
+
+/// The contract's catch-all error is one line already.
+fn plugin_failure(error: regatta_plugin::Error) -> Failure {
+    error.to_string().into()
 }
 
 fn main() -> ExitCode {
-    let Command::Graph(command) = Cli::parse().command;
-    graph::run(command).unwrap_or_else(|error| {
-        eprintln!("regatta: {error}");
-        ExitCode::FAILURE
-    })
+    let cli = Cli::parse();
+    cli::start_logging(cli.verbose);
+    let verbose = cli.verbose > 0;
+    match dispatch(cli) {
+        Ok(code) => code,
+        Err(failure) => {
+            cli::print_failure(&*failure, verbose);
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn dispatch(cli: Cli) -> Result<ExitCode, Failure> {
+    match cli.command.unwrap_or_default() {
+        Command::Run(args) => run::run(args),
+        Command::Engine(args) => engine::run(args),
+        Command::Plugin(args) => plugin::run(args),
+        Command::Graph { command } => graph::run(command),
+        Command::Pause(target) => control::pause(&target),
+        Command::Resume(target) => control::resume(&target),
+        Command::Step { ticks, target } => control::step(ticks, &target),
+        Command::Speed { speed, target } => control::speed(speed, &target),
+        Command::Robots { robots, target } => control::robots(robots, &target),
+        Command::Status { json, target } => control::status(json, &target),
+        Command::Report { command } => report::run(command),
+        Command::Doctor(args) => doctor::run(args),
+        Command::Completions { shell } => {
+            cli::print_completions(shell);
+            Ok(ExitCode::SUCCESS)
+        }
+    }
 }

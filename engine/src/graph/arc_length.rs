@@ -8,11 +8,15 @@ use glam::{DVec2, Vec2};
 use rayon::prelude::*;
 
 use super::bezier::Side;
-use super::fit::{self, Fitted};
+use super::fit;
+use super::stretch::Fitted;
 use super::{Edge, EdgeIndex, Gear, Leg, Node, NodeIndex, RouteGraph};
 
 /// Radians. A curve whose end is this near to its node's heading was meant to have it: the rest is rounding.
 const SAME_HEADING: f64 = 1e-5;
+
+/// Edges from which on more threads than one are worth waking.
+const WORTH_THREADS: usize = 512;
 
 /// A distance in fixed point, in units of 2⁻²⁷ m (7.45 nm): sums of steps are exact, in any order, on any machine.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -108,15 +112,19 @@ pub struct Tracks {
 }
 
 impl Tracks {
-    /// Fits pieces to every leg; on all threads of the current rayon pool, with the same result on any number.
+    /// Fits pieces to every leg; if they are many, on all threads of the current rayon pool, with the same result on any number.
     ///
     /// # Panics
     /// If the pieces are 2³¹ or more, 64 GiB of them.
     pub fn compile(graph: &RouteGraph) -> Self {
-        let fitted: Vec<Fitted> =
-            graph.edges().par_iter().map(|edge| fit::fit(&edge.curve, end_tangents(graph, edge))).collect();
+        let fit = |edge: &Edge| fit::fit(&edge.curve, end_tangents(graph, edge));
+        let edges = graph.edges();
+        let fitted: Vec<Fitted> = match edges.len() {
+            0..WORTH_THREADS => edges.iter().map(fit).collect(),
+            _ => edges.par_iter().map(fit).collect(),
+        };
         let mut tracks = Self::default();
-        for (edge, fitted) in graph.edges().iter().zip(&fitted) {
+        for (edge, fitted) in edges.iter().zip(&fitted) {
             let forward = tracks.push(fitted.forward());
             let reverse = edge.velocity_backwards.map(|_| tracks.push(fitted.reverse()));
             tracks.forward.push(forward);

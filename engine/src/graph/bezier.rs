@@ -7,9 +7,11 @@ use super::CubicBezier;
 /// A derivative shorter than this fraction of the curve's extent counts as zero: it is rounding.
 const NEGLIGIBLE: f64 = 1e-12;
 
-/// Nodes (of [-1, 1], the positive half) and weights of the Gauss-Legendre rule of order 4.
-const GAUSS_LEGENDRE_4: [(f64, f64); 2] =
-    [(0.339_981_043_584_856_3, 0.652_145_154_862_546_1), (0.861_136_311_594_052_6, 0.347_854_845_137_453_85)];
+/// Gauss-Legendre rule of three points in [-1, 1]: the outer ones' distance from the middle, which is √(3/5), and
+/// the weights of an outer one and of the middle.
+const OUTER: f64 = 0.774_596_669_241_483_4;
+const OUTER_WEIGHT: f64 = 5.0 / 9.0;
+const MIDDLE_WEIGHT: f64 = 8.0 / 9.0;
 
 /// Halvings after which [`CubicBezier::length_between`] accepts what it has: 2⁻⁴⁰ of the curve.
 const DEEPEST: u32 = 40;
@@ -81,7 +83,14 @@ impl CubicBezier {
 
     /// Arc length between two parameters in metres: adaptive Gauss-Legendre quadrature of |p'|.
     pub fn length_between(&self, from: f64, to: f64) -> f64 {
-        self.refine(from, to, self.quadrature(from, to), DEEPEST)
+        let velocity = self.velocity();
+        velocity.refine(from, to, velocity.quadrature(from, to), DEEPEST)
+    }
+
+    /// p' ready for evaluation at many points.
+    pub(super) fn velocity(&self) -> Velocity {
+        let [a, b, c] = self.hodograph();
+        Velocity([a, (b - a) * 2.0, a - b * 2.0 + c])
     }
 
     /// Parameters strictly inside (0, 1), ascending, where |p'| has a local minimum that is small compared with
@@ -90,27 +99,6 @@ impl CubicBezier {
         let hodograph = self.hodograph();
         let points = if is_brisk(hodograph) { [None; 3] } else { slow_points(hodograph) };
         points.into_iter().flatten()
-    }
-
-    /// One Gauss-Legendre rule over the whole interval.
-    pub(crate) fn quadrature(&self, from: f64, to: f64) -> f64 {
-        let (half, middle) = ((to - from) / 2.0, (to + from) / 2.0);
-        let pair = |(node, weight): (f64, f64)| {
-            let offset = half * node;
-            weight * (self.derivative(middle - offset).length() + self.derivative(middle + offset).length())
-        };
-        half * (pair(GAUSS_LEGENDRE_4[0]) + pair(GAUSS_LEGENDRE_4[1]))
-    }
-
-    fn refine(&self, from: f64, to: f64, whole: f64, depth: u32) -> f64 {
-        let middle = (from + to) / 2.0;
-        let (left, right) = (self.quadrature(from, middle), self.quadrature(middle, to));
-        let halves = left + right;
-        // The halves are some 2⁸ times better than the whole where the integrand is smooth.
-        if depth == 0 || (halves - whole).abs() <= 1e-9 + 1e-13 * halves {
-            return halves;
-        }
-        self.refine(from, middle, left, depth - 1) + self.refine(middle, to, right, depth - 1)
     }
 
     /// Control points of p', itself a quadratic Bézier curve.
@@ -123,6 +111,35 @@ impl CubicBezier {
     fn extent(&self) -> f64 {
         let [p0, others @ ..] = self.control_points;
         others.into_iter().map(|point| point.distance(p0)).fold(0.0, f64::max)
+    }
+}
+
+/// p' by powers of λ.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Velocity([DVec2; 3]);
+
+impl Velocity {
+    /// p'(λ). Where it is small, rounding shows sooner than in [`CubicBezier::derivative`].
+    pub(super) fn at(&self, lambda: f64) -> DVec2 {
+        self.0[0] + (self.0[1] + self.0[2] * lambda) * lambda
+    }
+
+    /// One Gauss-Legendre rule of |p'| over the whole interval.
+    pub(super) fn quadrature(&self, from: f64, to: f64) -> f64 {
+        let (half, middle) = ((to - from) / 2.0, (to + from) / 2.0);
+        let speed = |node: f64| self.at(middle + half * node).length();
+        half * (OUTER_WEIGHT * (speed(-OUTER) + speed(OUTER)) + MIDDLE_WEIGHT * speed(0.0))
+    }
+
+    fn refine(&self, from: f64, to: f64, whole: f64, depth: u32) -> f64 {
+        let middle = (from + to) / 2.0;
+        let (left, right) = (self.quadrature(from, middle), self.quadrature(middle, to));
+        let halves = left + right;
+        // The halves are some 2⁶ times better than the whole where the integrand is smooth.
+        if depth == 0 || (halves - whole).abs() <= 1e-9 + 1e-13 * halves {
+            return halves;
+        }
+        self.refine(from, middle, left, depth - 1) + self.refine(middle, to, right, depth - 1)
     }
 }
 
@@ -172,4 +189,62 @@ fn quadratic_roots(c0: f64, c1: f64, c2: f64) -> [f64; 2] {
     let q = -0.5 * (c1 + discriminant.sqrt().copysign(c1));
     let [one, other] = [q / c2, c0 / q].map(|root| if root.is_finite() { root } else { 0.0 });
     [one.min(other), one.max(other)]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn curve(points: [(f64, f64); 4]) -> CubicBezier {
+        CubicBezier { control_points: points.map(|(x, y)| DVec2::new(x, y)) }
+    }
+
+    #[test]
+    fn a_straight_edge_is_driven_evenly() {
+        let straight = CubicBezier::straight(DVec2::new(-1.0, 2.0), DVec2::new(2.0, 6.0));
+        assert!((straight.length() - 5.0).abs() < 1e-12);
+        assert!(straight.position(0.3).distance(DVec2::new(-0.1, 3.2)) < 1e-12);
+        assert!((straight.derivative(0.9).length() - 5.0).abs() < 1e-12);
+        assert!(straight.second_derivative(0.5).length() < 1e-12 && straight.third_derivative().length() < 1e-12);
+    }
+
+    #[test]
+    fn derivatives_are_those_of_the_position() {
+        let curve = curve([(0.0, 0.0), (1.0, 3.0), (-2.0, 4.0), (5.0, 1.0)]);
+        let difference = |at: f64, f: &dyn Fn(f64) -> DVec2| (f(at + 1e-6) - f(at - 1e-6)) / 2e-6;
+        for at in [0.1, 0.5, 0.8] {
+            assert!(difference(at, &|at| curve.position(at)).distance(curve.derivative(at)) < 1e-6);
+            assert!(difference(at, &|at| curve.derivative(at)).distance(curve.second_derivative(at)) < 1e-6);
+            assert!(difference(at, &|at| curve.second_derivative(at)).distance(curve.third_derivative()) < 1e-6);
+        }
+    }
+
+    #[test]
+    fn length_counts_the_way_back_at_a_cusp() {
+        // x(λ) = 6λ - 15λ² + 10λ³ turns where λ² - λ + 1/5 = 0, at x = 1/2 ± √5/10.
+        let there_and_back = curve([(0.0, 0.0), (2.0, 0.0), (-1.0, 0.0), (1.0, 0.0)]);
+        let turn = 0.5 + 5.0_f64.sqrt() / 10.0;
+        assert!((there_and_back.length() - (4.0 * turn - 1.0)).abs() < 1e-9);
+        assert_eq!(there_and_back.slow_points().count(), 2);
+    }
+
+    #[test]
+    fn length_of_a_nearly_cusped_curve_is_that_of_its_parts() {
+        let tight = curve([(0.0, 0.0), (1.0, 1.0), (1e-4, 1.0), (1.0, 0.0)]);
+        let parts: f64 = (0..10_000).map(|i| tight.length_between(f64::from(i) / 1e4, f64::from(i + 1) / 1e4)).sum();
+        assert!((tight.length() - parts).abs() < 1e-8, "{} {parts}", tight.length());
+        assert!((tight.reversed().length() - parts).abs() < 1e-8);
+    }
+
+    #[test]
+    fn tangents_have_limits_where_the_curve_stops() {
+        let close = |a: DVec2, b: DVec2| a.distance(b) < 1e-9;
+        let no_handle = curve([(0.0, 0.0), (0.0, 0.0), (3.0, 4.0), (5.0, 5.0)]);
+        assert!(close(no_handle.tangent(0.0, Side::Before), DVec2::new(0.6, 0.8)));
+        let no_handles = curve([(0.0, 0.0), (0.0, 0.0), (0.0, 0.0), (3.0, 4.0)]);
+        assert!(close(no_handles.tangent(0.0, Side::After), DVec2::new(0.6, 0.8)));
+        let cusp = curve([(0.0, 0.0), (1.0, 1.0), (0.0, 1.0), (1.0, 0.0)]);
+        assert!(close(cusp.tangent(0.5, Side::Before), DVec2::Y) && close(cusp.tangent(0.5, Side::After), -DVec2::Y));
+        assert_eq!(curve([(2.0, 2.0); 4]).tangent(0.5, Side::After), DVec2::X);
+    }
 }

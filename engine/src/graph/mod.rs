@@ -11,10 +11,14 @@ pub mod info;
 mod lines;
 mod read;
 pub mod spline;
+mod stretch;
 mod survey;
 pub mod validate;
 mod value;
 mod yaml;
+
+#[cfg(test)]
+mod arc_length_tests;
 
 use std::collections::HashMap;
 

@@ -3,6 +3,8 @@
 use bytemuck::{Pod, Zeroable};
 use iceoryx2::prelude::ZeroCopySend;
 
+use crate::world::{padded, text};
+
 /// A request. Which of `count` and `speed` counts depends on `kind`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, ZeroCopySend)]
 #[repr(C)]
@@ -73,4 +75,43 @@ pub struct ControlResponse {
     pub reserved: u32,
     /// Why it was refused, in UTF-8 padded with zeros.
     pub reason: [u8; 128],
+}
+
+impl ControlRequest {
+    /// A request that needs no more than its kind.
+    pub fn new(kind: ControlKind) -> Self {
+        Self { kind: kind as u32, ..Self::default() }
+    }
+
+    /// What is asked for; `None` for a kind that this contract doesn't have.
+    pub fn kind(&self) -> Option<ControlKind> {
+        use ControlKind::{Pause, Resume, Robots, Speed, Status, Step};
+        [Status, Pause, Resume, Step, Speed, Robots].into_iter().find(|kind| *kind as u32 == self.kind)
+    }
+}
+
+impl Default for ControlResponse {
+    /// All zero: neither accepted nor with a reason.
+    fn default() -> Self {
+        Self::zeroed()
+    }
+}
+
+impl ControlResponse {
+    /// Makes this the answer to a request that was carried out.
+    #[must_use]
+    pub fn accept(self) -> Self {
+        Self { accepted: 1, reason: [0; 128], ..self }
+    }
+
+    /// Makes this the answer to a request that was refused. `reason` is cut to 128 bytes.
+    #[must_use]
+    pub fn refuse(self, reason: &str) -> Self {
+        Self { accepted: 0, reason: padded(reason), ..self }
+    }
+
+    /// Why the request was refused.
+    pub fn reason(&self) -> &str {
+        text(&self.reason)
+    }
 }

@@ -14,6 +14,9 @@ pub struct EventHeader {
     pub tick: u64,
     /// Events of this tick that were left out because there were too many.
     pub dropped: u64,
+    /// Counts the samples of the run, from 1: a reader that finds a gap was too slow for the ones between.
+    /// The publisher fills it in.
+    pub sequence: u64,
 }
 
 /// One event.

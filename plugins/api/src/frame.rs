@@ -1,5 +1,7 @@
 //! A frame: the poses of all robots at one tick, as columns in one block of 64-byte lines.
 
+use core::time::Duration;
+
 use bytemuck::{Pod, Zeroable};
 use iceoryx2::prelude::ZeroCopySend;
 
@@ -184,5 +186,113 @@ impl<'frame> Columns<'frame> {
             edge: &bytemuck::cast_slice(column(5))[..robots],
             state: &bytemuck::cast_slice(&lines[6 * stride..])[..robots],
         })
+    }
+}
+
+/// A frame as a reader sees it: borrowed from shared memory, so it can be looked at but not kept.
+#[derive(Clone, Copy, Debug)]
+pub struct Frame<'sample> {
+    header: &'sample FrameHeader,
+    columns: Columns<'sample>,
+}
+
+impl<'sample> Frame<'sample> {
+    /// A frame of a header and its lines, wherever they come from (a recording, say).
+    /// `None` if the lines don't fit what the header says.
+    pub fn new(header: &'sample FrameHeader, lines: &'sample [Line]) -> Option<Self> {
+        let robots = header.robots as usize;
+        if header.stride_lines as usize != stride_lines(robots) {
+            return None;
+        }
+        Some(Self { header, columns: Columns::split(lines, robots)? })
+    }
+
+    /// All that the frame says about itself.
+    pub fn header(&self) -> &'sample FrameHeader {
+        self.header
+    }
+
+    /// All columns.
+    pub fn columns(&self) -> Columns<'sample> {
+        self.columns
+    }
+
+    /// The run: differs between any two starts of a producer.
+    pub fn run_id(&self) -> u64 {
+        self.header.run_id
+    }
+
+    /// Ticks since the start of the run.
+    pub fn tick(&self) -> u64 {
+        self.header.tick
+    }
+
+    /// Simulated time since the start of the run.
+    pub fn sim_time(&self) -> Duration {
+        Duration::from_nanos(self.header.sim_time_nanos)
+    }
+
+    /// Rows: robot ids are `0..len()`. Some may be [`RobotState::Absent`].
+    pub fn len(&self) -> usize {
+        self.header.robots as usize
+    }
+
+    /// Whether there are no rows.
+    pub fn is_empty(&self) -> bool {
+        self.header.robots == 0
+    }
+
+    /// Metres east.
+    pub fn x(&self) -> &'sample [f32] {
+        self.columns.x
+    }
+
+    /// Metres north.
+    pub fn y(&self) -> &'sample [f32] {
+        self.columns.y
+    }
+
+    /// Heading in radians, in (-π, π], counter-clockwise from east.
+    pub fn theta(&self) -> &'sample [f32] {
+        self.columns.theta
+    }
+
+    /// Metres per second along the edge; negative in reverse gear.
+    pub fn speed(&self) -> &'sample [f32] {
+        self.columns.speed
+    }
+
+    /// Metres along the edge from its origin node.
+    pub fn s(&self) -> &'sample [f32] {
+        self.columns.s
+    }
+
+    /// Index into the world's edges, or [`NO_EDGE`].
+    pub fn edge(&self) -> &'sample [u32] {
+        self.columns.edge
+    }
+
+    /// A [`RobotState`] each, as its number.
+    pub fn state(&self) -> &'sample [u8] {
+        self.columns.state
+    }
+
+    /// What a robot is doing; [`RobotState::Absent`] for an id that no robot has.
+    pub fn state_of(&self, robot: usize) -> RobotState {
+        self.columns.state.get(robot).map_or(RobotState::Absent, |&state| RobotState::from_number(state))
+    }
+}
+
+impl RobotState {
+    /// The state of that number. An unknown one counts as [`RobotState::Absent`].
+    pub const fn from_number(number: u8) -> Self {
+        match number {
+            0 => Self::Idle,
+            1 => Self::Driving,
+            2 => Self::Waiting,
+            3 => Self::Held,
+            4 => Self::Faulted,
+            _ => Self::Absent,
+        }
     }
 }

@@ -2,11 +2,41 @@
 //!
 //! A *producer* (the engine, a replay, a UDP source) publishes [`frame`]s, the [`world`] and
 //! [`event`]s, and takes [`order`]s and [`control`] requests. A *reader* is a [`Plugin`] started with
-//! [`run`], or any program that opens a [`Subscriber`](subscribe::Subscriber) itself.
+//! [`run`], or any program that opens a [`Subscriber`] itself.
 
 pub mod column;
 pub mod control;
+mod control_client;
+mod error;
 pub mod event;
+mod event_reader;
+mod fleet_name;
 pub mod frame;
+pub mod health;
+pub mod inbox;
+pub mod lockstep;
 pub mod order;
+mod order_sender;
+mod participant;
+mod plugin;
+pub mod publish;
+pub mod qos;
+mod run;
+pub mod subscribe;
+mod termination;
+mod wake;
 pub mod world;
+
+pub use column::{ColumnPublisher, ColumnReader, ColumnValues, column_names};
+pub use control_client::{Control, ControlError, TIMEOUT as CONTROL_TIMEOUT};
+pub use error::{Error, OpenError, PublishError, ReadError, Result};
+pub use event_reader::{EventReader, Events};
+pub use fleet_name::{ColumnName, FleetName, MAX_NAME_BYTES, NameError};
+pub use frame::Frame;
+pub use order_sender::{OrderError, Orders};
+pub use participant::{Participant, set_verbosity};
+pub use plugin::{Plugin, Rate, RateError};
+pub use run::{Options, run, run_from};
+pub use subscribe::{Subscriber, WorldReader};
+pub use termination::Termination;
+pub use world::World;

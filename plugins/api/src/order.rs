@@ -62,3 +62,31 @@ pub enum OrderKind {
     /// Take a robot out of the fleet. Its id may be given to a later spawn.
     Remove = 8,
 }
+
+/// One edge of a route as an order names it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct RouteLeg {
+    /// Id of the edge in the route graph.
+    pub edge: u32,
+    /// Drive it from destination to origin, in reverse gear.
+    pub reverse: bool,
+    /// The robot may drive it now; if not, it is horizon, and so are all legs after it.
+    pub released: bool,
+}
+
+impl RouteLeg {
+    /// Drive the edge forward, now.
+    pub const fn forward(edge: u32) -> Self {
+        Self { edge, reverse: false, released: true }
+    }
+
+    /// Drive the edge in reverse gear, now.
+    pub const fn reverse(edge: u32) -> Self {
+        Self { edge, reverse: true, released: true }
+    }
+
+    /// The same leg, planned but not released.
+    pub const fn horizon(self) -> Self {
+        Self { released: false, ..self }
+    }
+}

@@ -4,6 +4,8 @@
 use bytemuck::{Pod, Zeroable};
 use iceoryx2::prelude::ZeroCopySend;
 
+use crate::frame::{BYTES_PER_LINE, Line};
+
 /// The iceoryx2 user header of `regatta/F/world`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
 #[repr(C)]
@@ -76,4 +78,163 @@ pub struct RobotTypeRecord {
     pub max_speed: f32,
     /// Metres per second squared; `f32::INFINITY` for no limit.
     pub max_acceleration: f32,
+}
+
+/// Where the sections of a world lie in its block of lines: each starts on a whole line.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct WorldLayout {
+    pub(crate) nodes: usize,
+    pub(crate) edges: usize,
+    pub(crate) robot_types: usize,
+}
+
+impl WorldLayout {
+    fn of(header: &WorldHeader) -> Self {
+        Self { nodes: header.nodes as usize, edges: header.edges as usize, robot_types: header.robot_types as usize }
+    }
+
+    pub(crate) fn header(self, run_id: u64, revision: u64) -> WorldHeader {
+        WorldHeader {
+            run_id,
+            revision,
+            nodes: self.nodes as u32,
+            edges: self.edges as u32,
+            robot_types: self.robot_types as u32,
+            reserved: 0,
+        }
+    }
+
+    /// Lines before the edges, before the robot types, and in all.
+    fn ends(self) -> [usize; 3] {
+        let nodes = (self.nodes * size_of::<NodeRecord>()).div_ceil(BYTES_PER_LINE);
+        let edges = nodes + (self.edges * size_of::<EdgeRecord>()).div_ceil(BYTES_PER_LINE);
+        [nodes, edges, edges + (self.robot_types * size_of::<RobotTypeRecord>()).div_ceil(BYTES_PER_LINE)]
+    }
+
+    pub(crate) fn lines(self) -> usize {
+        self.ends()[2]
+    }
+
+    pub(crate) fn write(
+        self,
+        lines: &mut [Line],
+        nodes: &[NodeRecord],
+        edges: &[EdgeRecord],
+        robot_types: &[RobotTypeRecord],
+    ) {
+        let [edges_at, types_at, _] = self.ends();
+        let (nodes_lines, rest) = lines.split_at_mut(edges_at);
+        let (edges_lines, types_lines) = rest.split_at_mut(types_at - edges_at);
+        bytemuck::cast_slice_mut::<Line, NodeRecord>(nodes_lines)[..self.nodes].copy_from_slice(nodes);
+        bytemuck::cast_slice_mut::<Line, EdgeRecord>(edges_lines)[..self.edges].copy_from_slice(edges);
+        bytemuck::cast_slice_mut::<Line, RobotTypeRecord>(types_lines)[..self.robot_types].copy_from_slice(robot_types);
+    }
+}
+
+/// The world as a reader sees it: slices of shared memory, not copies.
+#[derive(Clone, Copy, Debug)]
+pub struct World<'sample> {
+    header: &'sample WorldHeader,
+    nodes: &'sample [NodeRecord],
+    edges: &'sample [EdgeRecord],
+    robot_types: &'sample [RobotTypeRecord],
+}
+
+impl<'sample> World<'sample> {
+    /// `None` if the lines are too few for what the header says.
+    pub(crate) fn split(header: &'sample WorldHeader, lines: &'sample [Line]) -> Option<Self> {
+        let layout = WorldLayout::of(header);
+        let [edges_at, types_at, end] = layout.ends();
+        if lines.len() < end {
+            return None;
+        }
+        Some(Self {
+            header,
+            nodes: &bytemuck::cast_slice(&lines[..edges_at])[..layout.nodes],
+            edges: &bytemuck::cast_slice(&lines[edges_at..types_at])[..layout.edges],
+            robot_types: &bytemuck::cast_slice(&lines[types_at..end])[..layout.robot_types],
+        })
+    }
+
+    /// The run that it belongs to.
+    pub fn run_id(&self) -> u64 {
+        self.header.run_id
+    }
+
+    /// Counts the worlds of a run, from 1.
+    pub fn revision(&self) -> u64 {
+        self.header.revision
+    }
+
+    /// The nodes of the route graph.
+    pub fn nodes(&self) -> &'sample [NodeRecord] {
+        self.nodes
+    }
+
+    /// The edges of the route graph; a frame's `edge` column holds indices into them.
+    pub fn edges(&self) -> &'sample [EdgeRecord] {
+        self.edges
+    }
+
+    /// The robot types; the column `type` holds indices into them.
+    pub fn robot_types(&self) -> &'sample [RobotTypeRecord] {
+        self.robot_types
+    }
+}
+
+impl RobotTypeRecord {
+    /// The name, as far as it is text.
+    pub fn name(&self) -> &str {
+        text(&self.name)
+    }
+
+    /// `name` as the record holds it: cut to 48 bytes, padded with zeros.
+    pub fn padded_name(name: &str) -> [u8; 48] {
+        padded(name)
+    }
+}
+
+/// Text in a field of fixed length, padded with zeros.
+pub(crate) fn text(bytes: &[u8]) -> &str {
+    let bytes = bytes.split(|byte| *byte == 0).next().unwrap_or_default();
+    match core::str::from_utf8(bytes) {
+        Ok(text) => text,
+        Err(error) => core::str::from_utf8(&bytes[..error.valid_up_to()]).unwrap_or_default(),
+    }
+}
+
+/// The reverse of [`text`]: cut at the last whole character that fits.
+pub(crate) fn padded<const N: usize>(text: &str) -> [u8; N] {
+    let cut = crate::participant::cut(text, N);
+    let mut bytes = [0; N];
+    bytes[..cut.len()].copy_from_slice(cut.as_bytes());
+    bytes
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn text_fields_are_cut_at_whole_characters() {
+        assert_eq!(text(&padded::<4>("abcdef")), "abcd");
+        assert_eq!(text(&padded::<4>("abcé")), "abc");
+        assert_eq!(text(&padded::<4>("")), "");
+        assert_eq!(text(&[b'a', 0xff, b'b']), "a");
+    }
+
+    #[test]
+    fn a_world_is_cut_where_it_was_joined() {
+        let nodes: Vec<_> = (0..5).map(|id| NodeRecord { id, x: id as f32, ..NodeRecord::default() }).collect();
+        let edges: Vec<_> = (0..3).map(|id| EdgeRecord { id, length: 2.0, ..EdgeRecord::default() }).collect();
+        let types = [RobotTypeRecord { name: padded("tug"), ..Zeroable::zeroed() }];
+        let layout = WorldLayout { nodes: 5, edges: 3, robot_types: 1 };
+        let mut lines = vec![Line::default(); layout.lines()];
+        layout.write(&mut lines, &nodes, &edges, &types);
+        let header = layout.header(7, 1);
+        let world = World::split(&header, &lines).unwrap();
+        assert_eq!((world.nodes(), world.edges()), (&nodes[..], &edges[..]));
+        assert_eq!(world.robot_types()[0].name(), "tug");
+        assert!(World::split(&header, &lines[1..]).is_none(), "a line is missing");
+    }
 }

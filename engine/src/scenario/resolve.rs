@@ -1,0 +1,173 @@
+//! From names to things: the second half of reading a scenario.
+
+use std::path::Path;
+use std::sync::Arc;
+use std::time::Duration;
+
+use super::yaml::{
+    LegName, PluginCommand, PluginEntry, RepeatEntry, RobotTypeEntry, RobotsEntry, RoutesEntry, ScenarioFile,
+};
+use super::{MAX_ROBOTS, Overrides, RobotGroup, Scenario, ScenarioError, Start};
+use crate::fleet::{Repeat, RobotType};
+use crate::graph::{Gear, Leg, RouteGraph};
+
+/// Ticks per simulated second.
+const RATES: std::ops::RangeInclusive<f64> = 1.0..=20_000.0;
+
+/// What is wrong, not yet where.
+type Complaint = String;
+
+pub(super) fn resolve(
+    file: ScenarioFile,
+    path: &Path,
+    graph: RouteGraph,
+    mut warnings: Vec<String>,
+    overrides: &Overrides,
+) -> Result<Scenario, ScenarioError> {
+    let invalid = |place: &str, message| ScenarioError::Invalid { path: path.into(), place: place.into(), message };
+    let rate = overrides.rate.unwrap_or(file.rate);
+    let publish_rate = overrides.publish_rate.or(file.publish_rate).unwrap_or(rate);
+    let (tick_period, ticks_per_frame) = clock(rate, publish_rate).map_err(|message| invalid("rate", message))?;
+
+    let robot_types = file.robot_types.into_iter().map(robot_type).collect::<Result<Vec<_>, _>>();
+    let mut robot_types = robot_types.map_err(|message| invalid("robot_types", message))?;
+    if robot_types.is_empty() {
+        robot_types.push(default_robot_type());
+    }
+
+    let mut groups = Vec::with_capacity(file.robots.len());
+    for (index, entry) in file.robots.into_iter().enumerate() {
+        let group = group(entry, &graph, &robot_types);
+        groups.push(group.map_err(|message| invalid(&format!("robots, entry {}", index + 1), message))?);
+    }
+    let robots: u64 = groups.iter().map(|group: &RobotGroup| u64::from(group.count)).sum();
+    if robots == 0 || robots > u64::from(MAX_ROBOTS) {
+        return Err(invalid("robots", format!("{robots} robots; give at least one and at most {MAX_ROBOTS}")));
+    }
+
+    let walks = groups.iter().any(|group| matches!(group.start, Start::Random));
+    let dead_ends =
+        (0..).zip(graph.nodes()).filter(|(index, _)| graph.departures(crate::graph::NodeIndex(*index)).is_empty());
+    if let (true, Some((_, node))) = (walks, dead_ends.into_iter().next()) {
+        warnings.push(format!(
+            "{}: robots on random walks will stop at dead ends such as node {}",
+            path.display(),
+            node.id
+        ));
+    }
+
+    Ok(Scenario {
+        graph: Arc::new(graph),
+        tick_period,
+        ticks_per_frame,
+        seed: overrides.seed.unwrap_or(file.seed),
+        robot_types,
+        groups,
+        plugins: plugins(file.plugins, path),
+        viewer: file.viewer,
+        warnings,
+    })
+}
+
+/// Tick period and ticks per frame.
+fn clock(rate: f64, publish_rate: f64) -> Result<(Duration, u32), Complaint> {
+    if !RATES.contains(&rate) {
+        return Err(format!("{rate} ticks a second is out of range: give 1 to 20000"));
+    }
+    let ticks_per_frame = (rate / publish_rate).round();
+    if !(publish_rate > 0.0 && (1.0..=1e6).contains(&ticks_per_frame)) {
+        return Err(format!("publish_rate {publish_rate} must be above 0 and not above the rate of {rate}"));
+    }
+    Ok((Duration::from_nanos((1e9 / rate).round() as u64), ticks_per_frame as u32))
+}
+
+/// What drives when a scenario lists no robot types.
+fn default_robot_type() -> RobotType {
+    RobotType { name: "amr".into(), length: 0.9, width: 0.6, max_speed: f32::INFINITY, max_acceleration: f32::INFINITY }
+}
+
+fn robot_type(entry: RobotTypeEntry) -> Result<RobotType, Complaint> {
+    let positive = |name: &str, value: f32| {
+        let sane = value.is_finite() && value > 0.0;
+        if sane { Ok(value) } else { Err(format!("{}: {name} is {value}; it must be above 0", entry.name)) }
+    };
+    Ok(RobotType {
+        length: positive("length", entry.length)?,
+        width: positive("width", entry.width)?,
+        max_speed: entry.max_speed.map_or(Ok(f32::INFINITY), |value| positive("max_speed", value))?,
+        max_acceleration: entry
+            .max_acceleration
+            .map_or(Ok(f32::INFINITY), |value| positive("max_acceleration", value))?,
+        name: entry.name,
+    })
+}
+
+fn group(entry: RobotsEntry, graph: &RouteGraph, robot_types: &[RobotType]) -> Result<RobotGroup, Complaint> {
+    let robot_type = match &entry.robot_type {
+        None => 0,
+        Some(name) => robot_types
+            .iter()
+            .position(|robot_type| robot_type.name == *name)
+            .ok_or_else(|| format!("no robot type is called '{name}'; list it under robot_types"))?,
+    };
+    if entry.count == 0 {
+        return Err("count is 0; leave the entry out".into());
+    }
+    let start = match (&entry.route, entry.routes, entry.node) {
+        (Some(route), None, None) => route_start(route, entry.repeat.unwrap_or(RepeatEntry::Once), graph)?,
+        (None, Some(RoutesEntry::Random), None) => Start::Random,
+        (None, None, Some(id)) => {
+            Start::Node(graph.node_by_id(id).ok_or_else(|| format!("the graph has no node {id}"))?)
+        }
+        _ => return Err("give one of: route (a list of edges), routes: random, node (an id)".into()),
+    };
+    Ok(RobotGroup { count: entry.count, robot_type: robot_type as u16, start })
+}
+
+fn route_start(route: &[LegName], repeat: RepeatEntry, graph: &RouteGraph) -> Result<Start, Complaint> {
+    let legs = route.iter().map(|&name| leg(name, graph)).collect::<Result<Vec<_>, _>>()?;
+    let (Some(&first), Some(&last)) = (legs.first(), legs.last()) else {
+        return Err("route is empty; list at least one edge".into());
+    };
+    for (names, pair) in route.windows(2).zip(legs.windows(2)) {
+        let (end, start) = (graph.leg_end(pair[0]), graph.leg_start(pair[1]));
+        if end != start {
+            let (end, start) = (graph.node(end).id, graph.node(start).id);
+            return Err(format!("edge {} ends at node {end}, but edge {} starts at node {start}", names[0], names[1]));
+        }
+    }
+    let repeat = match repeat {
+        RepeatEntry::Once => Repeat::Once,
+        RepeatEntry::Loop if graph.leg_end(last) == graph.leg_start(first) => Repeat::Loop,
+        RepeatEntry::Loop => {
+            let (end, start) = (graph.node(graph.leg_end(last)).id, graph.node(graph.leg_start(first)).id);
+            return Err(format!("repeat: loop, but the route ends at node {end} and starts at node {start}"));
+        }
+    };
+    Ok(Start::Route { legs: legs.into(), repeat })
+}
+
+fn leg(name: LegName, graph: &RouteGraph) -> Result<Leg, Complaint> {
+    let edge = graph.edge_by_id(name.edge_id).ok_or_else(|| format!("the graph has no edge {}", name.edge_id))?;
+    let gear = if name.reverse { Gear::Reverse } else { Gear::Forward };
+    let leg = Leg { edge, gear };
+    match graph.leg_velocity(leg) {
+        Some(_) => Ok(leg),
+        None => Err(format!("edge {} can't be driven in reverse gear: its VelocityBackwards is 0", name.edge_id)),
+    }
+}
+
+/// Programs named with a slash are looked for beside the scenario, as the shell would from there.
+fn plugins(entries: Vec<PluginEntry>, path: &Path) -> Vec<PluginCommand> {
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let plugin = |entry| match entry {
+        PluginEntry::Name(name) => PluginCommand { name, command: vec![], args: vec![] },
+        PluginEntry::Detailed(mut plugin) => {
+            if let Some(program) = plugin.command.first_mut().filter(|program| program.contains('/')) {
+                *program = folder.join(&*program).to_string_lossy().into_owned();
+            }
+            plugin
+        }
+    };
+    entries.into_iter().map(plugin).collect()
+}

@@ -1,0 +1,17 @@
+//! No text makes the graph reader panic, hang or eat memory; what it accepts can be compiled and departed from.
+//!
+//! `cargo +nightly fuzz run route_graph fuzz/seeds -- -max_total_time=600`
+
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+use regatta_engine::graph::arc_length::Tracks;
+use regatta_engine::graph::{NodeIndex, ReadOptions, parse};
+
+fuzz_target!(|text: &str| {
+    let Ok((graph, _)) = parse(text, "fuzzed.yaml", &ReadOptions::default()) else { return };
+    let legs: usize = (0..graph.nodes().len() as u32).map(|node| graph.departures(NodeIndex(node)).len()).sum();
+    assert!(legs >= graph.edges().len());
+    let tracks = Tracks::compile(&graph);
+    assert!(tracks.pieces().iter().all(|piece| piece.x.iter().chain(&piece.y).all(|value| value.is_finite())));
+});

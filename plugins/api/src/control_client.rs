@@ -1,0 +1,195 @@
+//! The client's side of the control service.
+
+use std::time::{Duration, Instant};
+
+use iceoryx2::pending_response::PendingResponse;
+use iceoryx2::port::client::Client;
+use iceoryx2::prelude::*;
+
+use crate::control::{ControlKind, ControlRequest, ControlResponse};
+use crate::error::OpenError;
+use crate::fleet_name::FleetName;
+use crate::participant::Participant;
+use crate::qos::{self, Ipc};
+
+/// Why a request wasn't carried out.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum ControlError {
+    /// Nobody answers.
+    #[error("fleet '{fleet}' has no engine; start one with `regatta run`, or name another fleet with --fleet")]
+    NoEngine {
+        /// The fleet.
+        fleet: FleetName,
+    },
+    /// The engine has ended meanwhile.
+    #[error("the engine of fleet '{fleet}' ended before it answered")]
+    Gone {
+        /// The fleet.
+        fleet: FleetName,
+    },
+    /// The engine has not answered in time.
+    #[error("the engine of fleet '{fleet}' has not answered within {:.1} s; is it stopped or overloaded?", timeout.as_secs_f32())]
+    Timeout {
+        /// The fleet.
+        fleet: FleetName,
+        /// How long it was waited for.
+        timeout: Duration,
+    },
+    /// The engine refused it.
+    #[error("the engine of fleet '{fleet}' refused: {reason}")]
+    Refused {
+        /// The fleet.
+        fleet: FleetName,
+        /// The engine's reason.
+        reason: String,
+    },
+    /// iceoryx2 can't deliver it.
+    #[error("can't reach the engine of fleet '{fleet}' ({reason}); `regatta doctor` says what is wrong")]
+    Connection {
+        /// The fleet.
+        fleet: FleetName,
+        /// iceoryx2's reason.
+        reason: String,
+    },
+}
+
+/// How long the requests that take no time of their own wait for an answer.
+pub const TIMEOUT: Duration = Duration::from_secs(5);
+
+/// Between two looks for an answer.
+const POLL: Duration = Duration::from_micros(500);
+
+/// Between two looks whether the engine is still alive.
+const CHECK: Duration = Duration::from_secs(1);
+
+/// Controls a fleet's engine.
+#[derive(Debug)]
+pub struct Control {
+    client: Client<Ipc, ControlRequest, (), ControlResponse, ()>,
+    service: qos::Control,
+    fleet: FleetName,
+}
+
+impl Control {
+    /// Opens the control service of a fleet, whether or not it has an engine yet.
+    ///
+    /// # Errors
+    /// [`OpenError::OtherVersion`] if the fleet speaks another contract, [`OpenError::Full`] if it has
+    /// [`MAX_CONTROL_CLIENTS`](qos::MAX_CONTROL_CLIENTS) clients, else [`OpenError::SharedMemory`].
+    pub fn open(fleet: &FleetName) -> Result<Self, OpenError> {
+        Self::open_on(&Participant::join(fleet, "control")?)
+    }
+
+    /// The same, on a place that the process already has.
+    ///
+    /// # Errors
+    /// As [`open`](Self::open).
+    pub fn open_on(participant: &Participant) -> Result<Self, OpenError> {
+        let service = qos::control(&participant.node, participant.fleet())?;
+        let client = service
+            .client_builder()
+            .backpressure_strategy(BackpressureStrategy::DiscardData)
+            .create()
+            .map_err(|e| qos::full_or(service.name(), qos::MAX_CONTROL_CLIENTS, e))?;
+        Ok(Self { client, service, fleet: participant.fleet().clone() })
+    }
+
+    /// Whether the fleet has an engine. One that was killed counts until another process joins the fleet.
+    pub fn has_engine(&self) -> bool {
+        self.service.dynamic_config().number_of_servers() > 0
+    }
+
+    /// Asks for the status.
+    ///
+    /// # Errors
+    /// [`ControlError`].
+    pub fn status(&mut self) -> Result<ControlResponse, ControlError> {
+        self.request(ControlRequest::new(ControlKind::Status), TIMEOUT)
+    }
+
+    /// Stops the clock.
+    ///
+    /// # Errors
+    /// [`ControlError`].
+    pub fn pause(&mut self) -> Result<ControlResponse, ControlError> {
+        self.request(ControlRequest::new(ControlKind::Pause), TIMEOUT)
+    }
+
+    /// Lets the clock go on.
+    ///
+    /// # Errors
+    /// [`ControlError`].
+    pub fn resume(&mut self) -> Result<ControlResponse, ControlError> {
+        self.request(ControlRequest::new(ControlKind::Resume), TIMEOUT)
+    }
+
+    /// Advances a paused run by `ticks`, and returns when they are done, however long that takes.
+    ///
+    /// # Errors
+    /// [`ControlError`].
+    pub fn step(&mut self, ticks: u64) -> Result<ControlResponse, ControlError> {
+        self.request(ControlRequest { count: ticks, ..ControlRequest::new(ControlKind::Step) }, Duration::MAX)
+    }
+
+    /// Changes the wanted speed, in simulated seconds per wall second; `f32::INFINITY` for as fast as possible.
+    ///
+    /// # Errors
+    /// [`ControlError`].
+    pub fn speed(&mut self, speed: f32) -> Result<ControlResponse, ControlError> {
+        self.request(ControlRequest { speed, ..ControlRequest::new(ControlKind::Speed) }, TIMEOUT)
+    }
+
+    /// Changes the number of robots.
+    ///
+    /// # Errors
+    /// [`ControlError`].
+    pub fn robots(&mut self, count: u32) -> Result<ControlResponse, ControlError> {
+        self.request(ControlRequest { count: count.into(), ..ControlRequest::new(ControlKind::Robots) }, TIMEOUT)
+    }
+
+    /// Sends a request and waits for its answer.
+    ///
+    /// # Errors
+    /// [`ControlError`].
+    pub fn request(&mut self, request: ControlRequest, timeout: Duration) -> Result<ControlResponse, ControlError> {
+        let fleet = || self.fleet.clone();
+        let failed = |reason: String| ControlError::Connection { fleet: fleet(), reason };
+        if !self.has_engine() {
+            return Err(ControlError::NoEngine { fleet: fleet() });
+        }
+        let pending = self.client.send_copy(request).map_err(|e| failed(e.to_string()))?;
+        let start = Instant::now();
+        let mut next_check = CHECK;
+        loop {
+            // Asked before the look, so that an answer given just before the end is not missed.
+            let connected = pending.is_connected();
+            if let Some(response) = receive(&pending).map_err(failed)? {
+                return match response.accepted {
+                    0 => Err(ControlError::Refused { fleet: fleet(), reason: response.reason().to_owned() }),
+                    _ => Ok(response),
+                };
+            }
+            if !connected {
+                return Err(ControlError::Gone { fleet: fleet() });
+            }
+            if start.elapsed() >= timeout {
+                return Err(ControlError::Timeout { fleet: fleet(), timeout });
+            }
+            if start.elapsed() >= next_check {
+                next_check += CHECK;
+                // An engine that was killed counts as connected until its traces are removed.
+                self.service.try_cleanup_dead_nodes();
+            }
+            std::thread::sleep(POLL);
+        }
+    }
+}
+
+type Pending = PendingResponse<Ipc, ControlRequest, (), ControlResponse, ()>;
+
+fn receive(pending: &Pending) -> Result<Option<ControlResponse>, String> {
+    match pending.receive() {
+        Ok(response) => Ok(response.map(|response| *response.payload())),
+        Err(error) => Err(error.to_string()),
+    }
+}

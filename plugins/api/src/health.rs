@@ -1,0 +1,288 @@
+//! The state of shared memory on this machine: for `regatta doctor`, and for tests that nothing is left.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::io;
+use std::os::unix::fs::MetadataExt;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, SystemTime};
+
+use iceoryx2::node::NodeView;
+use iceoryx2::prelude::*;
+
+use crate::fleet_name::FleetName;
+use crate::participant::config;
+use crate::qos::{self, Ipc};
+
+/// Where POSIX shared memory lies.
+pub const SHARED_MEMORY: &str = "/dev/shm";
+
+/// Younger files may belong to a process that is just starting.
+const SETTLED: Duration = Duration::from_secs(10);
+
+/// Why the state of shared memory can't be told.
+#[derive(Debug, thiserror::Error)]
+pub enum HealthError {
+    /// A folder or file can't be looked at.
+    #[error("can't look at {path} ({source})")]
+    Io {
+        /// The folder or file.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+    /// iceoryx2 can't list its nodes or services.
+    #[error("iceoryx2 can't list {what} ({reason})")]
+    List {
+        /// What was to be listed.
+        what: &'static str,
+        /// iceoryx2's reason.
+        reason: String,
+    },
+}
+
+/// How much shared memory there is, in bytes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Space {
+    /// Its size.
+    pub total: u64,
+    /// What this user can still take.
+    pub available: u64,
+}
+
+/// A process's place in shared memory, by iceoryx2's count: a node.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Occupant {
+    /// `regatta/F/NAME` for one of ours.
+    pub name: String,
+    /// The program.
+    pub executable: String,
+    /// The process; 0 where it can't be told.
+    pub pid: u32,
+    /// Whether it still runs.
+    pub alive: bool,
+    /// Memory in its segments, in bytes.
+    pub bytes: u64,
+}
+
+/// A segment that no process owns, which happens when files of a dead one were removed by hand.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Orphan {
+    /// The file.
+    pub path: PathBuf,
+    /// Memory in it, in bytes.
+    pub bytes: u64,
+}
+
+/// What was cleaned.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Cleaned {
+    /// Dead occupants whose traces are gone.
+    pub occupants: usize,
+    /// Dead occupants whose traces can't be removed: another user's, say.
+    pub failed: usize,
+    /// Orphaned files removed.
+    pub orphans: usize,
+    /// Memory freed, in bytes.
+    pub bytes: u64,
+}
+
+/// How much shared memory there is.
+///
+/// # Errors
+/// [`HealthError::Io`] if there is none.
+pub fn space() -> Result<Space, HealthError> {
+    let stat = rustix::fs::statvfs(SHARED_MEMORY).map_err(|e| io_error(Path::new(SHARED_MEMORY))(e.into()))?;
+    Ok(Space { total: stat.f_blocks * stat.f_frsize, available: stat.f_bavail * stat.f_frsize })
+}
+
+/// Whether this user may create segments: creates one of 4 KiB and removes it.
+///
+/// # Errors
+/// [`HealthError::Io`] if not.
+pub fn check_rights() -> Result<(), HealthError> {
+    let path = Path::new(SHARED_MEMORY).join(format!("regatta_doctor_{}", std::process::id()));
+    let result = fs::write(&path, [1; 4096]).map_err(io_error(&path));
+    // Where it couldn't be created there is nothing to remove.
+    let _ = fs::remove_file(&path);
+    result
+}
+
+/// All processes that have a place in shared memory, dead ones included, by name.
+///
+/// # Errors
+/// [`HealthError`] if they can't be listed.
+pub fn occupants() -> Result<Vec<Occupant>, HealthError> {
+    let segments = segments()?;
+    let mut occupants = Vec::new();
+    each_node(|node| {
+        let ids = port_ids(node.node_id().value());
+        let bytes = segments.iter().filter(|s| s.ids.iter().any(|id| ids.contains(id))).map(|s| s.bytes).sum();
+        occupants.push(occupant(&node, bytes));
+    })?;
+    occupants.sort_by(|a, b| (&a.name, a.pid).cmp(&(&b.name, b.pid)));
+    Ok(occupants)
+}
+
+/// Segments that belong to no node, alive or dead, and that no process of this user has mapped.
+///
+/// # Errors
+/// [`HealthError`] if segments can't be listed.
+pub fn orphans() -> Result<Vec<Orphan>, HealthError> {
+    let mut owned = service_ids()?;
+    each_node(|node| owned.extend(port_ids(node.node_id().value())))?;
+    let mapped = mapped_files();
+    let orphaned = |s: &Segment| {
+        s.settled && !s.ids.is_empty() && !s.ids.iter().any(|id| owned.contains(id)) && !mapped.contains(&s.path)
+    };
+    Ok(segments()?.into_iter().filter(orphaned).map(|s| Orphan { path: s.path, bytes: s.bytes }).collect())
+}
+
+/// Removes what dead processes and nobody's segments hold.
+///
+/// # Errors
+/// [`HealthError`] if they can't be listed; what can't be removed is counted instead.
+pub fn clean() -> Result<Cleaned, HealthError> {
+    let before: u64 = segments()?.iter().map(|s| s.bytes).sum();
+    let mut cleaned = Cleaned::default();
+    each_node(|node| {
+        if let NodeState::Dead(dead) = node {
+            match dead.blocking_remove_stale_resources(Duration::from_secs(1)) {
+                Ok(()) => cleaned.occupants += 1,
+                Err(_) => cleaned.failed += 1,
+            }
+        }
+    })?;
+    for orphan in orphans()? {
+        cleaned.orphans += usize::from(fs::remove_file(&orphan.path).is_ok());
+    }
+    cleaned.bytes = before.saturating_sub(segments()?.iter().map(|s| s.bytes).sum());
+    Ok(cleaned)
+}
+
+/// Names of a fleet's services that some process, alive or dead, has open.
+///
+/// # Errors
+/// [`HealthError::List`] if services can't be listed.
+pub fn services_of(fleet: &FleetName) -> Result<Vec<String>, HealthError> {
+    let prefix = qos::service_name(fleet, "");
+    let mut names = Vec::new();
+    each_service(|service| {
+        let name = service.static_details.name().as_str();
+        if name.starts_with(&prefix) {
+            names.push(name.to_owned());
+        }
+    })?;
+    names.sort();
+    Ok(names)
+}
+
+/// The contract versions that open services were created with, and how many services have each. `unknown` for a service
+/// under our name without one.
+///
+/// # Errors
+/// [`HealthError::List`] if services can't be listed.
+pub fn versions() -> Result<BTreeMap<String, usize>, HealthError> {
+    let mut versions = BTreeMap::new();
+    each_service(|service| {
+        if service.static_details.name().as_str().starts_with("regatta/") {
+            *versions.entry(qos::version_of(&service.static_details)).or_insert(0) += 1;
+        }
+    })?;
+    Ok(versions)
+}
+
+struct Segment {
+    path: PathBuf,
+    /// Decimal numbers in its name: ids of the ports or of the service that it belongs to.
+    ids: Vec<u128>,
+    bytes: u64,
+    settled: bool,
+}
+
+fn segments() -> Result<Vec<Segment>, HealthError> {
+    let folder = Path::new(SHARED_MEMORY);
+    let prefix = config().global.prefix.to_string();
+    let mut segments = Vec::new();
+    for entry in fs::read_dir(folder).map_err(io_error(folder))? {
+        let entry = entry.map_err(io_error(folder))?;
+        let name = entry.file_name().to_string_lossy().into_owned();
+        // A file that has vanished since it was listed is no finding.
+        let (true, Ok(metadata)) = (name.starts_with(&prefix), entry.metadata()) else { continue };
+        let age = metadata.modified().ok().and_then(|time| SystemTime::now().duration_since(time).ok());
+        segments.push(Segment {
+            path: entry.path(),
+            ids: ids(&name),
+            bytes: metadata.blocks() * 512,
+            settled: age.is_some_and(|age| age > SETTLED),
+        });
+    }
+    Ok(segments)
+}
+
+/// Ids have more than twenty digits; shorter numbers are versions and counts.
+fn ids(name: &str) -> Vec<u128> {
+    let parts = name.split(['_', '.']).filter(|part| part.len() > 20);
+    parts.filter_map(|part| part.parse().ok()).collect()
+}
+
+/// iceoryx2 notes each port of a node as an empty file in the node's folder.
+fn port_ids(node: u128) -> Vec<u128> {
+    let folder = PathBuf::from(config().global.node_dir().to_string()).join(node.to_string());
+    let Ok(entries) = fs::read_dir(folder) else { return Vec::new() };
+    entries.flatten().flat_map(|entry| ids(&entry.file_name().to_string_lossy())).collect()
+}
+
+fn service_ids() -> Result<Vec<u128>, HealthError> {
+    let mut owned = Vec::new();
+    each_service(|service| owned.push(service.static_details.unique_service_id().value()))?;
+    Ok(owned)
+}
+
+/// Segments that some process has mapped, as far as this user may know.
+fn mapped_files() -> Vec<PathBuf> {
+    let Ok(processes) = fs::read_dir("/proc") else { return Vec::new() };
+    let maps = processes.flatten().filter_map(|process| fs::read_to_string(process.path().join("maps")).ok());
+    let mut files = Vec::new();
+    for map in maps {
+        files.extend(map.lines().filter_map(|line| Some(PathBuf::from(&line[line.find(SHARED_MEMORY)?..]))));
+    }
+    files
+}
+
+fn occupant(node: &NodeState<Ipc>, bytes: u64) -> Occupant {
+    let (details, alive) = match node {
+        NodeState::Alive(view) => (view.details().as_ref(), true),
+        NodeState::Dead(view) => (view.details().as_ref(), false),
+        // Another user's: not ours to judge.
+        NodeState::Inaccessible(_) | NodeState::Undefined(_) => (None, true),
+    };
+    Occupant {
+        name: details.map_or_else(String::new, |d| d.name().as_str().to_owned()),
+        executable: details.map_or_else(String::new, |d| d.executable().to_string()),
+        pid: details.map_or(0, |d| d.process_id().value() as u32),
+        alive,
+        bytes,
+    }
+}
+
+fn each_node(mut each: impl FnMut(NodeState<Ipc>)) -> Result<(), HealthError> {
+    Node::<Ipc>::list(config(), |node| {
+        each(node);
+        CallbackProgression::Continue
+    })
+    .map_err(|e| HealthError::List { what: "processes", reason: e.to_string() })
+}
+
+fn each_service(mut each: impl FnMut(ServiceDetails<Ipc>)) -> Result<(), HealthError> {
+    Ipc::list(config(), |service| {
+        each(service);
+        CallbackProgression::Continue
+    })
+    .map_err(|e| HealthError::List { what: "services", reason: e.to_string() })
+}
+
+fn io_error(path: &Path) -> impl Fn(io::Error) -> HealthError {
+    let path = path.to_owned();
+    move |source| HealthError::Io { path: path.clone(), source }
+}

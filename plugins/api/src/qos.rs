@@ -1,0 +1,299 @@
+//! The services of a fleet: every name and every number, in one file because each is a memory decision.
+//!
+//! A publisher's segment holds `subscribers × (buffer + borrowed) + history + loaned` chunks. Chunks are
+//! address space only until they are written, and the pool hands out the chunk freed last, so what counts for
+//! resident memory is how many chunks are in use at one time. All segments grow by powers of two.
+//!
+//! | service | subscribers | buffer | borrowed | history | loaned | chunks | chunk at 1 M robots |
+//! |---|---|---|---|---|---|---|---|
+//! | frames | 16 | 1 | 1 | 1 | 1 | 34 | 25.0 MB, a bucket of 32 MiB: 1.1 GB of address space |
+//! | world | 16 | 1 | 1 | 1 | 1 | 34 | 6.4 MB at 100 k edges |
+//! | events | 16 | 64 | 1 | 0 | 1 | 1041 | 24 B an event, 64 events to begin with: 1.6 MB |
+//! | orders, per sender | 1 | 256 | 1 | 0 | 1 | 258 | 40 B a record, 64 to begin with: 0.7 MB |
+//! | columns, each | 16 | 1 | 1 | 1 | 1 | 34 | 4.0 MB |
+//! | done, per reader | 1 | 1 | 1 | 0 | 1 | 3 | 88 B |
+//!
+//! Resident for frames: the newest frame (history; its readers share it), the one being written, and one more
+//! for each *different* old frame that a slow reader holds. At 1 M robots that is 50 MB, 75 MB with a reader
+//! that keeps its frame for longer than a tick, and 25 MB more for each reader stopped on a frame of its own.
+
+use iceoryx2::node::NodeView;
+use iceoryx2::port::listener::Listener;
+use iceoryx2::port::notifier::Notifier;
+use iceoryx2::prelude::*;
+use iceoryx2::service::attribute::{AttributeKey, AttributeValue};
+use iceoryx2::service::port_factory::{event, publish_subscribe, request_response};
+
+use crate::column::ColumnHeader;
+use crate::control::{ControlRequest, ControlResponse};
+use crate::error::OpenError;
+use crate::event::{EventHeader, EventRecord};
+use crate::fleet_name::{ColumnName, FleetName};
+use crate::frame::{CONTRACT_VERSION, FrameHeader, Line};
+use crate::lockstep::Done;
+use crate::order::{OrderHeader, OrderRecord};
+use crate::world::WorldHeader;
+
+/// Chunks of the frames' segment that are written to with a reader or two, of the many that it has room for: the
+/// loaned one, the newest, and one in a reader's hands.
+pub const CHUNKS_IN_USE: usize = 3;
+
+/// Readers of frames, world, events or one column at the same time.
+pub const MAX_READERS: usize = 16;
+/// Processes at one service: the producer, readers, senders of orders, control clients.
+pub const MAX_PARTICIPANTS: usize = 64;
+/// Senders of orders at the same time.
+pub const MAX_ORDER_SENDERS: usize = 16;
+/// Samples of orders that wait for the next tick, per sender. More are refused.
+pub const ORDER_BUFFER: usize = 256;
+/// Ticks with events that a reader may lag behind before it misses the oldest.
+pub const EVENT_BUFFER: usize = 64;
+/// Control clients at the same time.
+pub const MAX_CONTROL_CLIENTS: usize = 16;
+/// Requests of one client that wait for an answer.
+pub const MAX_OPEN_REQUESTS: usize = 4;
+
+/// Records that the first segment of events and of orders has room for; more of them make it grow.
+pub(crate) const FIRST_RECORDS: usize = 64;
+
+/// Segments grow while readers follow: they map the new one with the first chunk that they get from it.
+pub(crate) const GROWTH: AllocationStrategy = AllocationStrategy::PowerOfTwo;
+
+/// The service attribute that carries [`CONTRACT_VERSION`].
+pub const VERSION_ATTRIBUTE: &str = "regatta-contract";
+
+/// Within one process no type is shared between threads, so no operation takes a lock.
+pub(crate) type Ipc = ipc::Service;
+pub(crate) type Frames = publish_subscribe::PortFactory<Ipc, [Line], FrameHeader>;
+pub(crate) type World = publish_subscribe::PortFactory<Ipc, [Line], WorldHeader>;
+pub(crate) type Events = publish_subscribe::PortFactory<Ipc, [EventRecord], EventHeader>;
+pub(crate) type Orders = publish_subscribe::PortFactory<Ipc, [OrderRecord], OrderHeader>;
+pub(crate) type Column = publish_subscribe::PortFactory<Ipc, [Line], ColumnHeader>;
+pub(crate) type Dones = publish_subscribe::PortFactory<Ipc, Done, ()>;
+pub(crate) type Control = request_response::PortFactory<Ipc, ControlRequest, (), ControlResponse, ()>;
+
+/// Name of one of a fleet's services: `regatta/F/frames`, say.
+pub fn service_name(fleet: &FleetName, service: &str) -> String {
+    format!("regatta/{fleet}/{service}")
+}
+
+/// A fleet's frames. One producer at a time: its publisher is also the lock that keeps a second one out.
+pub(crate) fn frames(node: &Node<Ipc>, fleet: &FleetName) -> Result<Frames, OpenError> {
+    open(node, fleet, "frames", MessagingPattern::PublishSubscribe, |builder, version| {
+        newest_only(builder.publish_subscribe::<[Line]>().user_header::<FrameHeader>())
+            .open_or_create_with_attributes(version)
+    })
+}
+
+/// The route graph and the robot types.
+pub(crate) fn world(node: &Node<Ipc>, fleet: &FleetName) -> Result<World, OpenError> {
+    open(node, fleet, "world", MessagingPattern::PublishSubscribe, |builder, version| {
+        newest_only(builder.publish_subscribe::<[Line]>().user_header::<WorldHeader>())
+            .open_or_create_with_attributes(version)
+    })
+}
+
+/// One value per robot, from a plugin.
+pub(crate) fn column(node: &Node<Ipc>, fleet: &FleetName, column: &ColumnName) -> Result<Column, OpenError> {
+    let service = format!("columns/{column}");
+    open(node, fleet, &service, MessagingPattern::PublishSubscribe, |builder, version| {
+        newest_only(builder.publish_subscribe::<[Line]>().user_header::<ColumnHeader>())
+            .open_or_create_with_attributes(version)
+    })
+}
+
+/// What happened to robots.
+pub(crate) fn events(node: &Node<Ipc>, fleet: &FleetName) -> Result<Events, OpenError> {
+    open(node, fleet, "events", MessagingPattern::PublishSubscribe, |builder, version| {
+        builder
+            .publish_subscribe::<[EventRecord]>()
+            .user_header::<EventHeader>()
+            .enable_safe_overflow(true)
+            .history_size(0)
+            .subscriber_max_buffer_size(EVENT_BUFFER)
+            .subscriber_max_borrowed_samples(1)
+            .max_publishers(1)
+            .max_subscribers(MAX_READERS)
+            .max_nodes(MAX_PARTICIPANTS)
+            .open_or_create_with_attributes(version)
+    })
+}
+
+/// What robots are asked to do. No overflow: an order is delivered or its sender is told that it isn't.
+pub(crate) fn orders(node: &Node<Ipc>, fleet: &FleetName) -> Result<Orders, OpenError> {
+    open(node, fleet, "orders", MessagingPattern::PublishSubscribe, |builder, version| {
+        builder
+            .publish_subscribe::<[OrderRecord]>()
+            .user_header::<OrderHeader>()
+            .enable_safe_overflow(false)
+            .history_size(0)
+            .subscriber_max_buffer_size(ORDER_BUFFER)
+            .subscriber_max_borrowed_samples(1)
+            .max_publishers(MAX_ORDER_SENDERS)
+            .max_subscribers(1)
+            .max_nodes(MAX_PARTICIPANTS)
+            .open_or_create_with_attributes(version)
+    })
+}
+
+/// Lockstep: which tick a reader has finished.
+pub(crate) fn done(node: &Node<Ipc>, fleet: &FleetName) -> Result<Dones, OpenError> {
+    open(node, fleet, "done", MessagingPattern::PublishSubscribe, |builder, version| {
+        builder
+            .publish_subscribe::<Done>()
+            .enable_safe_overflow(true)
+            .history_size(0)
+            .subscriber_max_buffer_size(1)
+            .subscriber_max_borrowed_samples(1)
+            .max_publishers(MAX_READERS)
+            .max_subscribers(1)
+            .max_nodes(MAX_PARTICIPANTS)
+            .open_or_create_with_attributes(version)
+    })
+}
+
+/// Pause, resume, step, speed, number of robots, status.
+pub(crate) fn control(node: &Node<Ipc>, fleet: &FleetName) -> Result<Control, OpenError> {
+    open(node, fleet, "control", MessagingPattern::RequestResponse, |builder, version| {
+        builder
+            .request_response::<ControlRequest, ControlResponse>()
+            .enable_safe_overflow_for_requests(false)
+            .enable_safe_overflow_for_responses(true)
+            .enable_fire_and_forget_requests(false)
+            .max_active_requests_per_client(MAX_OPEN_REQUESTS)
+            .max_loaned_requests(1)
+            .max_response_buffer_size(1)
+            .max_borrowed_responses_per_pending_response(1)
+            .max_servers(1)
+            .max_clients(MAX_CONTROL_CLIENTS)
+            .max_nodes(MAX_PARTICIPANTS)
+            .open_or_create_with_attributes(version)
+    })
+}
+
+/// Wakes readers after a frame (`wake`), or a producer in lockstep (`done`). Carries no data.
+///
+/// Notifying can't block: a listener has a flag in shared memory and a datagram socket. Only the notifier
+/// that sets the flag writes to the socket, it does so without blocking, and a full buffer counts as success.
+/// A stopped reader thus costs one datagram, and nothing from then on.
+pub(crate) fn event(node: &Node<Ipc>, fleet: &FleetName, service: &str) -> Result<event::PortFactory<Ipc>, OpenError> {
+    open(node, fleet, service, MessagingPattern::Event, |builder, version| {
+        builder
+            .event()
+            .event_id_max_value(0)
+            .max_notifiers(MAX_READERS)
+            .max_listeners(MAX_READERS)
+            .max_nodes(MAX_PARTICIPANTS)
+            .open_or_create_with_attributes(version)
+    })
+}
+
+pub(crate) fn notifier(service: &event::PortFactory<Ipc>) -> Result<Notifier<Ipc>, OpenError> {
+    service.notifier_builder().create().map_err(|e| full_or(service.name(), MAX_READERS, e))
+}
+
+pub(crate) fn listener(service: &event::PortFactory<Ipc>) -> Result<Listener<Ipc>, OpenError> {
+    service.listener_builder().create().map_err(|e| full_or(service.name(), MAX_READERS, e))
+}
+
+/// One publisher; readers, late ones too, get the newest sample and are never waited for.
+fn newest_only<H: core::fmt::Debug + ZeroCopySend>(
+    builder: iceoryx2::service::builder::publish_subscribe::Builder<[Line], H, Ipc>,
+) -> iceoryx2::service::builder::publish_subscribe::Builder<[Line], H, Ipc> {
+    builder
+        .enable_safe_overflow(true)
+        .history_size(1)
+        .subscriber_max_buffer_size(1)
+        .subscriber_max_borrowed_samples(1)
+        .max_publishers(1)
+        .max_subscribers(MAX_READERS)
+        .max_nodes(MAX_PARTICIPANTS)
+}
+
+/// Attempts to open a service, 50 ms apart: services come and go while other processes start and stop.
+const ATTEMPTS: usize = 10;
+
+fn open<S, E: core::fmt::Display>(
+    node: &Node<Ipc>,
+    fleet: &FleetName,
+    service: &str,
+    pattern: MessagingPattern,
+    attempt: impl Fn(iceoryx2::service::builder::Builder<Ipc>, &AttributeVerifier) -> Result<S, E>,
+) -> Result<S, OpenError> {
+    let what = service_name(fleet, service);
+    let failed = |reason: String| OpenError::SharedMemory { what: what.clone(), reason };
+    let name = ServiceName::new(&what).map_err(|e| failed(format!("{e:?}")))?;
+    let version = version_attribute(CONTRACT_VERSION).map_err(|e| failed(e.to_string()))?;
+    let mut attempts = 0;
+    loop {
+        let error = match attempt(node.service_builder(&name), &version) {
+            Ok(service) => return Ok(service),
+            Err(error) => error,
+        };
+        // Also when iceoryx2 has already found the payload types to differ: the version explains why.
+        if let Some(theirs) = other_version(node, &name, pattern) {
+            return Err(OpenError::OtherVersion { fleet: fleet.clone(), service: what, theirs });
+        }
+        attempts += 1;
+        if attempts == ATTEMPTS {
+            return Err(full_or(&name, MAX_PARTICIPANTS, error));
+        }
+        std::thread::sleep(core::time::Duration::from_millis(50));
+    }
+}
+
+/// Requires, and where the service is created defines, the contract version.
+fn version_attribute(version: u32) -> Result<AttributeVerifier, OpenError> {
+    let failed = |e: &dyn core::fmt::Debug| OpenError::SharedMemory {
+        what: VERSION_ATTRIBUTE.to_owned(),
+        reason: format!("{e:?}"),
+    };
+    let key = AttributeKey::new(VERSION_ATTRIBUTE.as_bytes()).map_err(|e| failed(&e))?;
+    let value = AttributeValue::new(version.to_string().as_bytes()).map_err(|e| failed(&e))?;
+    AttributeVerifier::new().require(&key, &value).map_err(|e| failed(&e))
+}
+
+/// The version of an existing service, where it isn't ours.
+fn other_version(node: &Node<Ipc>, name: &ServiceName, pattern: MessagingPattern) -> Option<String> {
+    let theirs = version_of(&Ipc::details(name, node.config(), pattern).ok()??.static_details);
+    (theirs != CONTRACT_VERSION.to_string()).then_some(theirs)
+}
+
+/// The contract version that a service was created with, `unknown` if it has none.
+pub(crate) fn version_of(service: &iceoryx2::service::static_config::StaticConfig) -> String {
+    let key = AttributeKey::new(VERSION_ATTRIBUTE.as_bytes()).ok();
+    match key.and_then(|key| service.attributes().key_value(&key, 0).copied()) {
+        Some(value) => String::from_utf8_lossy(value.as_bytes()).into_owned(),
+        None => "unknown".to_owned(),
+    }
+}
+
+/// The error for a place that can't be had at a service.
+pub(crate) fn full_or(service: &ServiceName, limit: usize, error: impl core::fmt::Display) -> OpenError {
+    let reason = error.to_string();
+    if reason.contains("::ExceedsMax") {
+        return OpenError::Full { service: service.as_str().to_owned(), limit };
+    }
+    OpenError::SharedMemory { what: service.as_str().to_owned(), reason }
+}
+
+/// Who holds a publisher: `regatta (process 4711)`.
+pub(crate) fn publisher_owner<P, H>(service: &publish_subscribe::PortFactory<Ipc, P, H>, node: &Node<Ipc>) -> String
+where
+    P: core::fmt::Debug + ?Sized + IceoryxSend,
+    H: core::fmt::Debug + ZeroCopySend,
+{
+    let mut owner = None;
+    service.dynamic_config().list_publishers(|details| {
+        owner = Some(details.node_id);
+        CallbackProgression::Stop
+    });
+    let state = owner.and_then(|id| Node::<Ipc>::state_of(node.config(), id).ok().flatten());
+    match state {
+        Some(NodeState::Alive(view)) => match view.details() {
+            Some(details) => format!("{} (process {})", details.executable(), details.process_id().value()),
+            None => "another process".to_owned(),
+        },
+        _ => "another process".to_owned(),
+    }
+}

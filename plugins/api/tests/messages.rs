@@ -1,0 +1,255 @@
+//! Orders, events, requests, columns and lockstep, there and back, within one process.
+
+mod common;
+
+use std::time::{Duration, Instant};
+
+use iceoryx2::prelude::*;
+use iceoryx2::service::attribute::{AttributeKey, AttributeValue};
+use regatta_plugin::control::{ControlKind, ControlResponse};
+use regatta_plugin::event::{EventHeader, EventKind, EventRecord};
+use regatta_plugin::frame::{FrameHeader, Line};
+use regatta_plugin::inbox::Answer;
+use regatta_plugin::lockstep::{LockstepError, Reporter};
+use regatta_plugin::order::{OrderKind, OrderRecord, RouteLeg};
+use regatta_plugin::publish::Producer;
+use regatta_plugin::{
+    ColumnPublisher, ColumnReader, Control, ControlError, EventReader, OpenError, OrderError, Orders, Participant,
+    PublishError, ReadError, Subscriber, column_names, qos,
+};
+
+use common::{fleet, publish};
+
+fn taken(producer: &mut Producer) -> Vec<Vec<OrderRecord>> {
+    let mut samples = Vec::new();
+    producer.take_orders(|_, records| samples.push(records.to_vec())).unwrap();
+    samples
+}
+
+#[test]
+fn orders_arrive_as_sent() {
+    let fleet = fleet();
+    let mut orders = Orders::open(&fleet).unwrap();
+    orders.hold(1);
+    assert_eq!(orders.send(), Err(OrderError::NoEngine { fleet: fleet.clone() }));
+    let mut producer = Producer::create(&fleet, 1).unwrap();
+    let token = orders.assign(3, &[RouteLeg::forward(7), RouteLeg::reverse(8).horizon()]);
+    let spawn = orders.spawn_on_edge(2, 9, 1.5);
+    assert_ne!(token, spawn);
+    orders.send().unwrap();
+    assert!(orders.pending().is_empty());
+    let samples = taken(&mut producer);
+    let [hold, assign, first, second, spawned] = &samples[0][..] else { panic!("{samples:?}") };
+    assert_eq!((hold.kind, hold.robot), (OrderKind::Hold as u32, 1), "kept after the failure");
+    assert_eq!((assign.token, assign.robot, assign.legs), (token, 3, 2));
+    assert_eq!((first.id, first.reverse, first.released), (7, 0, 1));
+    assert_eq!((second.id, second.reverse, second.released), (8, 1, 0));
+    assert_eq!((spawned.token, spawned.id, spawned.s, spawned.robot_type), (spawn, 9, 1.5, 2));
+    assert!(taken(&mut producer).is_empty());
+}
+
+#[test]
+fn orders_that_nobody_takes_are_refused_rather_than_lost() {
+    let fleet = fleet();
+    let mut producer = Producer::create(&fleet, 1).unwrap();
+    let mut orders = Orders::open(&fleet).unwrap();
+    for _ in 0..qos::ORDER_BUFFER {
+        orders.hold(1);
+        orders.send().unwrap();
+    }
+    orders.hold(2);
+    assert_eq!(orders.send(), Err(OrderError::Full { fleet }));
+    assert_eq!(taken(&mut producer).len(), qos::ORDER_BUFFER);
+    orders.send().unwrap();
+    assert_eq!(taken(&mut producer)[0][0].robot, 2);
+}
+
+#[test]
+fn ten_thousand_orders_fit_one_sample() {
+    let fleet = fleet();
+    let mut producer = Producer::create(&fleet, 1).unwrap();
+    let mut orders = Orders::open(&fleet).unwrap();
+    for robot in 0..10_000 {
+        orders.hold(robot);
+    }
+    orders.send().unwrap();
+    assert_eq!(taken(&mut producer)[0][9_999].robot, 9_999);
+}
+
+#[test]
+fn tokens_of_different_senders_differ_and_repeat_from_run_to_run() {
+    let fleet = fleet();
+    let sender = |name| Orders::open_on(&Participant::join(&fleet, name).unwrap()).unwrap();
+    let token = sender("a").hold(0);
+    assert_ne!(token, sender("b").hold(0));
+    assert_eq!(token, sender("a").hold(0));
+}
+
+#[test]
+fn events_arrive_tick_by_tick_and_a_slow_reader_knows_what_it_missed() {
+    let fleet = fleet();
+    let mut producer = Producer::create(&fleet, 1).unwrap();
+    assert!(!producer.has_event_readers());
+    let mut reader = EventReader::open(&fleet).unwrap();
+    assert!(producer.has_event_readers());
+    let mut send = |tick| {
+        let event = EventRecord { kind: EventKind::RouteDone as u32, robot: tick as u32, ..EventRecord::default() };
+        producer.publish_events(&EventHeader { tick, ..EventHeader::default() }, &[event; 300]).unwrap();
+    };
+    let mut take = || {
+        let mut seen = Vec::new();
+        reader
+            .take(|events| {
+                assert_eq!((events.records.len(), events.records[299].kind()), (300, Some(EventKind::RouteDone)));
+                seen.push((events.header.tick, events.missed));
+                Ok::<_, ReadError>(())
+            })
+            .unwrap();
+        seen
+    };
+    send(1);
+    send(2);
+    assert_eq!(take(), [(1, 0), (2, 0)]);
+    let buffer = qos::EVENT_BUFFER as u64;
+    (3..=12 + buffer).for_each(&mut send);
+    let seen = take();
+    assert_eq!((seen[0], seen.len()), ((13, 10), qos::EVENT_BUFFER));
+}
+
+#[test]
+fn requests_are_answered_now_later_or_never() {
+    let fleet = fleet();
+    let mut control = Control::open(&fleet).unwrap();
+    assert_eq!(control.status(), Err(ControlError::NoEngine { fleet: fleet.clone() }));
+    let name = fleet.clone();
+    let engine = std::thread::spawn(move || {
+        let mut producer = Producer::create(&name, 1).unwrap();
+        let mut tick = 0;
+        let start = Instant::now();
+        while start.elapsed() < Duration::from_secs(60) {
+            tick += 1;
+            let status = ControlResponse { tick, ..ControlResponse::default() };
+            let mut end = false;
+            let answer = |request: &regatta_plugin::control::ControlRequest| match request.kind() {
+                Some(ControlKind::Status) => Answer::Now(status.accept()),
+                Some(ControlKind::Step) => Answer::Later(tick + request.count),
+                Some(ControlKind::Resume) => {
+                    end = true;
+                    Answer::Later(u64::MAX)
+                }
+                _ => Answer::Now(status.refuse("not today")),
+            };
+            producer.take_requests(answer).unwrap();
+            producer.answer_waiting(|due| (tick >= due).then(|| status.accept()));
+            if end {
+                return;
+            }
+            std::thread::sleep(Duration::from_millis(1));
+        }
+    });
+    let start = Instant::now();
+    while !control.has_engine() {
+        assert!(start.elapsed() < Duration::from_secs(20));
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    let before = control.status().unwrap().tick;
+    assert!(control.step(20).unwrap().tick >= before + 20);
+    let refused = ControlError::Refused { fleet: fleet.clone(), reason: "not today".to_owned() };
+    assert_eq!(control.pause(), Err(refused));
+    // The engine keeps this one, then ends.
+    assert_eq!(control.resume(), Err(ControlError::Gone { fleet: fleet.clone() }));
+    engine.join().unwrap();
+    assert_eq!(control.status(), Err(ControlError::NoEngine { fleet }));
+}
+
+#[test]
+fn an_engine_that_stands_still_times_out() {
+    let fleet = fleet();
+    let _producer = Producer::create(&fleet, 1).unwrap();
+    let mut control = Control::open(&fleet).unwrap();
+    let timeout = Duration::from_millis(50);
+    let request = regatta_plugin::control::ControlRequest::new(ControlKind::Status);
+    for _ in 0..2 * qos::MAX_OPEN_REQUESTS {
+        assert_eq!(control.request(request, timeout), Err(ControlError::Timeout { fleet: fleet.clone(), timeout }));
+    }
+}
+
+#[test]
+fn columns_belong_to_a_frame_and_grow_with_the_fleet() {
+    let fleet = fleet();
+    let mut producer = Producer::create(&fleet, 3).unwrap();
+    let mut subscriber = Subscriber::open(&fleet).unwrap();
+    let plugin = Participant::join(&fleet, "plugin").unwrap();
+    let name = "risk".parse().unwrap();
+    let mut column = ColumnPublisher::open_on(&plugin, &name).unwrap();
+    let error = plugin.column("risk").unwrap_err().to_string();
+    assert!(error.contains("already published"), "{error}");
+    for (tick, robots) in [(1, 3), (2, 40_000)] {
+        publish(&producer, tick, robots);
+        let frame = subscriber.latest().unwrap().unwrap();
+        let values: Vec<f32> = (0..robots).map(|robot| robot as f32).collect();
+        let error = column.publish(&frame, &values[1..]).unwrap_err();
+        assert_eq!(error, PublishError::ColumnLength { values: robots - 1, robots });
+        column.publish(&frame, &values).unwrap();
+        // One that joins late, too.
+        let mut reader = ColumnReader::open_on(&plugin, &name).unwrap();
+        column.update();
+        let read = reader.latest().unwrap().unwrap();
+        assert_eq!((read.header.tick, read.header.run_id, read.values), (tick, frame.run_id(), &values[..]));
+    }
+    producer.publish_column("type", Default::default(), &[0.0, 1.0, 0.0]).unwrap();
+    let mut types = plugin.column_reader("type").unwrap();
+    producer.update();
+    assert_eq!(types.latest().unwrap().unwrap().values, [0.0, 1.0, 0.0]);
+    let names: Vec<_> = column_names(&fleet).iter().map(ToString::to_string).collect();
+    assert_eq!(names, ["risk", "type"]);
+}
+
+#[test]
+fn lockstep_waits_for_those_named_and_names_those_missing() {
+    let fleet = fleet();
+    let mut producer = Producer::create(&fleet, 1).unwrap();
+    let names = ["planner".to_owned(), "recorder".to_owned()];
+    let planner = Reporter::open_on(&Participant::join(&fleet, "planner").unwrap()).unwrap();
+    planner.done(producer.run_id(), 1).unwrap();
+    let timeout = Duration::from_millis(50);
+    let error = producer.wait_done(&names, 1, timeout).unwrap_err();
+    let missing = vec!["recorder".to_owned()];
+    assert_eq!(error, LockstepError::Timeout { tick: 1, timeout, missing });
+    let recorder = Reporter::open_on(&Participant::join(&fleet, "recorder").unwrap()).unwrap();
+    recorder.done(producer.run_id() + 1, 1).unwrap();
+    assert!(producer.wait_done(&names, 1, timeout).is_err(), "a report of another run");
+    recorder.done(producer.run_id(), 1).unwrap();
+    producer.wait_done(&names, 1, timeout).unwrap();
+    producer.wait_done(&[], 2, timeout).unwrap();
+}
+
+#[test]
+fn a_fleet_of_another_contract_version_is_refused_naming_both() {
+    let fleet = fleet();
+    let node = NodeBuilder::new().create::<ipc::Service>().unwrap();
+    let version = AttributeSpecifier::new()
+        .define(&AttributeKey::new(qos::VERSION_ATTRIBUTE.as_bytes()).unwrap(), &AttributeValue::new(b"999").unwrap())
+        .unwrap();
+    let name = |service: &str| ServiceName::new(&qos::service_name(&fleet, service)).unwrap();
+    // The same types, so that only the attribute differs; and another type, which iceoryx2 finds by itself.
+    let _frames = node
+        .service_builder(&name("frames"))
+        .publish_subscribe::<[Line]>()
+        .user_header::<FrameHeader>()
+        .create_with_attributes(&version)
+        .unwrap();
+    let _orders =
+        node.service_builder(&name("orders")).publish_subscribe::<u64>().create_with_attributes(&version).unwrap();
+    let errors = [
+        Producer::create(&fleet, 1).unwrap_err(),
+        Subscriber::open(&fleet).unwrap_err(),
+        Orders::open(&fleet).unwrap_err(),
+    ];
+    for error in errors {
+        assert!(matches!(&error, OpenError::OtherVersion { theirs, .. } if theirs == "999"), "{error}");
+        let text = error.to_string();
+        assert!(text.contains("version 999") && text.contains("version 1"), "{text}");
+        assert_eq!(text.lines().count(), 1);
+    }
+}

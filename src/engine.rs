@@ -1,0 +1,132 @@
+//! `regatta engine`: the engine in this process.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::time::Duration;
+
+use clap::Args;
+use regatta_engine::clock::Speed;
+use regatta_engine::engine::{Engine, Options};
+use regatta_engine::graph::Handles;
+use regatta_engine::motion::Isa;
+use regatta_engine::scenario::Overrides;
+use regatta_plugin::{FleetName, Termination};
+
+use crate::{Failure, demo};
+
+#[derive(Args)]
+pub struct EngineArgs {
+    /// Scenario file; the built-in demo if left out.
+    pub scenario: Option<PathBuf>,
+    #[command(flatten)]
+    pub tuning: Tuning,
+    /// Stop after so many ticks.
+    #[arg(long)]
+    pub ticks: Option<u64>,
+    /// Print a digest of every frame's columns at the end.
+    #[arg(long)]
+    pub digest: bool,
+    /// End when the process that started this one ends.
+    #[arg(long, hide = true)]
+    pub die_with_parent: bool,
+}
+
+/// What both `run` and `engine` hand to the engine.
+#[derive(Args, Clone, Default)]
+pub struct Tuning {
+    /// Name of the fleet.
+    #[arg(long, default_value_t)]
+    pub fleet: FleetName,
+    /// Simulated seconds per wall second: a factor from 0.001 to 1000, or max.
+    #[arg(long, default_value = "1")]
+    pub speed: Option<Speed>,
+    /// Number of robots, whatever the scenario lists; its groups repeat.
+    #[arg(long)]
+    pub robots: Option<u32>,
+    /// Ticks per simulated second, whatever the scenario says.
+    #[arg(long, value_name = "HZ")]
+    pub rate: Option<f64>,
+    /// Frames per simulated second; every tick if left out.
+    #[arg(long, value_name = "HZ")]
+    pub publish_rate: Option<f64>,
+    /// Seed of the random walks, whatever the scenario says.
+    #[arg(long)]
+    pub seed: Option<u64>,
+    /// Threads that move robots.
+    #[arg(long, default_value = "1")]
+    pub threads: Option<usize>,
+    /// Instruction set of the motion kernel: scalar, baseline, avx2 or avx512; the best if left out.
+    #[arg(long)]
+    pub isa: Option<Isa>,
+    /// Which handle of a spline is whose: b_at_origin or f_at_origin, whatever the graph says.
+    #[arg(long)]
+    pub handles: Option<Handles>,
+    /// Wait for these plugins to finish each tick, so that runs with them are reproducible.
+    #[arg(long, value_name = "NAME", num_args = 1..)]
+    pub lockstep: Vec<String>,
+    /// How many seconds to wait for a plugin in lockstep.
+    #[arg(long, value_name = "SECONDS", default_value = "10")]
+    pub lockstep_timeout: Option<f64>,
+}
+
+impl Tuning {
+    pub fn overrides(&self) -> Overrides {
+        Overrides { handles: self.handles, rate: self.rate, publish_rate: self.publish_rate, seed: self.seed }
+    }
+
+    /// The same as arguments, for a child process.
+    pub fn to_args(&self) -> Vec<String> {
+        fn pair(name: &str, value: &Option<impl ToString>) -> Vec<String> {
+            value.as_ref().map(|value| vec![format!("--{name}"), value.to_string()]).unwrap_or_default()
+        }
+        let mut args = vec!["--fleet".to_owned(), self.fleet.to_string()];
+        args.extend(pair("speed", &self.speed));
+        args.extend(pair("robots", &self.robots));
+        args.extend(pair("rate", &self.rate));
+        args.extend(pair("publish-rate", &self.publish_rate));
+        args.extend(pair("seed", &self.seed));
+        args.extend(pair("threads", &self.threads));
+        args.extend(pair("isa", &self.isa));
+        args.extend(pair("handles", &self.handles.map(Handles::name)));
+        args.extend(pair("lockstep-timeout", &self.lockstep_timeout));
+        args.extend(self.lockstep.iter().flat_map(|name| ["--lockstep".to_owned(), name.clone()]));
+        args
+    }
+}
+
+pub fn run(args: EngineArgs) -> Result<ExitCode, Failure> {
+    if args.die_with_parent {
+        crate::supervisor::die_with_parent();
+    }
+    let termination = Termination::watch().map_err(crate::plugin_failure)?;
+    let scenario = demo::scenario(args.scenario.as_deref(), &args.tuning.overrides())?;
+    for warning in &scenario.warnings {
+        eprintln!("{warning}");
+    }
+    let tuning = args.tuning;
+    let timeout = tuning.lockstep_timeout.unwrap_or(10.0);
+    let options = Options {
+        fleet: tuning.fleet,
+        robots: tuning.robots,
+        speed: tuning.speed.unwrap_or(Speed::Factor(1.0)),
+        threads: tuning.threads.unwrap_or(1),
+        isa: tuning.isa,
+        ticks: args.ticks,
+        digest: args.digest,
+        lockstep: tuning.lockstep,
+        lockstep_timeout: Duration::try_from_secs_f64(timeout)
+            .map_err(|_| format!("--lockstep-timeout {timeout} is no time: give seconds, 10 say"))?,
+    };
+    let summary = Engine::new(scenario, options)?.run(&termination)?;
+    if let Some(digest) = summary.digest {
+        println!("{digest:032x}");
+    }
+    eprintln!(
+        "{} ticks, {:.2} s simulated in {:.2} s, {} late",
+        summary.ticks,
+        summary.sim_time.as_secs_f64(),
+        summary.wall_time.as_secs_f64(),
+        summary.late_ticks
+    );
+    Ok(ExitCode::SUCCESS)
+}

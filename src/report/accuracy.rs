@@ -1,0 +1,142 @@
+//! Tables 5.1 and 5.3: do robots end where they should?
+
+use std::fmt::Write as _;
+use std::process::ExitCode;
+use std::time::Duration;
+
+use super::experiment::{Experiment, all_idle, folder_with_porto};
+use super::published::{AVERAGE_RATES, END_POSES, EndPose, Pose, success_rate};
+use super::{Output, circumstances, plot, write};
+use crate::Failure;
+
+/// Of tables 5.1 and 5.3, the rows that are single edges.
+const SINGLE_EDGES: usize = 10;
+/// The route whose drive is plotted, as the dissertation does.
+const PLOTTED_ROUTE: &[u32] = &[34];
+
+/// What a drive of all routes gave.
+struct Drive {
+    end_poses: Vec<Pose>,
+    /// Poses along the plotted route.
+    path: Vec<Pose>,
+}
+
+pub fn run(output: &Output) -> Result<ExitCode, Failure> {
+    let drive = drive()?;
+    let (line, machine) = circumstances();
+    plot::path(&output.file("accuracy.svg")?, PLOTTED_ROUTE, &drive.path)?;
+    output.write("accuracy", &markdown(&drive, &line), &json(&drive, machine))?;
+    Ok(ExitCode::SUCCESS)
+}
+
+fn drive() -> Result<Drive, Failure> {
+    let folder = folder_with_porto()?;
+    let scenario = folder.path().join("accuracy.yaml");
+    let routes = END_POSES.iter().fold(String::new(), |mut text, row| {
+        // Writing to a string can't fail.
+        let _ = writeln!(text, "  - route: {:?}", row.route);
+        text
+    });
+    write(&scenario, &format!("graph: porto.yaml\nrate: 100\nrobots:\n{routes}"))?;
+
+    let mut experiment = Experiment::start("accuracy", &scenario, &["--speed".into(), "20".into()])?;
+    let plotted = END_POSES.iter().position(|row| row.route == PLOTTED_ROUTE).unwrap_or(0);
+    let pose = |frame: &regatta_plugin::Frame<'_>, robot: usize| {
+        [f64::from(frame.x()[robot]), f64::from(frame.y()[robot]), f64::from(frame.theta()[robot]).to_degrees()]
+    };
+    let mut drive = Drive { end_poses: Vec::new(), path: Vec::new() };
+    experiment.watch(Duration::from_secs(120), |frame| {
+        drive.path.push(pose(frame, plotted));
+        let done = all_idle(frame);
+        if done {
+            drive.end_poses = (0..frame.len()).map(|robot| pose(frame, robot)).collect();
+        }
+        done
+    })?;
+    experiment.finish()?;
+    Ok(drive)
+}
+
+/// Success rates of a row's x, y and θ.
+fn rates(row: &EndPose, pose: &Pose) -> [Option<f64>; 3] {
+    std::array::from_fn(|column| success_rate(pose[column], row.wanted[column], column == 2))
+}
+
+/// Mean of each column over rows where the formula has a value.
+fn averages(rows: &[EndPose], poses: &[Pose]) -> Pose {
+    std::array::from_fn(|column| {
+        let values: Vec<_> = rows.iter().zip(poses).filter_map(|(row, pose)| rates(row, pose)[column]).collect();
+        values.iter().sum::<f64>() / values.len() as f64
+    })
+}
+
+fn route_text(route: &[u32]) -> String {
+    route.iter().map(u32::to_string).collect::<Vec<_>>().join(", ")
+}
+
+fn pose_text(pose: &Pose) -> String {
+    format!("{:.4}, {:.4}, {:.4}", pose[0], pose[1], pose[2])
+}
+
+fn rates_text(rates: [Option<f64>; 3]) -> String {
+    let text = |rate: Option<f64>| rate.map_or("–".into(), |rate| format!("{rate:.3}"));
+    rates.map(text).join(" / ")
+}
+
+fn markdown(drive: &Drive, circumstances: &str) -> String {
+    let mut text = format!(
+        "# Accuracy: end poses of the dissertation's routes\n\n{circumstances}\n\n\
+         Poses are x m, y m, θ °; success rates are by equation 5.1, in % for x / y / θ, and have no value where\n\
+         0 is wanted. 'Dissertation' is what its own system reached on its own graph.\n\n\
+         | route | simulated | wanted | success rate | dissertation simulated | its success rate |\n|---|---|---|---|---|---|\n"
+    );
+    for (row, pose) in END_POSES.iter().zip(&drive.end_poses) {
+        let _ = writeln!(
+            text,
+            "| {} | {} | {} | {} | {} | {} |",
+            route_text(row.route),
+            pose_text(pose),
+            pose_text(&row.wanted),
+            rates_text(rates(row, pose)),
+            pose_text(&row.simulated),
+            rates_text(rates(row, &row.simulated)),
+        );
+    }
+    let _ = writeln!(text, "\n| average success rate | Regatta | dissertation |\n|---|---|---|");
+    for (name, mean, published) in mean_rates(drive) {
+        let _ = writeln!(text, "| {name} | {} | {} |", rates_text(mean.map(Some)), rates_text(published.map(Some)));
+    }
+    text.push_str("\n![Drive of edge 34](accuracy.svg)\n");
+    text
+}
+
+/// Name, our average, the dissertation's average.
+fn mean_rates(drive: &Drive) -> [(&'static str, Pose, Pose); 2] {
+    let (edges, routes) = END_POSES.split_at(SINGLE_EDGES);
+    let (edge_poses, route_poses) = drive.end_poses.split_at(SINGLE_EDGES);
+    [
+        ("single edges", averages(edges, edge_poses), AVERAGE_RATES[0]),
+        ("routes", averages(routes, route_poses), AVERAGE_RATES[1]),
+    ]
+}
+
+fn json(drive: &Drive, machine: serde_json::Value) -> serde_json::Value {
+    let rows: Vec<_> = END_POSES
+        .iter()
+        .zip(&drive.end_poses)
+        .map(|(row, pose)| {
+            serde_json::json!({
+                "route": row.route,
+                "simulated": pose,
+                "wanted": row.wanted,
+                "success_rate_percent": rates(row, pose),
+                "dissertation_simulated": row.simulated,
+            })
+        })
+        .collect();
+    let averages: serde_json::Map<_, _> = mean_rates(drive)
+        .into_iter()
+        .map(|(name, mean, published)| (name.into(), serde_json::json!({"regatta": mean, "dissertation": published})))
+        .collect();
+    serde_json::json!({ "machine": machine, "rows": rows, "average_success_rate_percent": averages })
+}

@@ -1,0 +1,131 @@
+//! `regatta run`: a scenario as a set of processes.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, ExitCode};
+use std::time::{Duration, Instant};
+
+use clap::Args;
+use regatta_engine::scenario::{PluginCommand, Scenario, Viewer};
+use regatta_plugin::{Control, FleetName, Termination};
+
+use crate::engine::Tuning;
+use crate::supervisor::Supervisor;
+use crate::{Failure, control, demo, plugin};
+
+/// How long the engine may take to answer for the first time: a large graph is compiled first.
+const START_PATIENCE: Duration = Duration::from_secs(60);
+const POLL: Duration = Duration::from_millis(20);
+
+#[derive(Args, Default)]
+pub struct RunArgs {
+    /// Scenario file; the built-in demo if left out.
+    scenario: Option<PathBuf>,
+    #[command(flatten)]
+    tuning: Tuning,
+    /// Stop after this time: 10s, 5min, 1h …
+    #[arg(long = "for", value_name = "TIME")]
+    for_: Option<humantime::Duration>,
+}
+
+pub fn run(args: RunArgs) -> Result<ExitCode, Failure> {
+    let termination = Termination::watch().map_err(crate::plugin_failure)?;
+    // Read here too, so that a mistake in it is told once, by this process, before anything starts.
+    let scenario = demo::scenario(args.scenario.as_deref(), &args.tuning.overrides())?;
+    let plugins = scenario.plugins.iter().map(|plugin| plugin_command(plugin, &args.tuning.fleet));
+    let plugins = plugins.collect::<Result<Vec<_>, _>>()?;
+
+    let mut supervisor = Supervisor::default();
+    supervisor.start("engine", &mut engine_command(args.scenario.as_deref(), &args.tuning)?)?;
+    for (plugin, mut command) in scenario.plugins.iter().zip(plugins) {
+        supervisor.start(&plugin.name, &mut command)?;
+    }
+    announce(&scenario, &args.tuning.fleet)?;
+
+    let mut failures = watch(&mut supervisor, &args.tuning.fleet, args.for_.map(Into::into), &termination);
+    failures.extend(supervisor.stop());
+    for failure in &failures {
+        eprintln!("regatta: {failure}");
+    }
+    Ok(if failures.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
+fn announce(scenario: &Scenario, fleet: &FleetName) -> Result<(), Failure> {
+    println!(
+        "fleet '{fleet}': {} robots on {} edges, {} ticks a second; Ctrl-C stops",
+        scenario.robots(),
+        scenario.graph.edges().len(),
+        (1.0 / scenario.tick_period.as_secs_f64()).round()
+    );
+    match scenario.viewer {
+        Viewer::On => Err("the scenario says viewer: on, but this build has no viewer; say off or auto".into()),
+        Viewer::Auto | Viewer::Off => Ok(()),
+    }
+}
+
+/// Prints a status line a second until it is time to stop; returns what failed.
+fn watch(
+    supervisor: &mut Supervisor,
+    fleet: &FleetName,
+    limit: Option<Duration>,
+    termination: &Termination,
+) -> Vec<String> {
+    let started = Instant::now();
+    let mut control = None;
+    let mut next_line = started;
+    while !termination.requested() {
+        let now = Instant::now();
+        if limit.is_some_and(|limit| now - started >= limit) {
+            break;
+        }
+        let ended = supervisor.ended();
+        let failures: Vec<_> = ended.iter().filter_map(|ended| ended.failure()).collect();
+        if !failures.is_empty() || ended.iter().any(|ended| ended.name == "engine") {
+            return failures;
+        }
+        if control.is_none() {
+            control = Control::open(fleet).ok();
+        }
+        if let (Some(control), true) = (&mut control, now >= next_line) {
+            match control.status() {
+                Ok(status) => println!("{}", control::line(&status)),
+                // Seen as an ended child, or there may be an answer next time.
+                Err(error) => tracing::info!("{error}"),
+            }
+            next_line += Duration::from_secs(1);
+        }
+        if control.is_none() && now - started > START_PATIENCE {
+            return vec![format!("the engine gave no answer within {} s", START_PATIENCE.as_secs())];
+        }
+        std::thread::sleep(POLL);
+    }
+    Vec::new()
+}
+
+fn this_program() -> Result<Command, Failure> {
+    let path = std::env::current_exe().map_err(|error| format!("can't find this program's own file: {error}"))?;
+    Ok(Command::new(path))
+}
+
+fn engine_command(scenario: Option<&Path>, tuning: &Tuning) -> Result<Command, Failure> {
+    let mut command = this_program()?;
+    command.arg("engine").args(scenario).args(tuning.to_args()).arg("--die-with-parent");
+    Ok(command)
+}
+
+fn plugin_command(plugin: &PluginCommand, fleet: &FleetName) -> Result<Command, Failure> {
+    let mut command = match plugin.command.split_first() {
+        Some((program, args)) => {
+            let mut command = Command::new(program);
+            command.args(args);
+            command
+        }
+        None if plugin::exists(&plugin.name) => {
+            let mut command = this_program()?;
+            command.args(["plugin", &plugin.name]);
+            command
+        }
+        None => return Err(plugin::unknown(&plugin.name).into()),
+    };
+    command.args(["--fleet", &fleet.to_string()]).args(&plugin.args);
+    Ok(command)
+}

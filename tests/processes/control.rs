@@ -1,0 +1,58 @@
+//! Pause, resume, step, speed and the number of robots, on a running engine.
+
+use crate::fleet::{Fleet, eventually, regatta, unique};
+
+#[test]
+fn a_paused_fleet_stands_and_steps_on_request() {
+    let fleet = Fleet::start("pause", "thirty.yaml", &[]);
+    fleet.tell(&["pause"]);
+    let tick = fleet.tick();
+    assert_eq!(fleet.status()["clock"], "paused");
+    std::thread::sleep(std::time::Duration::from_millis(100));
+    assert_eq!(fleet.tick(), tick, "no tick while paused");
+    fleet.tell(&["step", "7"]);
+    assert_eq!(fleet.tick(), tick + 7);
+    fleet.tell(&["resume"]);
+    fleet.let_ticks_pass(10);
+    assert!(fleet.engine.interrupt().status.success());
+}
+
+#[test]
+fn speed_changes_how_fast_simulated_time_passes() {
+    let fleet = Fleet::start("speed", "thirty.yaml", &["--speed", "0.5"]);
+    fleet.tell(&["speed", "max"]);
+    let status = fleet.status();
+    assert_eq!(status["speed"], "max");
+    let before = status["sim_time_secs"].as_f64().unwrap();
+    eventually("an hour passes quickly", || {
+        (fleet.status()["sim_time_secs"].as_f64()? > before + 3600.0).then_some(())
+    });
+}
+
+#[test]
+fn the_number_of_robots_changes_while_it_runs() {
+    let fleet = Fleet::start("robots", "warehouse-1000.yaml", &["--robots", "10"]);
+    let mut reader = fleet.subscriber();
+    for wanted in [10_000usize, 7, 1000] {
+        fleet.tell(&["robots", &wanted.to_string()]);
+        assert_eq!(fleet.status()["robots"].as_u64(), Some(wanted as u64));
+        eventually("a frame of the new size", || {
+            let frame = reader.latest().expect("readable")?;
+            (frame.len() == wanted && frame.x().iter().all(|x| x.is_finite())).then_some(())
+        });
+    }
+}
+
+#[test]
+fn refused_requests_and_absent_fleets_say_why() {
+    let fleet = Fleet::start("refusals", "thirty.yaml", &[]);
+    let name = fleet.name.to_string();
+    let output = regatta().args(["robots", "4000000000", "--fleet", &name]).output().unwrap();
+    assert!(!output.status.success());
+    assert!(String::from_utf8_lossy(&output.stderr).contains("at most"), "{output:?}");
+
+    let nobody = unique("nobody").to_string();
+    let output = regatta().args(["status", "--fleet", &nobody]).output().unwrap();
+    let message = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(!output.status.success() && message.contains(&nobody) && message.lines().count() == 1, "{message}");
+}

@@ -1,0 +1,50 @@
+//! The golden hashes: the same frames, bit for bit, on every machine, instruction set and thread count.
+
+use crate::fleet::{graphs, regatta, unique};
+
+/// Digest of all frames of a shipped scenario's first ticks.
+fn digest(test: &str, scenario: &str, ticks: u32, args: &[&str]) -> Option<String> {
+    let output = regatta()
+        .arg("engine")
+        .arg(graphs(scenario))
+        .args(["--fleet", &unique(test).to_string(), "--ticks", &ticks.to_string(), "--speed", "max", "--digest"])
+        .args(args)
+        .output()
+        .expect("regatta starts");
+    let message = String::from_utf8_lossy(&output.stderr).into_owned();
+    if message.contains("this machine can't run") {
+        return None;
+    }
+    assert!(output.status.success(), "{message}");
+    Some(String::from_utf8_lossy(&output.stdout).trim().to_owned())
+}
+
+fn is_golden(test: &str, scenario: &str, ticks: u32, golden: &str) {
+    let run = |name: &str, args: &[&str]| digest(&format!("{test}-{name}"), scenario, ticks, args);
+    assert_eq!(run("scalar", &["--isa", "scalar"]).as_deref(), Some(golden), "scalar");
+    assert_eq!(run("threads", &["--threads", "2"]).as_deref(), Some(golden), "two threads");
+    for isa in ["baseline", "avx2", "avx512"] {
+        if let Some(digest) = run(isa, &["--isa", isa]) {
+            assert_eq!(digest, golden, "{isa}");
+        }
+    }
+}
+
+#[test]
+fn thirty() {
+    is_golden("thirty", "thirty.yaml", 3000, GOLDEN_THIRTY);
+}
+
+#[test]
+fn warehouse_1000() {
+    is_golden("warehouse", "warehouse-1000.yaml", 3000, GOLDEN_WAREHOUSE);
+}
+
+#[test]
+fn the_seed_counts() {
+    let seeds = ["1", "2"].map(|seed| digest(&format!("seed-{seed}"), "warehouse-1000.yaml", 500, &["--seed", seed]));
+    assert_ne!(seeds[0], seeds[1]);
+}
+
+const GOLDEN_THIRTY: &str = "6b3701e82ccd0d62d1679822b7bcb328";
+const GOLDEN_WAREHOUSE: &str = "3d4cd72a9146e7d6f573df250a4aaa66";

@@ -1,0 +1,11 @@
+//! Whole processes: the real binary, real shared memory, real signals. Each test has a fleet name of its
+//! own, so that all run side by side.
+
+mod command_line;
+mod control;
+mod determinism;
+mod fleet;
+mod lockstep;
+mod own_plugin;
+mod readers;
+mod restart;
