@@ -134,10 +134,6 @@ pub fn bits(frame: &Frame) -> &[u8] {
 }
 
 impl Fleet {
-    pub(crate) fn motion(&self) -> &Motion {
-        &self.motion
-    }
-
     /// The kernel and the rows in use.
     pub(crate) fn parts(&mut self) -> (&Motion, Rows<'_>) {
         (&self.motion, self.columns.rows(self.robots as usize))
