@@ -399,7 +399,8 @@ mod tests {
     #[test]
     fn portable_lanes_advance_as_the_reference() {
         let graph = town(4, 6.0);
-        let [mut plain, mut lanes] = [(); 2].map(|()| fleet(&graph, config(vec![robot_type(f32::INFINITY, f32::INFINITY)])));
+        let [mut plain, mut lanes] =
+            [(); 2].map(|()| fleet(&graph, config(vec![robot_type(f32::INFINITY, f32::INFINITY)])));
         for fleet in [&mut plain, &mut lanes] {
             for robot in 0..100 {
                 let place = Placement::Node(NodeIndex(robot % 16));
@@ -408,7 +409,7 @@ mod tests {
         }
         for _ in 0..500 {
             let [mut arrived, mut arrived_too] = [const { Listed::new() }; 2];
-            let pace = plain.motion().pace;
+            let pace = plain.parts().0.pace;
             let (motion, mut rows) = plain.parts();
             scalar::advance(&mut rows, pace, &mut arrived);
             arrived.rows().for_each(|row| motion.hand_over(&mut rows, row, &mut events()));
