@@ -166,6 +166,8 @@ impl Engine {
     pub fn run(&mut self, termination: &Termination) -> Result<Summary, EngineError> {
         self.publish_types()?;
         self.republish(self.clock_state())?;
+        // The frame before the first step too: or else it would depend on who was faster whether a plugin sees it.
+        self.wait_for_lockstep(termination)?;
         self.started = Instant::now();
         self.clock.restart(self.clock.speed(), self.started);
         self.stats.restart(self.tick, self.started);
@@ -222,7 +224,7 @@ impl Engine {
 
     /// Waits for plugins in lockstep, and notes whether the tick was in time.
     fn end_tick(&mut self, termination: &Termination) -> Result<(), EngineError> {
-        if !self.options.lockstep.is_empty() && self.publishes() {
+        if self.publishes() {
             self.wait_for_lockstep(termination)?;
         }
         let now = Instant::now();
@@ -242,13 +244,14 @@ impl Engine {
 
     fn wait_for_lockstep(&mut self, termination: &Termination) -> Result<(), EngineError> {
         let (names, timeout) = (&self.options.lockstep, self.options.lockstep_timeout);
-        loop {
+        while !names.is_empty() {
             match self.producer.wait_done(names, self.tick, timeout) {
                 Err(LockstepError::Interrupted { .. }) if !termination.requested() => {}
                 Err(LockstepError::Interrupted { .. }) => return Ok(()),
                 outcome => return Ok(outcome?),
             }
         }
+        Ok(())
     }
 
     /// Applies the orders that came since the last tick; in lockstep by sender, so that the order in which

@@ -26,12 +26,12 @@ fn control(fleet: &FleetName, pause: Duration) {
     let mut frames = Subscriber::open_on(&participant).expect("opened");
     let mut orders = Orders::open_on(&participant).expect("opened");
     let reporter = Reporter::open_on(&participant).expect("opened");
-    let mut last = 0;
-    while last < TICKS {
+    let mut next = 0;
+    while next <= TICKS {
         let frame = frames.wait(PATIENCE).expect("readable").expect("a frame in time");
         let (run, tick) = (frame.run_id(), frame.tick());
         let robot = (tick % 30) as u32;
-        assert!(tick <= last + 1, "tick {tick} follows {last}");
+        assert_eq!(tick, next, "every tick, from the one before the first step");
         if tick.is_multiple_of(7) {
             std::thread::sleep(pause);
             orders.hold(robot);
@@ -40,7 +40,7 @@ fn control(fleet: &FleetName, pause: Duration) {
         }
         orders.send().expect("sent");
         reporter.done(run, tick).expect("reported");
-        last = tick;
+        next += 1;
     }
 }
 
@@ -69,7 +69,7 @@ fn a_plugin_in_lockstep_sees_every_tick() {
     let output = engine(&fleet, &["--lockstep", "hello"]).finish();
     assert!(output.status.success(), "{}", text(&output.stderr));
     let printed = text(&hello.interrupt().stdout);
-    for tick in 1..=TICKS {
+    for tick in 0..=TICKS {
         assert!(printed.contains(&format!("tick {tick}:")), "tick {tick} is missing");
     }
 }

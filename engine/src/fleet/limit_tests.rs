@@ -48,8 +48,11 @@ fn order(fleet: &mut Fleet, kind: OrderKind) {
     fleet.apply(&[OrderRecord { kind: kind as u32, ..OrderRecord::default() }], &mut events());
 }
 
-/// Steps until the robot stands, and checks every change of speed on the way.
+/// Steps until the robot stands, and checks every change of speed on the way. Over two of the units that distances
+/// are counted in, an acceleration makes a difference of √(2 a 2⁻²⁶): that much the last change of all may be off.
 fn until_it_stands(fleet: &mut Fleet, parts: &[(f64, f64)], max_speed: f32, change: f32) -> Vec<Tick> {
+    let acceleration = fleet.types()[0].max_acceleration;
+    let slack = 1e-5 + (2.0 * acceleration / (1u32 << 26) as f32).sqrt();
     let mut ticks: Vec<Tick> = Vec::new();
     let mut before = look(fleet).columns().speed[0];
     loop {
@@ -57,25 +60,25 @@ fn until_it_stands(fleet: &mut Fleet, parts: &[(f64, f64)], max_speed: f32, chan
         let limit = max_speed.min(parts[now.edge as usize].1 as f32);
         assert!(now.speed <= limit, "{now:?} is faster than {limit}");
         let turn = (now.speed - before).abs();
-        assert!(turn <= change * 1.001 + 1e-5, "{turn} after {before} m/s: {now:?}, {change} allowed");
+        assert!(turn <= change * 1.001 + slack, "{turn} after {before} m/s: {now:?}, {change} allowed");
         before = now.speed;
         ticks.push(now);
         if now.speed == 0.0 {
             return ticks;
         }
-        assert!(ticks.len() < 1_000_000, "it never comes to its end: {now:?}");
+        assert!(ticks.len() < 3_000_000, "it never comes to its end: {now:?}");
     }
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 300, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: 150, failure_persistence: None, ..ProptestConfig::default() })]
 
     /// Any roads, edges shorter than a step or a braking distance among them: no edge is driven too fast, no change
     /// of speed is too great, and the robot stands on the very end.
     #[test]
     fn speeds_stay_within_all_limits(
-        parts in prop::collection::vec((prop_oneof![0.002..0.1, 0.1..3.0, 3.0..40.0], 0.05..5.0), 1..25),
-        max_speed in prop_oneof![Just(f32::INFINITY), 0.3f32..3.0],
+        parts in prop::collection::vec((prop_oneof![0.002..0.1, 0.1..2.0, 2.0..15.0], 0.1..5.0), 1..15),
+        max_speed in prop_oneof![Just(f32::INFINITY), 0.1f32..3.0],
         acceleration in prop_oneof![0.05f32..0.3, 0.3f32..3.0, 3.0f32..500.0],
         hertz in prop_oneof![Just(10u32), Just(60), Just(1000)],
     ) {

@@ -231,7 +231,9 @@ mod tests {
     #[test]
     fn length_of_a_nearly_cusped_curve_is_that_of_its_parts() {
         let tight = curve([(0.0, 0.0), (1.0, 1.0), (1e-4, 1.0), (1.0, 0.0)]);
-        let parts: f64 = (0..10_000).map(|i| tight.length_between(f64::from(i) / 1e4, f64::from(i + 1) / 1e4)).sum();
+        let count = if cfg!(miri) { 20 } else { 10_000 };
+        let at = |i: i32| f64::from(i) / f64::from(count);
+        let parts: f64 = (0..count).map(|i| tight.length_between(at(i), at(i + 1))).sum();
         assert!((tight.length() - parts).abs() < 1e-8, "{} {parts}", tight.length());
         assert!((tight.reversed().length() - parts).abs() < 1e-8);
     }

@@ -1,9 +1,9 @@
 //! A frame: the poses of all robots at one tick, as columns in one block of 64-byte lines.
 
-use core::time::Duration;
-
 use bytemuck::{Pod, Zeroable};
 use iceoryx2::prelude::ZeroCopySend;
+
+pub use crate::frame_view::Frame;
 
 /// Version of everything in this crate that crosses a process boundary. Two processes talk only if
 /// theirs are equal.
@@ -189,100 +189,6 @@ impl<'frame> Columns<'frame> {
     }
 }
 
-/// A frame as a reader sees it: borrowed from shared memory, so it can be looked at but not kept.
-#[derive(Clone, Copy, Debug)]
-pub struct Frame<'sample> {
-    header: &'sample FrameHeader,
-    columns: Columns<'sample>,
-}
-
-impl<'sample> Frame<'sample> {
-    /// A frame of a header and its lines, wherever they come from (a recording, say).
-    /// `None` if the lines don't fit what the header says.
-    pub fn new(header: &'sample FrameHeader, lines: &'sample [Line]) -> Option<Self> {
-        let robots = header.robots as usize;
-        if header.stride_lines as usize != stride_lines(robots) {
-            return None;
-        }
-        Some(Self { header, columns: Columns::split(lines, robots)? })
-    }
-
-    /// All that the frame says about itself.
-    pub fn header(&self) -> &'sample FrameHeader {
-        self.header
-    }
-
-    /// All columns.
-    pub fn columns(&self) -> Columns<'sample> {
-        self.columns
-    }
-
-    /// The run: differs between any two starts of a producer.
-    pub fn run_id(&self) -> u64 {
-        self.header.run_id
-    }
-
-    /// Ticks since the start of the run.
-    pub fn tick(&self) -> u64 {
-        self.header.tick
-    }
-
-    /// Simulated time since the start of the run.
-    pub fn sim_time(&self) -> Duration {
-        Duration::from_nanos(self.header.sim_time_nanos)
-    }
-
-    /// Rows: robot ids are `0..len()`. Some may be [`RobotState::Absent`].
-    pub fn len(&self) -> usize {
-        self.header.robots as usize
-    }
-
-    /// Whether there are no rows.
-    pub fn is_empty(&self) -> bool {
-        self.header.robots == 0
-    }
-
-    /// Metres east.
-    pub fn x(&self) -> &'sample [f32] {
-        self.columns.x
-    }
-
-    /// Metres north.
-    pub fn y(&self) -> &'sample [f32] {
-        self.columns.y
-    }
-
-    /// Heading in radians, in (-π, π], counter-clockwise from east.
-    pub fn theta(&self) -> &'sample [f32] {
-        self.columns.theta
-    }
-
-    /// Metres per second along the edge; negative in reverse gear.
-    pub fn speed(&self) -> &'sample [f32] {
-        self.columns.speed
-    }
-
-    /// Metres along the edge from its origin node.
-    pub fn s(&self) -> &'sample [f32] {
-        self.columns.s
-    }
-
-    /// Index into the world's edges, or [`NO_EDGE`].
-    pub fn edge(&self) -> &'sample [u32] {
-        self.columns.edge
-    }
-
-    /// A [`RobotState`] each, as its number.
-    pub fn state(&self) -> &'sample [u8] {
-        self.columns.state
-    }
-
-    /// What a robot is doing; [`RobotState::Absent`] for an id that no robot has.
-    pub fn state_of(&self, robot: usize) -> RobotState {
-        self.columns.state.get(robot).map_or(RobotState::Absent, |&state| RobotState::from_number(state))
-    }
-}
-
 impl RobotState {
     /// The state of that number. An unknown one counts as [`RobotState::Absent`].
     pub const fn from_number(number: u8) -> Self {
@@ -294,5 +200,52 @@ impl RobotState {
             4 => Self::Faulted,
             _ => Self::Absent,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    proptest! {
+        #[test]
+        fn columns_are_read_where_they_were_written(robots in 0_usize..3_000) {
+            let mut lines = vec![Line::default(); frame_lines(robots)];
+            let written = ColumnsMut::split(&mut lines, robots);
+            let padded = stride_lines(robots) * WORDS_PER_LINE;
+            for (number, column) in (1..).zip([written.x, written.y, written.theta, written.speed, written.s]) {
+                prop_assert_eq!(column.len(), padded);
+                column.fill(number as f32);
+            }
+            written.edge.fill(6);
+            prop_assert_eq!(written.state.len() % BYTES_PER_LINE, 0);
+            written.state.fill(7);
+            let read = Columns::split(&lines, robots).expect("lines enough");
+            for (number, column) in (1..).zip([read.x, read.y, read.theta, read.speed, read.s]) {
+                prop_assert_eq!(column, vec![number as f32; robots]);
+            }
+            prop_assert_eq!(read.edge, vec![6; robots]);
+            prop_assert_eq!(read.state, vec![7; robots]);
+            prop_assert!(robots == 0 || Columns::split(&lines[1..], robots).is_none(), "a line is missing");
+        }
+    }
+
+    #[test]
+    fn every_column_starts_on_a_cache_line() {
+        let mut lines = vec![Line::default(); frame_lines(100)];
+        let columns = ColumnsMut::split(&mut lines, 100);
+        let starts = [columns.x.as_ptr() as usize, columns.edge.as_ptr() as usize, columns.state.as_ptr() as usize];
+        assert!(starts.iter().all(|start| start.is_multiple_of(BYTES_PER_LINE)));
+    }
+
+    #[test]
+    fn states_have_their_numbers() {
+        use RobotState::{Absent, Driving, Faulted, Held, Idle, Waiting};
+        for state in [Idle, Driving, Waiting, Held, Faulted, Absent] {
+            assert_eq!(RobotState::from_number(state as u8), state);
+        }
+        assert_eq!(RobotState::from_number(77), Absent);
     }
 }

@@ -1,11 +1,12 @@
 //! The state of shared memory on this machine: for `regatta doctor`, and for tests that nothing is left.
 
+mod segments;
+
 use std::collections::BTreeMap;
 use std::fs;
 use std::io;
-use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
-use std::time::{Duration, SystemTime};
+use std::time::Duration;
 
 use iceoryx2::node::NodeView;
 use iceoryx2::prelude::*;
@@ -13,12 +14,10 @@ use iceoryx2::prelude::*;
 use crate::fleet_name::FleetName;
 use crate::participant::config;
 use crate::qos::{self, Ipc};
+use segments::{Segment, mapped_files, port_ids, segments};
 
 /// Where POSIX shared memory lies.
 pub const SHARED_MEMORY: &str = "/dev/shm";
-
-/// Younger files may belong to a process that is just starting.
-const SETTLED: Duration = Duration::from_secs(10);
 
 /// Why the state of shared memory can't be told.
 #[derive(Debug, thiserror::Error)]
@@ -192,62 +191,10 @@ pub fn versions() -> Result<BTreeMap<String, usize>, HealthError> {
     Ok(versions)
 }
 
-struct Segment {
-    path: PathBuf,
-    /// Decimal numbers in its name: ids of the ports or of the service that it belongs to.
-    ids: Vec<u128>,
-    bytes: u64,
-    settled: bool,
-}
-
-fn segments() -> Result<Vec<Segment>, HealthError> {
-    let folder = Path::new(SHARED_MEMORY);
-    let prefix = config().global.prefix.to_string();
-    let mut segments = Vec::new();
-    for entry in fs::read_dir(folder).map_err(io_error(folder))? {
-        let entry = entry.map_err(io_error(folder))?;
-        let name = entry.file_name().to_string_lossy().into_owned();
-        // A file that has vanished since it was listed is no finding.
-        let (true, Ok(metadata)) = (name.starts_with(&prefix), entry.metadata()) else { continue };
-        let age = metadata.modified().ok().and_then(|time| SystemTime::now().duration_since(time).ok());
-        segments.push(Segment {
-            path: entry.path(),
-            ids: ids(&name),
-            bytes: metadata.blocks() * 512,
-            settled: age.is_some_and(|age| age > SETTLED),
-        });
-    }
-    Ok(segments)
-}
-
-/// Ids have more than twenty digits; shorter numbers are versions and counts.
-fn ids(name: &str) -> Vec<u128> {
-    let parts = name.split(['_', '.']).filter(|part| part.len() > 20);
-    parts.filter_map(|part| part.parse().ok()).collect()
-}
-
-/// iceoryx2 notes each port of a node as an empty file in the node's folder.
-fn port_ids(node: u128) -> Vec<u128> {
-    let folder = PathBuf::from(config().global.node_dir().to_string()).join(node.to_string());
-    let Ok(entries) = fs::read_dir(folder) else { return Vec::new() };
-    entries.flatten().flat_map(|entry| ids(&entry.file_name().to_string_lossy())).collect()
-}
-
 fn service_ids() -> Result<Vec<u128>, HealthError> {
     let mut owned = Vec::new();
     each_service(|service| owned.push(service.static_details.unique_service_id().value()))?;
     Ok(owned)
-}
-
-/// Segments that some process has mapped, as far as this user may know.
-fn mapped_files() -> Vec<PathBuf> {
-    let Ok(processes) = fs::read_dir("/proc") else { return Vec::new() };
-    let maps = processes.flatten().filter_map(|process| fs::read_to_string(process.path().join("maps")).ok());
-    let mut files = Vec::new();
-    for map in maps {
-        files.extend(map.lines().filter_map(|line| Some(PathBuf::from(&line[line.find(SHARED_MEMORY)?..]))));
-    }
-    files
 }
 
 fn occupant(node: &NodeState<Ipc>, bytes: u64) -> Occupant {

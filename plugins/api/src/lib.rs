@@ -12,6 +12,8 @@ pub mod event;
 mod event_reader;
 mod fleet_name;
 pub mod frame;
+mod frame_loan;
+mod frame_view;
 pub mod health;
 pub mod inbox;
 pub mod lockstep;

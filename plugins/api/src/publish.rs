@@ -3,19 +3,19 @@
 use std::cell::Cell;
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
-use std::time::{SystemTime, UNIX_EPOCH};
 
 use iceoryx2::port::notifier::Notifier;
 use iceoryx2::port::publisher::{Publisher, PublisherCreateError};
 use iceoryx2::port::update_connections::UpdateConnections;
 use iceoryx2::prelude::*;
-use iceoryx2::sample_mut::SampleMut;
 
 use crate::column::{ColumnHeader, ColumnPublisher};
 use crate::error::{OpenError, PublishError};
 use crate::event::{EventHeader, EventRecord};
 use crate::fleet_name::{ColumnName, FleetName};
-use crate::frame::{BYTES_PER_LINE, ColumnsMut, FrameHeader, Line, frame_lines, stride_lines};
+use crate::frame::{BYTES_PER_LINE, FrameHeader, Line, frame_lines, stride_lines};
+pub use crate::frame_loan::FrameLoan;
+use crate::frame_loan::wall_time_nanos;
 use crate::health;
 use crate::inbox::{OrderInbox, RequestInbox};
 use crate::lockstep::Collector;
@@ -155,7 +155,7 @@ impl Producer {
             stride_lines: stride_lines(robots) as u32,
             ..FrameHeader::default()
         };
-        Ok(FrameLoan { sample, robots })
+        Ok(FrameLoan::new(sample, robots))
     }
 
     /// Whether frames of that many robots have room. The operating system hands out shared memory that it doesn't
@@ -273,40 +273,6 @@ impl Producer {
     }
 }
 
-/// A frame under construction, in shared memory. Dropped without [`send`](Self::send), it is never seen.
-pub struct FrameLoan {
-    sample: SampleMut<Ipc, [Line], FrameHeader>,
-    robots: usize,
-}
-
-impl FrameLoan {
-    /// The header. `robots` and `stride_lines` describe the columns: leave them as they are.
-    pub fn header_mut(&mut self) -> &mut FrameHeader {
-        self.sample.user_header_mut()
-    }
-
-    /// The columns, to be written in full for all robots.
-    pub fn columns_mut(&mut self) -> ColumnsMut<'_> {
-        ColumnsMut::split(self.sample.payload_mut(), self.robots)
-    }
-
-    /// Publishes the frame, with the time of day in its header. From here on readers have it.
-    ///
-    /// # Errors
-    /// [`PublishError::Send`] if a connection is broken; the readers on the others have it.
-    pub fn send(mut self) -> Result<(), PublishError> {
-        self.sample.user_header_mut().wall_time_nanos = wall_time_nanos();
-        self.sample.send().map_err(|e| PublishError::Send { what: "a frame", reason: e.to_string() })?;
-        Ok(())
-    }
-}
-
-impl core::fmt::Debug for FrameLoan {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        f.debug_struct("FrameLoan").field("robots", &self.robots).finish_non_exhaustive()
-    }
-}
-
 fn frames_publisher(
     service: &qos::Frames,
     participant: &Participant,
@@ -335,10 +301,6 @@ fn frames_publisher(
         },
         false => qos::full_or(service.name(), 1, e),
     })
-}
-
-fn wall_time_nanos() -> u64 {
-    SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |time| time.as_nanos() as u64)
 }
 
 /// Time and process id, stirred (splitmix64) so that runs that start together differ in every digit.

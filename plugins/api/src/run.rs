@@ -30,7 +30,7 @@ pub struct Options {
     /// The name to go by, in lockstep and in `regatta doctor` [default: the program's name]
     #[arg(long, value_name = "NAME")]
     pub name: Option<String>,
-    /// Say more about what goes on; twice for shared memory's own log
+    /// Show warnings of shared memory (iceoryx2); twice for all of its log
     #[arg(short, long, action = clap::ArgAction::Count)]
     pub verbose: u8,
 }
@@ -82,7 +82,7 @@ impl Options {
     /// # Errors
     /// As [`run`].
     pub fn run(&self, mut plugin: impl Plugin, program: &str) -> Result {
-        set_verbosity(self.verbose.saturating_sub(1));
+        set_verbosity(self.verbose);
         let termination = Termination::watch()?;
         let name = self.name.as_deref().unwrap_or(program);
         let participant = Participant::join(&self.fleet, name)?;

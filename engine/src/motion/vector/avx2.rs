@@ -39,6 +39,11 @@ ops! {
         let moved = _mm256_cmpgt_epi32(b, _mm256_setzero_si256());
         _mm256_movemask_ps(_mm256_castsi256_ps(_mm256_andnot_si256(not, moved))) as u32
     }
+    /// A bit per lane: `a` ≥ `b`, and `moved` > 0.
+    fn reaches(a: F, b: F, moved: I) -> u32 {
+        let moves = _mm256_castsi256_ps(_mm256_cmpgt_epi32(moved, _mm256_setzero_si256()));
+        _mm256_movemask_ps(_mm256_and_ps(_mm256_cmp_ps::<_CMP_GE_OQ>(a, b), moves)) as u32
+    }
     /// A bit per lane: `now` is 0 and `before` was more.
     fn stood(now: F, before: F) -> u32 {
         let zero = splat(0.0);

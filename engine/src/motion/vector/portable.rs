@@ -40,6 +40,8 @@ ops! {
     fn add_int(a: I, b: I) -> I { each!(k => a[k] + b[k]) }
     /// A bit per lane: `a` ≥ 0 and `b` > 0.
     fn arrived(a: I, b: I) -> u32 { (0..N).map(|k| u32::from(a[k] >= 0 && b[k] > 0) << k).sum() }
+    /// A bit per lane: `a` ≥ `b`, and `moved` > 0.
+    fn reaches(a: F, b: F, moved: I) -> u32 { (0..N).map(|k| u32::from(a[k] >= b[k] && moved[k] > 0) << k).sum() }
     /// A bit per lane: `now` is 0 and `before` was more.
     fn stood(now: F, before: F) -> u32 { (0..N).map(|k| u32::from(now[k] == 0.0 && before[k] > 0.0) << k).sum() }
     /// Coefficients of x and of y, by power.
