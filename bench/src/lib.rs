@@ -85,7 +85,7 @@ impl Ring {
     }
 
     /// The next frame to write.
-    pub fn next(&mut self) -> ColumnsMut<'_> {
+    pub fn next_frame(&mut self) -> ColumnsMut<'_> {
         self.next = (self.next + 1) % self.frames.len();
         ColumnsMut::split(&mut self.frames[self.next], self.robots)
     }
