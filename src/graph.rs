@@ -129,7 +129,12 @@ fn report(file: &Path, findings: &Findings, summary: &str) -> String {
     if unlisted > 0 {
         text.push_str(&format!("({unlisted} more findings aren't listed)\n"));
     }
-    text + &format!("{}: {summary}; {errors} errors, {warnings} warnings\n", file.display())
+    let (errors, warnings) = (counted(errors, "error"), counted(warnings, "warning"));
+    text + &format!("{}: {summary}; {errors}, {warnings}\n", file.display())
+}
+
+fn counted(count: usize, what: &str) -> String {
+    format!("{count} {what}{}", if count == 1 { "" } else { "s" })
 }
 
 fn info(file: &FileArgs, json: bool) -> Result<ExitCode, Failure> {

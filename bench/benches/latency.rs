@@ -69,8 +69,7 @@ fn read(fleet: &FleetName, frames: usize) -> Result {
     let mut subscriber = Subscriber::open(fleet)?;
     let mut latencies = Vec::with_capacity(frames);
     let last = (WARM_UP + frames) as u64 - 1;
-    loop {
-        let Some(frame) = subscriber.wait(PATIENCE)? else { break };
+    while let Some(frame) = subscriber.wait(PATIENCE)? {
         black_box(frame.x()[0]);
         let now = SystemTime::now().duration_since(UNIX_EPOCH)?.as_nanos() as u64;
         if frame.tick() >= WARM_UP as u64 {

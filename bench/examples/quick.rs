@@ -25,13 +25,13 @@ fn main() {
                     let mut events = silence();
                     let ticks = (300_000_000 / n).clamp(20, 60000);
                     for _ in 0..20 {
-                        fleet.step(Some(ring.next()), &mut events);
+                        fleet.step(Some(ring.next_frame()), &mut events);
                     }
                     let mut best = f64::INFINITY;
                     let mut times = vec![];
                     for _ in 0..ticks {
                         let t0 = Instant::now();
-                        fleet.step(Some(ring.next()), &mut events);
+                        fleet.step(Some(ring.next_frame()), &mut events);
                         let e = t0.elapsed().as_secs_f64();
                         best = best.min(e);
                         times.push(e);

@@ -248,7 +248,7 @@ fn a_part_that_no_edge_enters_is_told_once() {
         "{NODES}- {{Id: 3, X: 9, Y: 9, Theta: 0}}\n- {{Id: 4, X: 9, Y: 12, Theta: 0}}\n{EDGES}\
          - {{Id: 11, Origin_ID: 3, Destination_ID: 4, CurveType: Linear, VelocityForward: 1, VelocityBackwards: 1}}\n"
     );
-    assert_only(&check(&text), "4 warning node 3: ", "the 1 nodes around it");
+    assert_only(&check(&text), "4 warning node 3: ", "this part of 2 nodes");
 }
 
 #[test]

@@ -47,4 +47,4 @@ fn the_seed_counts() {
 }
 
 const GOLDEN_THIRTY: &str = "6b3701e82ccd0d62d1679822b7bcb328";
-const GOLDEN_WAREHOUSE: &str = "1368bc7d2250f59a2b0404f7988ac513";
+const GOLDEN_WAREHOUSE: &str = "7ffd6b81730a152ec58717c29102f47c";

@@ -67,12 +67,14 @@ struct Limits {
     acceleration: Column<f32>,
     cruise: Column<f32>,
     brake: Column<f32>,
+    rest: Column<f32>,
 }
 
 impl FleetColumns {
     /// No rows; `limited` if some robot type limits its acceleration.
     pub fn new(limited: bool) -> Self {
-        let limits = || Limits { acceleration: Column::new(), cruise: Column::new(), brake: Column::new() };
+        let limits =
+            || Limits { acceleration: Column::new(), cruise: Column::new(), brake: Column::new(), rest: Column::new() };
         Self {
             piece: Column::new(),
             w: Column::new(),
@@ -101,6 +103,7 @@ impl FleetColumns {
             limits.acceleration.resize(groups, UNLIMITED);
             limits.cruise.resize(groups, 0.0);
             limits.brake.resize(groups, f32::INFINITY);
+            limits.rest.resize(groups, 0.0);
         }
     }
 
@@ -121,6 +124,7 @@ impl FleetColumns {
         self.set_kind(row, 0, f32::INFINITY);
         if let Some(limits) = &mut self.limits {
             limits.cruise[row] = 0.0;
+            limits.rest[row] = 0.0;
         }
     }
 
@@ -154,6 +158,7 @@ impl FleetColumns {
                 acceleration: &mut limits.acceleration,
                 cruise: &mut limits.cruise,
                 brake: &mut limits.brake,
+                rest: &mut limits.rest,
             }),
         }
     }
@@ -162,6 +167,6 @@ impl FleetColumns {
     pub fn bytes_per_row(&self) -> usize {
         let hot = 5 * size_of::<u32>() + size_of::<u8>();
         let cold = size_of::<Route>() + size_of::<u16>();
-        hot + cold + if self.limits.is_some() { 3 * size_of::<f32>() } else { 0 }
+        hot + cold + if self.limits.is_some() { 4 * size_of::<f32>() } else { 0 }
     }
 }

@@ -169,7 +169,7 @@ fn memory_per_robot_is_small() {
     let graph = lane(&[(1.0, 1.0)]);
     let free_fleet = fleet(&graph, free());
     let limited = fleet(&graph, config(vec![robot_type(1.0, 1.0)]));
-    assert_eq!((free_fleet.bytes_per_robot(), limited.bytes_per_robot()), (31, 43));
+    assert_eq!((free_fleet.bytes_per_robot(), limited.bytes_per_robot()), (31, 47));
 }
 
 #[test]

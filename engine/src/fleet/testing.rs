@@ -58,7 +58,7 @@ fn road(edges: &mut Vec<Edge>, (origin, from): (u32, DVec2), (destination, to): 
         destination: NodeIndex(destination),
         curve: CubicBezier { control_points: [from, from.lerp(to, 0.35) - side, from.lerp(to, 0.7) - side, to] },
         velocity_forward: 0.5 + 0.4 * f64::from(number % 5),
-        velocity_backwards: (number % 3 == 0).then_some(0.7),
+        velocity_backwards: number.is_multiple_of(3).then_some(0.7),
     });
 }
 
@@ -134,12 +134,8 @@ pub fn bits(frame: &Frame) -> &[u8] {
 }
 
 impl Fleet {
-    pub fn motion(&self) -> &Motion {
-        &self.motion
-    }
-
     /// The kernel and the rows in use.
-    pub fn parts(&mut self) -> (&Motion, Rows<'_>) {
+    pub(crate) fn parts(&mut self) -> (&Motion, Rows<'_>) {
         (&self.motion, self.columns.rows(self.robots as usize))
     }
 }

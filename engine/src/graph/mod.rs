@@ -8,6 +8,7 @@ pub mod finding;
 mod fit;
 pub mod generate;
 pub mod info;
+mod item;
 mod lines;
 mod read;
 pub mod spline;

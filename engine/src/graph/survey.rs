@@ -5,9 +5,10 @@ use std::f64::consts::PI;
 use super::bezier::Side;
 use super::components::Components;
 use super::finding::{Report, Subject};
+use super::item::RawCurve;
 use super::read::ReadOptions;
 use super::spline::{HandleLengths, normalize_angle, spline};
-use super::yaml::{RawCurve, RawGraph};
+use super::yaml::RawGraph;
 use super::{EdgeIndex, Gear, Leg, NodeIndex, RouteGraph, validate};
 
 /// Heading jumps up to this many radians pass.
@@ -130,7 +131,7 @@ impl Survey<'_, '_, '_> {
 fn unreachable(nodes: u32) -> String {
     match nodes {
         1 => "unreachable: no edge leads to it, robots can only start here".to_owned(),
-        _ => format!("unreachable: no edge leads to it and the {} nodes around it from the rest", nodes - 1),
+        _ => format!("unreachable: no edge leads from the rest of the graph to this part of {nodes} nodes"),
     }
 }
 

@@ -6,9 +6,10 @@ use std::f64::consts::PI;
 use glam::DVec2;
 
 use super::finding::{Report, Subject};
+use super::item::{RawCurve, RawEdge, RawNode};
 use super::read::ReadOptions;
 use super::spline::{HandleLengths, Handles, normalize_angle, spline};
-use super::yaml::{RawCurve, RawEdge, RawGraph, RawNode};
+use super::yaml::RawGraph;
 use super::{CubicBezier, Edge, Node, NodeIndex, RouteGraph};
 
 /// The largest |x| or |y| in metres: beyond it the `f32` poses that readers see are coarser than half a millimetre.

@@ -7,9 +7,10 @@
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 
-use serde::de::{Error, MapAccess, SeqAccess};
+use serde::de::{Error, IgnoredAny, MapAccess, SeqAccess};
 
 use super::finding::{Report, Subject};
+use super::item::{EDGE_KEYS, Field, NODE_KEYS, RawEdge, RawNode, Values, find};
 use super::spline::Handles;
 use super::value::{Expect, Scalar, Value, expect_seed, shorten};
 
@@ -26,38 +27,6 @@ pub(super) struct RawGraph {
     pub edges: Vec<RawEdge>,
     pub handles: Option<Handles>,
     pub degrees: bool,
-}
-
-/// A node as written: numbers are finite, but of any size.
-#[derive(Debug)]
-pub(super) struct RawNode {
-    /// Byte offset of its first key.
-    pub at: u32,
-    pub id: Option<u32>,
-    pub x: Option<f64>,
-    pub y: Option<f64>,
-    pub theta: Option<f64>,
-}
-
-/// An edge as written: numbers are finite, but of any size.
-#[derive(Debug)]
-pub(super) struct RawEdge {
-    /// Byte offset of its first key.
-    pub at: u32,
-    pub id: Option<u32>,
-    pub origin: Option<u32>,
-    pub destination: Option<u32>,
-    pub curve: Option<RawCurve>,
-    pub velocity_forward: Option<f64>,
-    /// 0 if it isn't given.
-    pub velocity_backwards: Option<f64>,
-}
-
-/// The course of an edge as written.
-#[derive(Debug)]
-pub(super) enum RawCurve {
-    Linear,
-    Spline { forward: f64, backward: f64 },
 }
 
 /// Reads a YAML text.
@@ -107,57 +76,8 @@ enum Scope {
     Edge,
 }
 
-/// Keys of a node or an edge.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Field {
-    Id,
-    X,
-    Y,
-    Theta,
-    Origin,
-    Destination,
-    CurveType,
-    ParamF,
-    ParamB,
-    VelocityForward,
-    VelocityBackwards,
-    /// Part of the format, of no use here.
-    Unused,
-}
-
-const FIELDS: usize = Field::Unused as usize;
-
 /// Root keys: the place in [`Reader::seen`] is the same for two names of one thing.
 const ROOT_KEYS: [(&str, usize); 5] = [("edges", 0), ("vertices", 1), ("nodes", 1), ("angleunit", 2), ("handles", 3)];
-
-const NODE_KEYS: [(&str, Field); 8] = [
-    ("id", Field::Id),
-    ("x", Field::X),
-    ("y", Field::Y),
-    ("theta", Field::Theta),
-    ("frameid", Field::Unused),
-    ("label", Field::Unused),
-    ("thetaholomonic", Field::Unused),
-    ("thetaholonomic", Field::Unused),
-];
-
-const EDGE_KEYS: [(&str, Field); 9] = [
-    ("id", Field::Id),
-    ("originid", Field::Origin),
-    ("destinationid", Field::Destination),
-    ("curvetype", Field::CurveType),
-    ("paramf", Field::ParamF),
-    ("paramb", Field::ParamB),
-    ("velocityforward", Field::VelocityForward),
-    ("velocitybackwards", Field::VelocityBackwards),
-    ("velocitybackward", Field::VelocityBackwards),
-];
-
-/// Looks a key up without regard to case, `_`, `-` and spaces.
-fn find<T: Copy>(keys: &[(&str, T)], key: &str) -> Option<T> {
-    let letters = || key.bytes().filter(|byte| !b"_- ".contains(byte)).map(|byte| byte.to_ascii_lowercase());
-    keys.iter().find(|(name, _)| letters().eq(name.bytes())).map(|&(_, found)| found)
-}
 
 impl<'text> Reader<'_, 'text> {
     /// Notes where a key stands and takes it into account.
@@ -238,7 +158,7 @@ impl<'text> Expect<'text> for Root<'_, '_, 'text> {
             let key = reader.enter(&key)?;
             let Some(which) = find(&ROOT_KEYS, &key) else {
                 reader.unknown_key(Scope::File, &key);
-                map.next_value::<serde::de::IgnoredAny>()?;
+                map.next_value::<IgnoredAny>()?;
                 continue;
             };
             if std::mem::replace(&mut reader.seen[which], true) {
@@ -298,136 +218,25 @@ expect_seed!(Item<'_, '_, 'text>);
 impl<'text> Expect<'text> for Item<'_, '_, 'text> {
     fn map<A: MapAccess<'text>>(self, mut map: A) -> Result<Value<'text>, A::Error> {
         let Self { reader, scope } = self;
-        let mut at = None;
-        let mut values = [const { None }; FIELDS];
-        let mut twice = Vec::new();
+        let keys: &[_] = if scope == Scope::Edge { &EDGE_KEYS } else { &NODE_KEYS };
+        let mut values = Values::default();
         while let Some(key) = map.next_key_seed(Scalar)? {
             let key = reader.enter(&key)?;
-            at.get_or_insert(reader.at);
-            let keys: &[_] = if scope == Scope::Edge { &EDGE_KEYS } else { &NODE_KEYS };
-            let field = find(keys, &key);
-            if field.is_none() {
-                reader.unknown_key(scope, &key);
-            }
-            let Some(field) = field.filter(|&field| field != Field::Unused) else {
-                map.next_value::<serde::de::IgnoredAny>()?;
-                continue;
-            };
-            if values[field as usize].replace(map.next_value_seed(Scalar)?).is_some() && twice.len() < FIELDS {
-                twice.push(key);
-            }
-        }
-        Fields { at: at.unwrap_or(reader.at), values, report: &mut *reader.report, subject: Subject::File }.finish(
-            scope,
-            &twice,
-            &mut reader.graph,
-        );
-        Ok(Value::Read)
-    }
-}
-
-/// The values of one node or edge, with the means to complain about them.
-struct Fields<'a, 'text> {
-    at: u32,
-    values: [Option<Value<'text>>; FIELDS],
-    report: &'a mut Report<'text>,
-    subject: Subject,
-}
-
-impl Fields<'_, '_> {
-    fn finish(mut self, scope: Scope, twice: &[String], graph: &mut RawGraph) {
-        let edge = scope == Scope::Edge;
-        self.subject = if edge { Subject::Edge(None) } else { Subject::Node(None) };
-        let id = self.id(Field::Id, "Id");
-        self.subject = if edge { Subject::Edge(id) } else { Subject::Node(id) };
-        for key in twice {
-            self.error(format!("`{}` is given twice: remove one", shorten(key)));
-        }
-        if edge {
-            graph.edges.push(self.edge(id));
-        } else {
-            graph.nodes.push(self.node(id));
-        }
-    }
-
-    fn node(mut self, id: Option<u32>) -> RawNode {
-        RawNode {
-            at: self.at,
-            id,
-            x: self.number(Field::X, "X"),
-            y: self.number(Field::Y, "Y"),
-            theta: self.number(Field::Theta, "Theta"),
-        }
-    }
-
-    fn edge(mut self, id: Option<u32>) -> RawEdge {
-        RawEdge {
-            at: self.at,
-            id,
-            origin: self.id(Field::Origin, "Origin_ID"),
-            destination: self.id(Field::Destination, "Destination_ID"),
-            curve: self.curve(),
-            velocity_forward: self.number(Field::VelocityForward, "VelocityForward"),
-            velocity_backwards: match self.value(Field::VelocityBackwards) {
-                None | Some(Value::Nothing) => Some(0.0),
-                Some(_) => self.number(Field::VelocityBackwards, "VelocityBackwards"),
-            },
-        }
-    }
-
-    fn curve(&mut self) -> Option<RawCurve> {
-        let name = match self.value(Field::CurveType) {
-            Some(Value::Text(text)) => text.trim().to_ascii_lowercase(),
-            _ => String::new(),
-        };
-        match name.as_str() {
-            "linear" => Some(RawCurve::Linear),
-            "spline" => {
-                let (forward, backward) = (self.number(Field::ParamF, "ParamF"), self.number(Field::ParamB, "ParamB"));
-                Some(RawCurve::Spline { forward: forward?, backward: backward? })
-            }
-            _ => {
-                let message = match self.value(Field::CurveType) {
-                    None => "has no CurveType: give Spline or Linear".to_owned(),
-                    Some(other) => format!("CurveType is {}: use Spline or Linear", other.describe()),
-                };
-                self.error(message);
-                None
-            }
-        }
-    }
-
-    fn value(&self, field: Field) -> Option<&Value<'_>> {
-        self.values[field as usize].as_ref()
-    }
-
-    fn number(&mut self, field: Field, name: &str) -> Option<f64> {
-        let message = match self.value(field) {
-            None => format!("has no {name}: give one"),
-            Some(value) => match value.number() {
-                Some(number) if number.is_finite() => return Some(number),
-                _ => format!("{name} is {}: it must be a finite number", value.describe()),
-            },
-        };
-        self.error(message);
-        None
-    }
-
-    fn id(&mut self, field: Field, name: &str) -> Option<u32> {
-        let message = match self.value(field) {
-            None => format!("has no {name}: give one"),
-            Some(value) => match value.number() {
-                Some(number) if number.fract() == 0.0 && (0.0..=f64::from(u32::MAX)).contains(&number) => {
-                    return Some(number as u32);
+            values.at.get_or_insert(reader.at);
+            match find(keys, &key) {
+                Some(Field::Unused) => drop(map.next_value::<IgnoredAny>()?),
+                Some(field) => values.set(field, key, map.next_value_seed(Scalar)?),
+                None => {
+                    reader.unknown_key(scope, &key);
+                    map.next_value::<IgnoredAny>()?;
                 }
-                _ => format!("{name} is {}: it must be a whole number from 0 to {}", value.describe(), u32::MAX),
-            },
-        };
-        self.error(message);
-        None
-    }
-
-    fn error(&mut self, message: String) {
-        self.report.error(self.at, self.subject, message);
+            }
+        }
+        values.at.get_or_insert(reader.at);
+        match scope {
+            Scope::Edge => reader.graph.edges.push(values.edge(reader.report)),
+            _ => reader.graph.nodes.push(values.node(reader.report)),
+        }
+        Ok(Value::Read)
     }
 }

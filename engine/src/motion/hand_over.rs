@@ -9,8 +9,8 @@ use crate::fleet::{Ending, Events};
 use crate::graph::{Leg, NodeIndex};
 
 impl Motion {
-    /// Takes robots without limits over to the next piece of their leg, which is all that most need, without a branch;
-    /// those for which it is not all stay on the list.
+    /// Takes robots over to the next piece of their leg, which is all that most need, without a branch; those for which
+    /// it is not all stay on the list.
     pub(super) fn next_pieces(&self, rows: &mut Rows, arrived: &mut Listed) {
         let stretches = self.roads.stretches();
         let mut left = 0;
@@ -23,6 +23,9 @@ impl Motion {
             rows.piece[row] += u32::from(is_all);
             rows.w[row] = if is_all { w } else { rows.w[row] };
             rows.s_end[row] = if is_all { next.s_end } else { rows.s_end[row] };
+            if let Some(limits) = &mut rows.limits {
+                limits.rest[row] = self.roads.rest(rows.piece[row]);
+            }
             arrived.rows[left] = row as u16;
             left += usize::from(!is_all);
         }
@@ -41,10 +44,9 @@ impl Motion {
                 return;
             }
         }
-        self.look_ahead(rows, row);
     }
 
-    /// Drives a robot to the end of its piece and beyond, in a block where some types have limits.
+    /// Drives a robot to the end of its leg and beyond, in a block where some types have limits.
     pub(super) fn hand_over_limited(&self, rows: &mut Rows, row: usize, events: &mut Events) {
         let before = rows.speed[row];
         self.drive_on(rows, row);
@@ -88,6 +90,7 @@ impl Motion {
         rows.route[row] = onward.route;
         let surplus = at_speed(surplus, before, rows.speed[row]);
         self.put_on_piece(rows, row, lane.first_piece, surplus);
+        self.look_ahead(rows, row);
     }
 
     /// Puts a robot `surplus` units past the start of a piece.
@@ -96,6 +99,9 @@ impl Motion {
         rows.piece[row] = piece;
         rows.w[row] = surplus - stretch.length();
         rows.s_end[row] = stretch.s_end;
+        if let Some(limits) = &mut rows.limits {
+            limits.rest[row] = self.roads.rest(piece);
+        }
     }
 
     /// Lets a robot stand at the end of its leg, which is the end of its base.
@@ -123,16 +129,18 @@ impl Motion {
         let rolling = rows.speed[row] > 0.0 || rows.w[row] < 0;
         rows.state[row] = RobotState::Driving as u8;
         match rows.leg(row) {
-            Some(leg) if rolling => self.command_speed(rows, row, self.lane_speed(rows.kind[row], leg)),
+            Some(leg) if rolling => {
+                self.command_speed(rows, row, self.lane_speed(rows.kind[row], leg));
+                self.look_ahead(rows, row);
+            }
             _ => {
                 let mut onward = self.onward(rows, row);
                 match self.next_leg(&mut onward) {
                     Ok(leg) => self.enter(rows, row, leg, &onward, 0),
-                    Err(ending) => return self.end_base(rows, row, ending, events),
+                    Err(ending) => self.end_base(rows, row, ending, events),
                 }
             }
         }
-        self.look_ahead(rows, row);
     }
 
     /// Tells a robot to stand: at once if its type has no limit.

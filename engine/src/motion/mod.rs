@@ -83,6 +83,23 @@ impl Listed {
     }
 }
 
+/// What the first stage finds in a block.
+#[derive(Debug)]
+struct Lists {
+    /// Robots that come to the end of their piece.
+    arrived: Listed,
+    /// Robots with limits that come to a stand.
+    stood: Listed,
+    /// Robots in blocks with limits that may come to the end of their leg: not moved yet.
+    near: Listed,
+}
+
+impl Lists {
+    const fn new() -> Self {
+        Self { arrived: Listed::new(), stood: Listed::new(), near: Listed::new() }
+    }
+}
+
 /// Everything that a tick reads and doesn't change.
 #[derive(Debug)]
 pub(crate) struct Motion {
@@ -121,19 +138,18 @@ impl Motion {
     }
 
     fn step_block(&self, block: &mut Rows, events: &mut Events) {
-        let mut listed = Listed::new();
+        let mut lists = Lists::new();
         if block.limits.as_ref().is_some_and(LimitRows::any) {
-            let mut stood = Listed::new();
-            self.accelerate(block, &mut stood, &mut listed);
-            stood.rows().for_each(|row| self.stand(block, row, events));
-            self.fetch(block, &listed);
-            listed.rows().for_each(|row| self.hand_over_limited(block, row, events));
+            self.accelerate(block, &mut lists);
+            lists.stood.rows().for_each(|row| self.stand(block, row, events));
+            self.fetch(block, &lists.near);
+            lists.near.rows().for_each(|row| self.hand_over_limited(block, row, events));
         } else {
-            self.advance(block, &mut listed);
-            self.next_pieces(block, &mut listed);
-            self.fetch(block, &listed);
-            listed.rows().for_each(|row| self.hand_over(block, row, events));
+            self.advance(block, &mut lists.arrived);
         }
+        self.next_pieces(block, &mut lists.arrived);
+        self.fetch(block, &lists.arrived);
+        lists.arrived.rows().for_each(|row| self.hand_over(block, row, events));
     }
 }
 

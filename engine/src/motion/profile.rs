@@ -12,9 +12,9 @@
 //! (a slower edge, a change of gear, the base's end) the lowest such v counts.
 //!
 //! For most rows the kernel does that with one number each: `brake` = min over k of e_k² + 2 a D_k, with D_k measured
-//! from the end of the robot's piece, as the rest of d is common to all. It changes only when the robot comes to
-//! another piece or gets an order. Rows that may come to the end of their piece in the tick are left as they are and
-//! listed, and [`Motion::drive_on`] looks at each place ahead in turn.
+//! from the end of the robot's leg, as the rest of d is common to all. It changes only when the robot comes to another
+//! leg or gets an order. Rows that may come to the end of their leg in the tick are left as they are and listed, and
+//! [`Motion::drive_on`] looks at each place ahead in turn.
 //!
 //! What comes out: speed changes by at most A a tick (and √(2 a 2⁻²⁶ m), which is what the grain of distances makes; at
 //! 1 m/s² it is 0.2 mm/s), except where an order takes away road that the robot would need
@@ -32,15 +32,15 @@ pub(crate) const UNLIMITED: f32 = 1e18;
 /// The slowest that a robot with road ahead brakes to, as a part of A: it has to get there.
 pub(super) const LAST_STEP: f32 = 1.0 / 16.0;
 
-/// The fastest that a robot may be after a tick that it begins at speed `before` with `ahead` (its `w` in metres,
-/// ≤ 0); `change` is A.
+/// The fastest that a robot may be after a tick that it begins at speed `before` with `ahead` metres to
+/// the end of its leg, negative; `change` is A.
 pub(super) fn brake_speed(brake: f32, acceleration: f32, change: f32, before: f32, ahead: f32) -> f32 {
     let square = change * (0.25 * change - before) + (brake - (acceleration + acceleration) * ahead);
     (square.max(0.0).sqrt() - 0.5 * change).max(LAST_STEP * change)
 }
 
 impl Motion {
-    /// Works out `brake` of a row from its route. Must follow every change of its piece or route.
+    /// Works out `brake` of a row from its route. Must follow every change of its leg or route.
     pub(crate) fn look_ahead(&self, rows: &mut Rows, row: usize) {
         if rows.limits.is_none() {
             return;
@@ -59,14 +59,15 @@ impl Motion {
         }
     }
 
-    /// Drives a robot with a limit that may come to the end of its piece in this tick, as far as the tick goes: its
+    /// Drives a robot with a limit that may come to the end of its leg in this tick, as far as the tick goes: its
     /// `w` may be ≥ 0 then.
     pub(super) fn drive_on(&self, rows: &mut Rows, row: usize) {
         let before = rows.speed[row];
         let Some(limits) = &rows.limits else { return };
         let change = limits.acceleration[row] * self.pace.seconds;
         let wanted = (before + change).min(limits.cruise[row]).max(before - change);
-        let now = wanted.min(self.allowed(rows, row, change));
+        let limited = self.is_limited(rows.kind[row]);
+        let now = if limited { wanted.min(self.allowed(rows, row, change)) } else { wanted };
         rows.speed[row] = now;
         rows.w[row] += (f64::from((before + now) * (0.5 * self.pace.units)) + 0.5) as i32;
     }
@@ -76,7 +77,7 @@ impl Motion {
         let twice = 2.0 * f64::from(self.types[usize::from(rows.kind[row])].max_acceleration);
         let change = f64::from(change);
         let spent = change * (0.25 * change - f64::from(rows.speed[row]));
-        let ahead = Distance(rows.w[row]).to_metres();
+        let ahead = Distance(rows.w[row]).to_metres() - f64::from(self.roads.rest(rows.piece[row]));
         let after = |square: f64| (spent + square).max(0.0).sqrt() - 0.5 * change;
         let mut lowest = f64::INFINITY;
         self.places_ahead(rows, row, |speed, distance| {
@@ -88,11 +89,11 @@ impl Motion {
     }
 
     /// Shows every place ahead where a robot's speed is bounded, nearest first: the bound in m/s, and the distance from
-    /// the end of its piece in metres. Ends with the base, or when `look` has seen enough and returns false.
+    /// the end of its leg in metres. Ends with the base, or when `look` has seen enough and returns false.
     fn places_ahead(&self, rows: &Rows, row: usize, mut look: impl FnMut(f64, f64) -> bool) {
         let mut onward = self.onward(rows, row);
         let mut gear = rows.piece[row] & REVERSE;
-        let mut distance = self.roads.rest(rows.piece[row]);
+        let mut distance = 0.0;
         loop {
             let Ok(leg) = self.next_leg(&mut onward) else {
                 look(0.0, distance);

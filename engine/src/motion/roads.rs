@@ -111,8 +111,8 @@ impl Roads {
     }
 
     /// Metres from the end of a piece to the end of its leg.
-    pub(super) fn rest(&self, piece: u32) -> f64 {
-        f64::from(self.rests[(piece & PIECE) as usize])
+    pub(super) fn rest(&self, piece: u32) -> f32 {
+        self.rests[(piece & PIECE) as usize]
     }
 
     /// The node that a robot comes to on its leg, or stands on.

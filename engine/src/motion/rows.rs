@@ -39,9 +39,10 @@ pub(crate) struct LimitRows<'fleet> {
     pub acceleration: &'fleet mut [f32],
     /// The speed to come to, in metres per second.
     pub cruise: &'fleet mut [f32],
-    /// Square of the speed (with half a tick's braking added) from which the robot can brake for all that lies
-    /// beyond the end of its piece, in m²/s².
+    /// Square of the speed from which the robot can brake for all that lies beyond the end of its leg, in m²/s².
     pub brake: &'fleet mut [f32],
+    /// Metres from the end of the piece to the end of the leg.
+    pub rest: &'fleet mut [f32],
 }
 
 impl LimitRows<'_> {
@@ -117,9 +118,10 @@ impl<'fleet> LimitRows<'fleet> {
         let acceleration = self.acceleration.split_at_mut(count);
         let cruise = self.cruise.split_at_mut(count);
         let brake = self.brake.split_at_mut(count);
+        let rest = self.rest.split_at_mut(count);
         (
-            Self { acceleration: acceleration.0, cruise: cruise.0, brake: brake.0 },
-            Self { acceleration: acceleration.1, cruise: cruise.1, brake: brake.1 },
+            Self { acceleration: acceleration.0, cruise: cruise.0, brake: brake.0, rest: rest.0 },
+            Self { acceleration: acceleration.1, cruise: cruise.1, brake: brake.1, rest: rest.1 },
         )
     }
 }

@@ -4,30 +4,34 @@ use regatta_plugin::frame::ColumnsMut;
 
 use super::atan2::atan2;
 use super::profile::brake_speed;
-use super::{Listed, METRES_PER_UNIT, PIECE, Pace, REVERSE, Rows};
+use super::{Listed, Lists, METRES_PER_UNIT, PIECE, Pace, REVERSE, Rows};
 use crate::graph::arc_length::Piece;
 
-/// Stage 1 under acceleration limits: new speeds, and `w += (old + new speed) / 2 · Δt`. Lists the rows that come to a
-/// stand; lists those that may come to the end of their piece, and leaves them as they are.
-pub(super) fn accelerate(rows: &mut Rows, pace: Pace, stood: &mut Listed, near: &mut Listed) {
+/// Stage 1 under acceleration limits: new speeds, and `w += (old + new speed) / 2 · Δt`. Rows that may come to the end
+/// of their leg are left as they are.
+pub(super) fn accelerate(rows: &mut Rows, pace: Pace, lists: &mut Lists) {
     let Some(limits) = &rows.limits else { return };
     let units = |speeds: f32| (speeds * (0.5 * pace.units)).round_ties_even() as i32;
     for row in 0..rows.w.len() {
-        let before = rows.speed[row];
+        let (before, here, rest) = (rows.speed[row], rows.w[row], limits.rest[row]);
         let acceleration = limits.acceleration[row];
         let change = acceleration * pace.seconds;
         let wanted = (before + change).min(limits.cruise[row]).max(before - change);
         let most = units(before + wanted);
-        if rows.w[row] + most >= 0 && most > 0 {
-            near.push(row);
+        if (here + most) as f32 * METRES_PER_UNIT >= rest && most > 0 {
+            lists.near.push(row);
             continue;
         }
-        let ahead = rows.w[row] as f32 * METRES_PER_UNIT;
+        let ahead = here as f32 * METRES_PER_UNIT - rest;
         let now = wanted.min(brake_speed(limits.brake[row], acceleration, change, before, ahead));
+        let step = units(before + now);
         rows.speed[row] = now;
-        rows.w[row] += units(before + now);
+        rows.w[row] = here + step;
         if now == 0.0 && before > 0.0 {
-            stood.push(row);
+            lists.stood.push(row);
+        }
+        if here + step >= 0 && step > 0 {
+            lists.arrived.push(row);
         }
     }
 }

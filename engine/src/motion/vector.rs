@@ -26,7 +26,7 @@ use regatta_plugin::frame::{ColumnsMut, WORDS_PER_LINE};
 
 use super::atan2::{BELOW_PI, COEFFICIENTS, LEAST};
 use super::profile::LAST_STEP;
-use super::{BLOCK, Isa, Listed, METRES_PER_UNIT, Motion, PIECE, Pace, REVERSE, Rows, scalar};
+use super::{BLOCK, Isa, Listed, Lists, METRES_PER_UNIT, Motion, PIECE, Pace, REVERSE, Rows, scalar};
 use crate::graph::arc_length::Piece;
 
 /// The stages over the lanes of one instruction set.
@@ -65,7 +65,7 @@ macro_rules! kernel {
 
             /// See [`scalar::accelerate`].
             #$feature
-            pub fn accelerate(rows: &mut Rows, pace: Pace, stops: &mut Listed, near: &mut Listed) {
+            pub fn accelerate(rows: &mut Rows, pace: Pace, lists: &mut Lists) {
                 let Some(limits) = &rows.limits else { return };
                 let speed = rows.speed.as_chunks_mut::<N>().0;
                 let count = speed.len();
@@ -73,25 +73,24 @@ macro_rules! kernel {
                 let acceleration = &limits.acceleration.as_chunks::<N>().0[..count];
                 let cruise = &limits.cruise.as_chunks::<N>().0[..count];
                 let brake = &limits.brake.as_chunks::<N>().0[..count];
-                let units = splat(0.5 * pace.units);
+                let rest = &limits.rest.as_chunks::<N>().0[..count];
+                let (units, unit) = (splat(0.5 * pace.units), splat(METRES_PER_UNIT));
                 for i in 0..count {
-                    let (here, old) = (w[i], speed[i]);
-                    let before = load(&old);
+                    let (here, before, rest) = (bytemuck::cast(w[i]), load(&speed[i]), load(&rest[i]));
                     let a = load(&acceleration[i]);
                     let change = mul(a, splat(pace.seconds));
                     let wanted = max(min(add(before, change), load(&cruise[i])), sub(before, change));
                     let most = round(mul(add(before, wanted), units));
-                    let left = arrived(add_int(bytemuck::cast(here), most), most);
-                    let ahead = mul(to_float(bytemuck::cast(here)), splat(METRES_PER_UNIT));
+                    let near = reaches(mul(to_float(add_int(here, most)), unit), rest, most);
+                    let ahead = sub(mul(to_float(here), unit), rest);
                     let now = min(wanted, brake_speed(load(&brake[i]), a, change, before, ahead));
-                    store(&mut speed[i], now);
                     let step = round(mul(add(before, now), units));
-                    w[i] = bytemuck::cast(add_int(bytemuck::cast(here), step));
-                    stops.push_bits(i * N, stood(now, before) & !left);
-                    near.push_bits(i * N, left);
-                    for lane in lanes(left) {
-                        (w[i][lane], speed[i][lane]) = (here[lane], old[lane]);
-                    }
+                    let there = add_int(here, step);
+                    store(&mut speed[i], select(near, before, now));
+                    w[i] = bytemuck::cast(select_int(near, here, there));
+                    lists.stood.push_bits(i * N, stood(now, before) & !bits(near));
+                    lists.arrived.push_bits(i * N, arrived(there, step) & !bits(near));
+                    lists.near.push_bits(i * N, bits(near));
                 }
             }
 
@@ -220,21 +219,12 @@ unsafe fn store_plainly(to: *mut f32, value: [f32; 4]) {
 impl Listed {
     /// Lists a row per bit, from row `first` on.
     #[inline]
-    fn push_bits(&mut self, first: usize, bits: u32) {
-        lanes(bits).for_each(|lane| self.push(first + lane));
-    }
-}
-
-/// The lanes whose bits are set.
-#[inline]
-fn lanes(mut bits: u32) -> impl Iterator<Item = usize> {
-    std::iter::from_fn(move || {
-        let lane = bits.trailing_zeros() as usize;
-        (bits != 0).then(|| {
+    fn push_bits(&mut self, first: usize, mut bits: u32) {
+        while bits != 0 {
+            self.push(first + bits.trailing_zeros() as usize);
             bits &= bits - 1;
-            lane
-        })
-    })
+        }
+    }
 }
 
 /// The rows of the table that the robots are on.
@@ -273,9 +263,9 @@ macro_rules! dispatch {
 
 impl Motion {
     /// Stage 1 under acceleration limits.
-    pub(super) fn accelerate(&self, block: &mut Rows, stood: &mut Listed, near: &mut Listed) {
+    pub(super) fn accelerate(&self, block: &mut Rows, lists: &mut Lists) {
         let pace = self.pace;
-        dispatch!(self.isa, scalar::accelerate(block, pace, stood, near), accelerate(block, pace, stood, near));
+        dispatch!(self.isa, scalar::accelerate(block, pace, lists), accelerate(block, pace, lists));
     }
 
     /// Stage 1.
@@ -346,38 +336,74 @@ pub(super) fn settle() {
 mod tests {
     use super::*;
     use crate::fleet::testing::*;
-    use crate::fleet::{Placement, RouteSource};
+    use crate::fleet::{Fleet, Placement, RouteSource};
     use crate::graph::NodeIndex;
+
+    /// The first two stages.
+    fn move_on(
+        fleet: &mut Fleet,
+        accelerate: fn(&mut Rows, Pace, &mut Lists),
+        advance: fn(&mut Rows, Pace, &mut Listed),
+    ) {
+        let (motion, mut rows) = fleet.parts();
+        let mut lists = Lists::new();
+        if rows.limits.is_some() {
+            accelerate(&mut rows, motion.pace, &mut lists);
+        } else {
+            advance(&mut rows, motion.pace, &mut lists.arrived);
+        }
+        lists.near.rows().for_each(|row| motion.hand_over_limited(&mut rows, row, &mut events()));
+        lists.arrived.rows().for_each(|row| motion.hand_over(&mut rows, row, &mut events()));
+    }
 
     /// The lanes of machines without SSE2, here too.
     #[test]
     fn portable_lanes_give_the_bits_of_the_reference() {
         let graph = town(4, 6.0);
-        let types = vec![robot_type(f32::INFINITY, f32::INFINITY), robot_type(1.0, 0.7)];
-        let [mut plain, mut lanes] = [(); 2].map(|()| fleet(&graph, config(types.clone())));
+        for acceleration in [0.7, f32::INFINITY] {
+            let types = vec![robot_type(f32::INFINITY, f32::INFINITY), robot_type(1.0, acceleration)];
+            let [mut plain, mut lanes] = [(); 2].map(|()| fleet(&graph, config(types.clone())));
+            for robot in 0..100 {
+                let (place, kind) = (Placement::Node(NodeIndex(robot % 16)), robot as u16 % 2);
+                for fleet in [&mut plain, &mut lanes] {
+                    fleet.spawn(place, kind, RouteSource::Random, 0, &mut events()).expect("a node");
+                }
+            }
+            for _ in 0..2000 {
+                move_on(&mut plain, scalar::accelerate, scalar::advance);
+                move_on(&mut lanes, portable::accelerate, portable::advance);
+                let [mut one, mut other] = [Frame::of(&plain), Frame::of(&lanes)];
+                let (motion, rows) = plain.parts();
+                scalar::write(&rows, motion.roads.pieces(), one.columns_mut());
+                let (motion, rows) = lanes.parts();
+                portable::write::<false>(&rows, motion.roads.pieces(), other.columns_mut());
+                assert_eq!(bits(&one), bits(&other));
+            }
+        }
+    }
+
+    /// The same for fleets without limits.
+    #[test]
+    fn portable_lanes_advance_as_the_reference() {
+        let graph = town(4, 6.0);
+        let [mut plain, mut lanes] =
+            [(); 2].map(|()| fleet(&graph, config(vec![robot_type(f32::INFINITY, f32::INFINITY)])));
         for fleet in [&mut plain, &mut lanes] {
             for robot in 0..100 {
                 let place = Placement::Node(NodeIndex(robot % 16));
-                fleet.spawn(place, robot as u16 % 2, RouteSource::Random, 0, &mut events()).expect("a node");
+                fleet.spawn(place, 0, RouteSource::Random, 0, &mut events()).expect("a node");
             }
         }
-        for _ in 0..2000 {
-            let mut listed = [const { Listed::new() }; 4];
-            let [stood, arrived, stood_too, arrived_too] = &mut listed;
-            let pace = plain.motion().pace;
+        for _ in 0..500 {
+            let [mut arrived, mut arrived_too] = [const { Listed::new() }; 2];
+            let pace = plain.parts().0.pace;
             let (motion, mut rows) = plain.parts();
-            scalar::accelerate(&mut rows, pace, stood, arrived);
-            arrived.rows().for_each(|row| motion.hand_over_limited(&mut rows, row, &mut events()));
+            scalar::advance(&mut rows, pace, &mut arrived);
+            arrived.rows().for_each(|row| motion.hand_over(&mut rows, row, &mut events()));
             let (motion, mut rows) = lanes.parts();
-            portable::accelerate(&mut rows, pace, stood_too, arrived_too);
-            assert!(stood.rows().eq(stood_too.rows()) && arrived.rows().eq(arrived_too.rows()));
-            arrived_too.rows().for_each(|row| motion.hand_over_limited(&mut rows, row, &mut events()));
-            let [mut one, mut other] = [Frame::of(&plain), Frame::of(&lanes)];
-            let (motion, rows) = plain.parts();
-            scalar::write(&rows, motion.roads.pieces(), one.columns_mut());
-            let (motion, rows) = lanes.parts();
-            portable::write::<false>(&rows, motion.roads.pieces(), other.columns_mut());
-            assert_eq!(bits(&one), bits(&other));
+            portable::advance(&mut rows, pace, &mut arrived_too);
+            assert!(arrived.rows().eq(arrived_too.rows()));
+            arrived_too.rows().for_each(|row| motion.hand_over(&mut rows, row, &mut events()));
         }
     }
 }

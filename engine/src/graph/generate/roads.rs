@@ -101,8 +101,8 @@ impl Plan {
                 self.lane(place, heading, &crossings, &mut roads);
             }
         }
-        for crossing in &crossings {
-            self.ways_through(crossing, &mut roads);
+        for (place, crossing) in self.places().zip(&crossings) {
+            self.ways_through(place, crossing, &mut roads);
         }
         roads
     }
@@ -173,14 +173,14 @@ impl Plan {
     }
 
     /// From every lane that ends at a crossing into every lane that begins there, except back.
-    fn ways_through(&self, crossing: &Crossing, roads: &mut Roads) {
+    fn ways_through(&self, place: (usize, usize), crossing: &Crossing, roads: &mut Roads) {
         for (entry, from) in
             HEADINGS.into_iter().filter_map(|heading| Some((crossing.entries[heading as usize]?, heading)))
         {
             for to in HEADINGS.into_iter().filter(|&to| to != from.opposite()) {
                 let Some(exit) = crossing.exits[to as usize] else { continue };
-                let handles = (from != to).then(|| handles(roads.node(entry), roads.node(exit)));
-                let speed = self.turn_speed;
+                let handles = (from != to).then(|| quarter_turn(roads.node(entry), roads.node(exit)));
+                let speed = if from == to { self.street(place, to).speed } else { self.turn_speed };
                 roads.edges.push(RoadEdge { origin: entry, destination: exit, handles, speed, reverse: None });
             }
         }
@@ -188,7 +188,7 @@ impl Plan {
 }
 
 /// Handle lengths of a quarter of an ellipse: 4/3 (√2 - 1) of its half axes.
-fn handles(from: RoadNode, to: RoadNode) -> (i64, i64) {
+fn quarter_turn(from: RoadNode, to: RoadNode) -> (i64, i64) {
     let along = |heading: Heading| {
         let (dx, dy) = heading.vector();
         (((to.x - from.x) * dx + (to.y - from.y) * dy) * 5523 + 5000) / 10_000
