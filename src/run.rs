@@ -41,7 +41,7 @@ pub fn run(args: RunArgs) -> Result<ExitCode, Failure> {
     }
     announce(&scenario, &args.tuning.fleet)?;
 
-    let mut failures = watch(&mut supervisor, &args.tuning.fleet, args.for_.map(Into::into), &termination);
+    let mut failures = watch(&mut supervisor, &args.tuning.fleet, args.for_.map(Into::into), &termination)?;
     failures.extend(supervisor.stop());
     for failure in &failures {
         eprintln!("regatta: {failure}");
@@ -68,37 +68,32 @@ fn watch(
     fleet: &FleetName,
     limit: Option<Duration>,
     termination: &Termination,
-) -> Vec<String> {
+) -> Result<Vec<String>, Failure> {
     let started = Instant::now();
-    let mut control = None;
+    let mut control = Control::open(fleet)?;
+    let mut answered = false;
     let mut next_line = started;
-    while !termination.requested() {
-        let now = Instant::now();
-        if limit.is_some_and(|limit| now - started >= limit) {
-            break;
-        }
+    while !termination.requested() && limit.is_none_or(|limit| started.elapsed() < limit) {
         let ended = supervisor.ended();
         let failures: Vec<_> = ended.iter().filter_map(|ended| ended.failure()).collect();
         if !failures.is_empty() || ended.iter().any(|ended| ended.name == "engine") {
-            return failures;
+            return Ok(failures);
         }
-        if control.is_none() {
-            control = Control::open(fleet).ok();
-        }
-        if let (Some(control), true) = (&mut control, now >= next_line) {
+        if Instant::now() >= next_line && control.has_engine() {
             match control.status() {
                 Ok(status) => println!("{}", control::line(&status)),
                 // Seen as an ended child, or there may be an answer next time.
                 Err(error) => tracing::info!("{error}"),
             }
+            answered = true;
             next_line += Duration::from_secs(1);
         }
-        if control.is_none() && now - started > START_PATIENCE {
-            return vec![format!("the engine gave no answer within {} s", START_PATIENCE.as_secs())];
+        if !answered && started.elapsed() > START_PATIENCE {
+            return Ok(vec![format!("the engine gave no answer within {} s", START_PATIENCE.as_secs())]);
         }
         std::thread::sleep(POLL);
     }
-    Vec::new()
+    Ok(Vec::new())
 }
 
 fn this_program() -> Result<Command, Failure> {

@@ -1,13 +1,12 @@
-//! What the benches share: a town to drive in, fleets, and frames as the publisher loans them.
-
-pub mod town;
+//! What the benches share: a warehouse to drive in, fleets, and frames as the publisher loans them.
 
 use std::sync::Arc;
 use std::time::Duration;
 
 use regatta_engine::fleet::{Events, Fleet, FleetConfig, Placement, RobotType, RouteSource};
 use regatta_engine::graph::arc_length::Tracks;
-use regatta_engine::graph::{EdgeIndex, RouteGraph};
+use regatta_engine::graph::generate::Warehouse;
+use regatta_engine::graph::{EdgeIndex, ReadOptions, RouteGraph, parse};
 use regatta_engine::motion::Isa;
 use regatta_plugin::frame::{ColumnsMut, Line, frame_lines};
 
@@ -24,14 +23,21 @@ pub struct World {
 }
 
 impl World {
-    /// The town with 5,000 edges or so.
+    /// A warehouse with some 6,000 edges.
+    ///
+    /// # Panics
+    /// If the generator and the reader don't agree.
     pub fn new() -> Self {
-        let graph = town::town(18);
+        let yaml = Warehouse { aisles: 24, rows: 18, bays: 6 }.generate().expect("a sensible size");
+        let (graph, _) = parse(&yaml, "warehouse", &ReadOptions::default()).expect("a sound graph");
         let tracks = Arc::new(Tracks::compile(&graph));
         Self { graph: Arc::new(graph), tracks }
     }
 
     /// That many robots on random walks, spread over all edges.
+    ///
+    /// # Panics
+    /// If this machine can't run the instruction set.
     pub fn fleet(&self, robots: usize, isa: Isa, threads: usize, max_acceleration: f32) -> Fleet {
         let kind =
             RobotType { name: "cart".into(), length: 1.0, width: 0.7, max_speed: f32::INFINITY, max_acceleration };

@@ -28,9 +28,10 @@ impl Experiment {
         command.arg("engine").arg(scenario).args(["--fleet", &fleet.to_string(), "--die-with-parent"]).args(args);
         let mut supervisor = Supervisor::default();
         supervisor.start("engine", command.stderr(Stdio::null()))?;
+        let (control, reader) = (Control::open(&fleet)?, Subscriber::open(&fleet)?);
         let started = Instant::now();
         loop {
-            if let (Ok(control), Ok(reader)) = (Control::open(&fleet), Subscriber::open(&fleet)) {
+            if control.has_engine() && reader.has_producer() {
                 return Ok(Self { supervisor, control, reader });
             }
             if !supervisor.ended().is_empty() || started.elapsed() > START_PATIENCE {

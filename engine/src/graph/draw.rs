@@ -182,28 +182,20 @@ impl<'g> Map<'g> {
         writeln!(out, "</g>")
     }
 
-    /// A node's id stands behind it, an edge's to the right of its arrow.
+    /// A node's id stands behind it, an edge's to the right of its arrow. Each is written twice, first as a halo:
+    /// not every program that shows SVG knows `paint-order`.
     fn write_ids(&self, out: &mut String) -> fmt::Result {
         let size = (self.detail * 0.14).clamp(7.0, 13.0);
-        writeln!(
-            out,
-            "<g font-size=\"{size:.1}\" text-anchor=\"middle\" dominant-baseline=\"central\" stroke=\"#fafbfc\" \
-             stroke-width=\"3\" paint-order=\"stroke\" stroke-linejoin=\"round\">"
-        )?;
+        writeln!(out, "<g font-size=\"{size:.1}\" text-anchor=\"middle\" dominant-baseline=\"central\">")?;
         for node in self.graph.nodes() {
             let behind = super::spline::unit(node.theta) * DVec2::new(-1.0, 1.0);
             let at = self.pixel(node.position) + (behind + behind.perp()) * size * 0.9;
-            writeln!(out, "<text x=\"{:.1}\" y=\"{:.1}\" fill=\"#6a737d\">{}</text>", at.x, at.y, node.id)?;
+            write_id(out, at, "#6a737d", node.id)?;
         }
         for edge in self.graph.edges() {
             let right = edge.curve.tangent(0.5, Side::After) * DVec2::new(1.0, -1.0);
             let at = self.pixel(edge.curve.position(0.5)) + right.perp() * size;
-            let colour = SPEED_COLOURS[self.speed_class(edge)];
-            writeln!(
-                out,
-                "<text x=\"{:.1}\" y=\"{:.1}\" fill=\"{colour}\" font-weight=\"bold\">{}</text>",
-                at.x, at.y, edge.id
-            )?;
+            write_id(out, at, SPEED_COLOURS[self.speed_class(edge)], edge.id)?;
         }
         writeln!(out, "</g>")
     }
@@ -251,6 +243,14 @@ fn chord(curve: &CubicBezier) -> f64 {
 fn round_length(length: f64) -> f64 {
     let power = 10f64.powf(length.log10().floor());
     [5.0, 2.0].into_iter().map(|factor| factor * power).find(|&round| round <= length).unwrap_or(power)
+}
+
+fn write_id(out: &mut String, at: DVec2, colour: &str, id: u32) -> fmt::Result {
+    let halo = "fill=\"#fafbfc\" stroke=\"#fafbfc\" stroke-width=\"3\" stroke-linejoin=\"round\"";
+    for paint in [halo, &format!("fill=\"{colour}\"")] {
+        writeln!(out, "<text x=\"{:.1}\" y=\"{:.1}\" {paint}>{id}</text>", at.x, at.y)?;
+    }
+    Ok(())
 }
 
 #[cfg(test)]

@@ -76,8 +76,7 @@ macro_rules! kernel {
                 let rest = &limits.rest.as_chunks::<N>().0[..count];
                 let (units, unit) = (splat(0.5 * pace.units), splat(METRES_PER_UNIT));
                 for i in 0..count {
-                    let (old_w, old_speed) = (w[i], speed[i]);
-                    let (here, before, rest) = (bytemuck::cast(old_w), load(&old_speed), load(&rest[i]));
+                    let (here, before, rest) = (bytemuck::cast(w[i]), load(&speed[i]), load(&rest[i]));
                     let a = load(&acceleration[i]);
                     let change = mul(a, splat(pace.seconds));
                     let wanted = max(min(add(before, change), load(&cruise[i])), sub(before, change));
@@ -87,14 +86,11 @@ macro_rules! kernel {
                     let now = min(wanted, brake_speed(load(&brake[i]), a, change, before, ahead));
                     let step = round(mul(add(before, now), units));
                     let there = add_int(here, step);
-                    store(&mut speed[i], now);
-                    w[i] = bytemuck::cast(there);
-                    lists.stood.push_bits(i * N, stood(now, before) & !near);
-                    lists.arrived.push_bits(i * N, arrived(there, step) & !near);
-                    lists.near.push_bits(i * N, near);
-                    for lane in lanes(near) {
-                        (w[i][lane], speed[i][lane]) = (old_w[lane], old_speed[lane]);
-                    }
+                    store(&mut speed[i], select(near, before, now));
+                    w[i] = bytemuck::cast(select_int(near, here, there));
+                    lists.stood.push_bits(i * N, stood(now, before) & !bits(near));
+                    lists.arrived.push_bits(i * N, arrived(there, step) & !bits(near));
+                    lists.near.push_bits(i * N, bits(near));
                 }
             }
 
@@ -223,21 +219,12 @@ unsafe fn store_plainly(to: *mut f32, value: [f32; 4]) {
 impl Listed {
     /// Lists a row per bit, from row `first` on.
     #[inline]
-    fn push_bits(&mut self, first: usize, bits: u32) {
-        lanes(bits).for_each(|lane| self.push(first + lane));
-    }
-}
-
-/// The lanes whose bits are set.
-#[inline]
-fn lanes(mut bits: u32) -> impl Iterator<Item = usize> {
-    std::iter::from_fn(move || {
-        let lane = bits.trailing_zeros() as usize;
-        (bits != 0).then(|| {
+    fn push_bits(&mut self, first: usize, mut bits: u32) {
+        while bits != 0 {
+            self.push(first + bits.trailing_zeros() as usize);
             bits &= bits - 1;
-            lane
-        })
-    })
+        }
+    }
 }
 
 /// The rows of the table that the robots are on.

@@ -39,10 +39,15 @@ ops! {
         let moved = _mm256_cmpgt_epi32(b, _mm256_setzero_si256());
         _mm256_movemask_ps(_mm256_castsi256_ps(_mm256_andnot_si256(not, moved))) as u32
     }
-    /// A bit per lane: `a` ≥ `b`, and `moved` > 0.
-    fn reaches(a: F, b: F, moved: I) -> u32 {
+    fn select_int(mask: M, yes: I, no: I) -> I {
+        _mm256_castps_si256(select(mask, _mm256_castsi256_ps(yes), _mm256_castsi256_ps(no)))
+    }
+    /// A bit per lane.
+    fn bits(mask: M) -> u32 { _mm256_movemask_ps(mask) as u32 }
+    /// `a` ≥ `b`, and `moved` > 0.
+    fn reaches(a: F, b: F, moved: I) -> M {
         let moves = _mm256_castsi256_ps(_mm256_cmpgt_epi32(moved, _mm256_setzero_si256()));
-        _mm256_movemask_ps(_mm256_and_ps(_mm256_cmp_ps::<_CMP_GE_OQ>(a, b), moves)) as u32
+        _mm256_and_ps(_mm256_cmp_ps::<_CMP_GE_OQ>(a, b), moves)
     }
     /// A bit per lane: `now` is 0 and `before` was more.
     fn stood(now: F, before: F) -> u32 {

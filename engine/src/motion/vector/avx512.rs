@@ -38,10 +38,13 @@ ops! {
         let moved = _mm512_cmpgt_epi32_mask(b, _mm512_setzero_si512());
         u32::from(_mm512_mask_cmpge_epi32_mask(moved, a, _mm512_setzero_si512()))
     }
-    /// A bit per lane: `a` ≥ `b`, and `moved` > 0.
-    fn reaches(a: F, b: F, moved: I) -> u32 {
+    fn select_int(mask: M, yes: I, no: I) -> I { _mm512_mask_blend_epi32(mask, no, yes) }
+    /// A bit per lane.
+    fn bits(mask: M) -> u32 { u32::from(mask) }
+    /// `a` ≥ `b`, and `moved` > 0.
+    fn reaches(a: F, b: F, moved: I) -> M {
         let moves = _mm512_cmpgt_epi32_mask(moved, _mm512_setzero_si512());
-        u32::from(_mm512_mask_cmp_ps_mask::<_CMP_GE_OQ>(moves, a, b))
+        _mm512_mask_cmp_ps_mask::<_CMP_GE_OQ>(moves, a, b)
     }
     /// A bit per lane: `now` is 0 and `before` was more.
     fn stood(now: F, before: F) -> u32 {

@@ -40,8 +40,11 @@ ops! {
     fn add_int(a: I, b: I) -> I { each!(k => a[k] + b[k]) }
     /// A bit per lane: `a` ≥ 0 and `b` > 0.
     fn arrived(a: I, b: I) -> u32 { (0..N).map(|k| u32::from(a[k] >= 0 && b[k] > 0) << k).sum() }
-    /// A bit per lane: `a` ≥ `b`, and `moved` > 0.
-    fn reaches(a: F, b: F, moved: I) -> u32 { (0..N).map(|k| u32::from(a[k] >= b[k] && moved[k] > 0) << k).sum() }
+    fn select_int(mask: M, yes: I, no: I) -> I { each!(k => if mask[k] { yes[k] } else { no[k] }) }
+    /// A bit per lane.
+    fn bits(mask: M) -> u32 { (0..N).map(|k| u32::from(mask[k]) << k).sum() }
+    /// `a` ≥ `b`, and `moved` > 0.
+    fn reaches(a: F, b: F, moved: I) -> M { each!(k => a[k] >= b[k] && moved[k] > 0) }
     /// A bit per lane: `now` is 0 and `before` was more.
     fn stood(now: F, before: F) -> u32 { (0..N).map(|k| u32::from(now[k] == 0.0 && before[k] > 0.0) << k).sum() }
     /// Coefficients of x and of y, by power.

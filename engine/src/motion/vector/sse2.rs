@@ -39,10 +39,15 @@ ops! {
         let moved = _mm_cmpgt_epi32(b, _mm_setzero_si128());
         _mm_movemask_ps(_mm_castsi128_ps(_mm_andnot_si128(not, moved))) as u32
     }
-    /// A bit per lane: `a` ≥ `b`, and `moved` > 0.
-    fn reaches(a: F, b: F, moved: I) -> u32 {
+    fn select_int(mask: M, yes: I, no: I) -> I {
+        _mm_castps_si128(select(mask, _mm_castsi128_ps(yes), _mm_castsi128_ps(no)))
+    }
+    /// A bit per lane.
+    fn bits(mask: M) -> u32 { _mm_movemask_ps(mask) as u32 }
+    /// `a` ≥ `b`, and `moved` > 0.
+    fn reaches(a: F, b: F, moved: I) -> M {
         let moves = _mm_castsi128_ps(_mm_cmpgt_epi32(moved, _mm_setzero_si128()));
-        _mm_movemask_ps(_mm_and_ps(_mm_cmpge_ps(a, b), moves)) as u32
+        _mm_and_ps(_mm_cmpge_ps(a, b), moves)
     }
     /// A bit per lane: `now` is 0 and `before` was more.
     fn stood(now: F, before: F) -> u32 {

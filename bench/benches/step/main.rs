@@ -1,0 +1,104 @@
+//! A tick of the whole fleet: step and write into the loaned frame, as robot updates a second.
+//!
+//! Random walks in a generated warehouse at 60 Hz, frames written in turn as a publisher does. In the same run: the
+//! machine's memory bandwidth, and an entity-component program that does the same.
+
+mod rival;
+
+use std::hint::black_box;
+use std::time::Duration;
+
+use criterion::measurement::WallTime;
+use criterion::{BenchmarkGroup, BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
+use regatta_bench::{Ring, World, silence};
+use regatta_engine::motion::Isa;
+use regatta_plugin::frame::{Line, frame_lines};
+
+const MILLION: usize = 1_000_000;
+
+fn isas() -> impl Iterator<Item = Isa> {
+    Isa::ALL.into_iter().filter(|isa| isa.is_supported())
+}
+
+/// A fleet of one kind at one size.
+#[derive(Clone, Copy)]
+struct Case {
+    robots: usize,
+    isa: Isa,
+    threads: usize,
+    max_acceleration: f32,
+}
+
+impl Case {
+    fn free(robots: usize, isa: Isa, threads: usize) -> Self {
+        Self { robots, isa, threads, max_acceleration: f32::INFINITY }
+    }
+
+    fn bench(self, group: &mut BenchmarkGroup<WallTime>, world: &World, id: BenchmarkId) {
+        let mut fleet = world.fleet(self.robots, self.isa, self.threads, self.max_acceleration);
+        let (mut ring, mut events) = (Ring::new(self.robots), silence());
+        group.throughput(Throughput::Elements(self.robots as u64));
+        group.bench_function(id, |bencher| bencher.iter(|| fleet.step(Some(ring.next()), &mut events)));
+    }
+}
+
+fn instruction_sets(criterion: &mut Criterion) {
+    let (world, mut group) = (World::new(), criterion.benchmark_group("one thread, a million robots"));
+    for isa in isas() {
+        Case::free(MILLION, isa, 1).bench(&mut group, &world, BenchmarkId::from_parameter(isa));
+    }
+}
+
+fn sizes(criterion: &mut Criterion) {
+    let (world, mut group) = (World::new(), criterion.benchmark_group("one thread, by robots"));
+    for robots in [1000, 10_000, 100_000, MILLION] {
+        Case::free(robots, Isa::detect(), 1).bench(&mut group, &world, BenchmarkId::from_parameter(robots));
+    }
+}
+
+fn threads(criterion: &mut Criterion) {
+    let (world, mut group) = (World::new(), criterion.benchmark_group("a million robots, by threads"));
+    for isa in [Isa::Baseline, Isa::detect()] {
+        for threads in [1, 2] {
+            Case::free(MILLION, isa, threads).bench(&mut group, &world, BenchmarkId::new(isa.name(), threads));
+        }
+    }
+}
+
+fn acceleration_limits(criterion: &mut Criterion) {
+    let (world, mut group) = (World::new(), criterion.benchmark_group("with acceleration limits, a million robots"));
+    for isa in isas() {
+        let case = Case { max_acceleration: 1.0, ..Case::free(MILLION, isa, 1) };
+        case.bench(&mut group, &world, BenchmarkId::from_parameter(isa));
+    }
+}
+
+fn entity_component_rival(criterion: &mut Criterion) {
+    let (world, mut group) = (World::new(), criterion.benchmark_group("entity per robot, bevy_ecs and libm"));
+    for robots in [1000, MILLION] {
+        let mut rival = rival::Rival::new(&world, robots);
+        group.throughput(Throughput::Elements(robots as u64));
+        group.bench_function(BenchmarkId::from_parameter(robots), |bencher| bencher.iter(|| rival.step()));
+    }
+}
+
+/// Bytes copied a second, from one frame for a million robots to another.
+fn memory_bandwidth(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("copy of a frame");
+    let from = vec![Line([1.0; 16]); frame_lines(MILLION)];
+    let mut to = from.clone();
+    group.throughput(Throughput::Bytes(size_of_val(from.as_slice()) as u64));
+    group.bench_function("a million robots", |bencher| {
+        bencher.iter(|| to.copy_from_slice(black_box(&from)));
+    });
+}
+
+criterion_group! {
+    name = benches;
+    config = Criterion::default()
+        .sample_size(20)
+        .warm_up_time(Duration::from_millis(500))
+        .measurement_time(Duration::from_secs(2));
+    targets = memory_bandwidth, instruction_sets, sizes, threads, acceleration_limits, entity_component_rival
+}
+criterion_main!(benches);
