@@ -121,6 +121,9 @@ macro_rules! kernel {
             /// See [`scalar::write`].
             #$feature
             pub fn write<const PAST: bool>(rows: &Rows, pieces: &[Piece], columns: ColumnsMut) {
+                if PAST {
+                    fetch_pages_ahead(&columns);
+                }
                 let x = columns.x.as_chunks_mut::<N>().0;
                 let count = x.len();
                 let y = &mut columns.y.as_chunks_mut::<N>().0[..count];
@@ -302,6 +305,16 @@ impl Motion {
 #[inline]
 fn fetch_ahead<T>(value: *const T) {
     fetch(value.wrapping_add(BLOCK));
+}
+
+/// Has the machine look up the pages that the next block will be written to, one line of each, while there is time.
+fn fetch_pages_ahead(columns: &ColumnsMut) {
+    const LAST_OF_NEXT: usize = 2 * BLOCK - 1;
+    for column in [&columns.x, &columns.y, &columns.theta, &columns.speed, &columns.s] {
+        fetch(column.as_ptr().wrapping_add(LAST_OF_NEXT));
+    }
+    fetch(columns.edge.as_ptr().wrapping_add(LAST_OF_NEXT));
+    fetch(columns.state.as_ptr().wrapping_add(LAST_OF_NEXT));
 }
 
 /// Has a value on its way to the cache.
