@@ -1,7 +1,7 @@
 //! The stages of a tick, several rows at a time.
 //!
 //! Each is written once, over lanes, and compiled for each instruction set. The operations and their order are those
-//! of [`scalar`](super::scalar), so the bits are the same.
+//! of [`scalar`], so the bits are the same.
 //!
 //! This is the one file of the engine with `unsafe` code: to call what the machine has been found to have, to read
 //! rows of pieces without looking at the table's length each time, and to write past the cache.
