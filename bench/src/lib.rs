@@ -44,6 +44,7 @@ impl World {
         let config =
             FleetConfig { types: vec![kind], tick_period: TICK, seed: 1, isa, threads, most_robots: robots as u32 };
         let mut fleet = Fleet::new(self.graph.clone(), self.tracks.clone(), config).expect("a sound fleet");
+        fleet.reserve(robots);
         let mut events = silence();
         let edges = self.graph.edges().len();
         for robot in 0..robots {
@@ -85,7 +86,7 @@ impl Ring {
     }
 
     /// The next frame to write.
-    pub fn next_frame(&mut self) -> ColumnsMut<'_> {
+    pub fn loan(&mut self) -> ColumnsMut<'_> {
         self.next = (self.next + 1) % self.frames.len();
         ColumnsMut::split(&mut self.frames[self.next], self.robots)
     }

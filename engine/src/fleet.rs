@@ -142,6 +142,11 @@ impl Fleet {
         })
     }
 
+    /// Takes memory for that many robots at once. Spawning takes it bit by bit otherwise, and more of it.
+    pub fn reserve(&mut self, robots: usize) {
+        self.columns.reserve(robots.min(self.most_robots as usize));
+    }
+
     /// Robot types, by index.
     pub fn types(&self) -> &[RobotType] {
         &self.motion.types

@@ -38,7 +38,7 @@ impl Case {
         let mut fleet = world.fleet(self.robots, self.isa, self.threads, self.max_acceleration);
         let (mut ring, mut events) = (Ring::new(self.robots), silence());
         group.throughput(Throughput::Elements(self.robots as u64));
-        group.bench_function(id, |bencher| bencher.iter(|| fleet.step(Some(ring.next_frame()), &mut events)));
+        group.bench_function(id, |bencher| bencher.iter(|| fleet.step(Some(ring.loan()), &mut events)));
     }
 }
 

@@ -24,6 +24,11 @@ impl<T: Pod> Column<T> {
         Self { lines: Vec::new(), values: PhantomData }
     }
 
+    /// Takes no more memory than that many groups need, if it takes any.
+    fn reserve(&mut self, groups: usize) {
+        self.lines.reserve_exact((groups * size_of::<T>()).saturating_sub(self.lines.len()));
+    }
+
     /// As many rows as that many groups hold; new ones get `value`.
     fn resize(&mut self, groups: usize, value: T) {
         let before = self.len();
@@ -104,6 +109,25 @@ impl FleetColumns {
             limits.cruise.resize(groups, 0.0);
             limits.brake.resize(groups, f32::INFINITY);
             limits.rest.resize(groups, 0.0);
+        }
+    }
+
+    /// Takes memory for that many rows at once, instead of bit by bit.
+    pub fn reserve(&mut self, rows: usize) {
+        let groups = rows.div_ceil(GROUP);
+        self.piece.reserve(groups);
+        self.w.reserve(groups);
+        self.speed.reserve(groups);
+        self.s_end.reserve(groups);
+        self.edge.reserve(groups);
+        self.state.reserve(groups);
+        self.route.reserve(groups);
+        self.kind.reserve(groups);
+        if let Some(limits) = &mut self.limits {
+            limits.acceleration.reserve(groups);
+            limits.cruise.reserve(groups);
+            limits.brake.reserve(groups);
+            limits.rest.reserve(groups);
         }
     }
 

@@ -39,7 +39,7 @@ pub enum GraphError {
         /// The folder.
         file: PathBuf,
     },
-    /// More than [`MAX_FILE_BYTES`] or [more entries](Self::TooLarge::limit) than any graph needs.
+    /// More than [`MAX_FILE_BYTES`], or more lists and maps than any graph needs.
     #[error("{file}: is too large: {limit} at most; split the graph or leave out what isn't needed")]
     TooLarge {
         /// The file's name.

@@ -4,13 +4,13 @@
 //! between the stages of a tick:
 //!
 //! 1. advance: `w += speed · Δt`, in fixed point, in blocks where some type limits its acceleration with new speeds
-//!    ([`profile`] has the equations); rows that come to the end of their piece are listed;
+//!    (`profile.rs` has the equations); rows that come to the end of their piece are listed;
 //! 2. hand-over of the listed rows, one by one: they are few;
 //! 3. poses of the whole block, written into the frame.
 //!
-//! Stages 1 and 3 exist as a plain [`scalar`] reference and as [`vector`] code. Both do the same operations in the
-//! same order, each correctly rounded by IEEE 754 (+ − × ÷ √, min, max, conversions; no fused multiply-add, no libm),
-//! so all of them give the same bits.
+//! Stages 1 and 3 exist as a plain reference (`scalar.rs`) and as vector code (`vector.rs`). Both do the same operations
+//! in the same order, each correctly rounded by IEEE 754 (+ − × ÷ √, min, max, conversions; no fused multiply-add, no
+//! libm), so all of them give the same bits.
 
 mod atan2;
 mod hand_over;

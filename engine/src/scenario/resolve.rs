@@ -9,7 +9,7 @@ use super::yaml::{
 };
 use super::{MAX_ROBOTS, Overrides, RobotGroup, Scenario, ScenarioError, Start};
 use crate::fleet::{Repeat, RobotType};
-use crate::graph::{Gear, Leg, RouteGraph};
+use crate::graph::{Gear, Leg, NodeIndex, RouteGraph};
 
 /// Ticks per simulated second.
 const RATES: std::ops::RangeInclusive<f64> = 1.0..=20_000.0;
@@ -46,14 +46,12 @@ pub(super) fn resolve(
     }
 
     let walks = groups.iter().any(|group| matches!(group.start, Start::Random));
-    let dead_ends =
-        (0..).zip(graph.nodes()).filter(|(index, _)| graph.departures(crate::graph::NodeIndex(*index)).is_empty());
-    if let (true, Some((_, node))) = (walks, dead_ends.into_iter().next()) {
-        warnings.push(format!(
-            "{}: robots on random walks will stop at dead ends such as node {}",
-            path.display(),
-            node.id
-        ));
+    // Walks drive forward only: a way out in reverse gear is none for them.
+    let leads_on = |node| graph.departures(node).iter().any(|leg| leg.gear == Gear::Forward);
+    let dead_end = (0..).map(NodeIndex).zip(graph.nodes()).find(|(index, _)| !leads_on(*index));
+    if let (true, Some((_, node))) = (walks, dead_end) {
+        let path = path.display();
+        warnings.push(format!("{path}: robots on random walks will stop at dead ends such as node {}", node.id));
     }
 
     Ok(Scenario {
