@@ -12,6 +12,7 @@ impl Engine {
     /// Spawns robots as the scenario says, or removes those with the highest ids.
     pub(super) fn set_robots(&mut self, wanted: u32) {
         let wanted = wanted as usize;
+        self.fleet.reserve(wanted);
         while self.fleet.present() > wanted {
             let last = self.fleet.robots() as u32 - 1;
             self.fleet.remove(last, &mut self.events).expect("the last row always holds a robot");

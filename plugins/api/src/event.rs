@@ -30,9 +30,9 @@ pub struct EventRecord {
     pub kind: u32,
     /// The robot, by id.
     pub robot: u32,
-    /// `ReachedNode`: the node's id. `EnteredEdge`: the edge's id. `Refused`: the id that the order named.
+    /// `ReachedNode`: the node's id. `Refused`: the id that the order named.
     pub id: u32,
-    /// `Refused`: a [`Refusal`]. `EnteredEdge`: 1 in reverse gear.
+    /// `Refused`: a [`Refusal`].
     pub detail: u32,
 }
 
