@@ -154,6 +154,7 @@ impl Engine {
             fleet,
             producer,
         };
+        engine.events.set_wanted(engine.producer.has_event_readers());
         engine.set_robots(robots);
         engine.publish_world()?;
         Ok(engine)
@@ -258,16 +259,21 @@ impl Engine {
     /// processes were scheduled doesn't count.
     fn take_orders(&mut self) -> Result<(), EngineError> {
         let Self { producer, fleet, events, orders, options, .. } = self;
+        let mut came = false;
         if options.lockstep.is_empty() {
-            producer.take_orders(|_, records| fleet.apply(records, events))?;
+            producer.take_orders(|_, records| {
+                came = true;
+                fleet.apply(records, events);
+            })?;
         } else {
             producer.take_orders(|header, records| orders.push((*header, records.to_vec())))?;
             orders.sort_by_key(|(header, _)| header.sender);
             for (_, records) in orders.drain(..) {
+                came = true;
                 fleet.apply(&records, events);
             }
         }
-        if self.fleet.kinds() == self.kinds { Ok(()) } else { self.publish_types() }
+        if !came || self.fleet.kinds() == self.kinds { Ok(()) } else { self.publish_types() }
     }
 
     fn publish_events(&mut self) -> Result<(), EngineError> {

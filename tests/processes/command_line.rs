@@ -41,6 +41,7 @@ fn a_bad_scenario_is_refused_with_the_entry_that_is_wrong() {
         ("robots: [{route: [1]}, {count: 0, routes: random}]", "entry 2"),
         ("robots: []", "at least one"),
         ("rate: 0\nrobots: [{routes: random}]", "rate"),
+        ("publish_rate: 200\nrobots: [{routes: random}]", "publish_rate"),
         ("robots: [{routes: random, type: tank}]", "tank"),
         ("robots: [{routes: random}]\ncolour: red", "colour"),
         ("robots: [{routes: random}]\nplugins: [nonsense]", "nonsense"),

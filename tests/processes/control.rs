@@ -1,6 +1,6 @@
 //! Pause, resume, step, speed and the number of robots, on a running engine.
 
-use crate::fleet::{Fleet, eventually, regatta, unique};
+use crate::fleet::{Fleet, PATIENCE, eventually, regatta, unique};
 
 #[test]
 fn a_paused_fleet_stands_and_steps_on_request() {
@@ -55,4 +55,15 @@ fn refused_requests_and_absent_fleets_say_why() {
     let output = regatta().args(["status", "--fleet", &nobody]).output().unwrap();
     let message = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(!output.status.success() && message.contains(&nobody) && message.lines().count() == 1, "{message}");
+}
+
+#[test]
+fn frames_are_published_at_their_own_rate() {
+    let fleet = Fleet::start("publish-rate", "thirty.yaml", &["--publish-rate", "10"]);
+    let mut reader = fleet.subscriber();
+    let mut ticks = Vec::new();
+    while ticks.len() < 5 {
+        ticks.extend(reader.wait(PATIENCE).expect("readable").map(|frame| frame.tick()));
+    }
+    assert!(ticks.iter().all(|tick| tick.is_multiple_of(10)), "{ticks:?}");
 }

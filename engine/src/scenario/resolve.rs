@@ -73,7 +73,7 @@ fn clock(rate: f64, publish_rate: f64) -> Result<(Duration, u32), Complaint> {
         return Err(format!("{rate} ticks a second is out of range: give 1 to 20000"));
     }
     let ticks_per_frame = (rate / publish_rate).round();
-    if !(publish_rate > 0.0 && (1.0..=1e6).contains(&ticks_per_frame)) {
+    if !(publish_rate > 0.0 && publish_rate <= rate && (1.0..=1e6).contains(&ticks_per_frame)) {
         return Err(format!("publish_rate {publish_rate} must be above 0 and not above the rate of {rate}"));
     }
     Ok((Duration::from_nanos((1e9 / rate).round() as u64), ticks_per_frame as u32))
