@@ -4,8 +4,11 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
+use regatta_plugin::world::Shape;
+
 use super::yaml::{
     LegName, PluginCommand, PluginEntry, RepeatEntry, RobotTypeEntry, RobotsEntry, RoutesEntry, ScenarioFile,
+    ShapeEntry,
 };
 use super::{MAX_ROBOTS, Overrides, RobotGroup, Scenario, ScenarioError, Start};
 use crate::fleet::{Repeat, RobotType};
@@ -81,7 +84,14 @@ fn clock(rate: f64, publish_rate: f64) -> Result<(Duration, u32), Complaint> {
 
 /// What drives when a scenario lists no robot types.
 fn default_robot_type() -> RobotType {
-    RobotType { name: "amr".into(), length: 0.9, width: 0.6, max_speed: f32::INFINITY, max_acceleration: f32::INFINITY }
+    RobotType {
+        name: "amr".into(),
+        shape: Shape::Rectangle,
+        length: 0.9,
+        width: 0.6,
+        max_speed: f32::INFINITY,
+        max_acceleration: f32::INFINITY,
+    }
 }
 
 fn robot_type(entry: RobotTypeEntry) -> Result<RobotType, Complaint> {
@@ -89,9 +99,21 @@ fn robot_type(entry: RobotTypeEntry) -> Result<RobotType, Complaint> {
         let sane = value.is_finite() && value > 0.0;
         if sane { Ok(value) } else { Err(format!("{}: {name} is {value}; it must be above 0", entry.name)) }
     };
+    let length = positive("length", entry.length)?;
+    let width = entry.width.map(|width| positive("width", width)).transpose()?;
+    let (shape, width) = match (entry.shape, width) {
+        (ShapeEntry::Rectangle, Some(width)) => (Shape::Rectangle, width),
+        (ShapeEntry::Rectangle, None) => return Err(format!("{}: width is missing (a circle needs none)", entry.name)),
+        (ShapeEntry::Circle, None) => (Shape::Circle, length),
+        (ShapeEntry::Circle, Some(width)) if width == length => (Shape::Circle, length),
+        (ShapeEntry::Circle, Some(_)) => {
+            return Err(format!("{}: length is a circle's diameter; leave width out", entry.name));
+        }
+    };
     Ok(RobotType {
-        length: positive("length", entry.length)?,
-        width: positive("width", entry.width)?,
+        shape,
+        length,
+        width,
         max_speed: entry.max_speed.map_or(Ok(f32::INFINITY), |value| positive("max_speed", value))?,
         max_acceleration: entry
             .max_acceleration
