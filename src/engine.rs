@@ -26,9 +26,9 @@ pub struct EngineArgs {
     /// Print a digest of every frame's columns at the end.
     #[arg(long)]
     pub digest: bool,
-    /// End when the process that started this one ends.
+    /// End when the process of this id, which started this one, ends.
     #[arg(long, hide = true)]
-    pub die_with_parent: bool,
+    pub die_with_parent: Option<u32>,
 }
 
 /// What both `run` and `engine` hand to the engine.
@@ -95,8 +95,8 @@ impl Tuning {
 }
 
 pub fn run(args: EngineArgs) -> Result<ExitCode, Failure> {
-    if args.die_with_parent {
-        crate::supervisor::die_with_parent();
+    if let Some(parent) = args.die_with_parent {
+        crate::supervisor::die_with_parent(parent)?;
     }
     let termination = Termination::watch().map_err(crate::plugin_failure)?;
     let scenario = demo::scenario(args.scenario.as_deref(), &args.tuning.overrides())?;

@@ -6,6 +6,7 @@ mod demo;
 mod doctor;
 mod engine;
 mod graph;
+mod pipe;
 mod plugin;
 mod report;
 mod run;
@@ -29,12 +30,15 @@ fn main() -> ExitCode {
     let cli = Cli::parse();
     cli::start_logging(cli.verbose);
     let verbose = cli.verbose > 0;
-    match dispatch(cli) {
-        Ok(code) => code,
-        Err(failure) => {
+    pipe::hush_broken();
+    match std::panic::catch_unwind(|| dispatch(cli)) {
+        Ok(Ok(code)) => code,
+        Ok(Err(failure)) => {
             cli::print_failure(&*failure, verbose);
             ExitCode::FAILURE
         }
+        Err(panic) if pipe::is_broken(&*panic) => ExitCode::from(pipe::BROKEN),
+        Err(panic) => std::panic::resume_unwind(panic),
     }
 }
 

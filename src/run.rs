@@ -9,7 +9,7 @@ use regatta_engine::scenario::{PluginCommand, Scenario, Viewer};
 use regatta_plugin::{Control, FleetName, Termination};
 
 use crate::engine::Tuning;
-use crate::supervisor::Supervisor;
+use crate::supervisor::{self, Supervisor};
 use crate::{Failure, control, demo, plugin};
 
 /// How long the engine may take to answer for the first time: a large graph is compiled first.
@@ -103,7 +103,7 @@ fn this_program() -> Result<Command, Failure> {
 
 fn engine_command(scenario: Option<&Path>, tuning: &Tuning) -> Result<Command, Failure> {
     let mut command = this_program()?;
-    command.arg("engine").args(scenario).args(tuning.to_args()).arg("--die-with-parent");
+    command.arg("engine").args(scenario).args(tuning.to_args()).args(supervisor::child_args());
     Ok(command)
 }
 

@@ -96,15 +96,21 @@ fn ask_to_end(child: &Child) {
 #[cfg(not(unix))]
 fn ask_to_end(_child: &Child) {}
 
-/// Makes the system end this process when the one that started it dies, however that happens.
-pub fn die_with_parent() {
+/// Arguments that make an engine [die with](die_with_parent) this process.
+pub fn child_args() -> [String; 2] {
+    ["--die-with-parent".to_owned(), std::process::id().to_string()]
+}
+
+/// Makes the system end this process when the one of that id, which started it, dies, however that happens.
+pub fn die_with_parent(id: u32) -> Result<(), Failure> {
     #[cfg(target_os = "linux")]
     {
-        use rustix::process::{Signal, getppid, set_parent_process_death_signal};
+        use rustix::process::{Pid, Signal, getppid, set_parent_process_death_signal};
         let _ = set_parent_process_death_signal(Some(Signal::TERM));
-        // It may have died before that call: then init is the parent.
-        if getppid().is_none_or(|parent| parent.is_init()) {
-            std::process::exit(1);
+        // It may have died before that call: then another process has adopted this one.
+        if getppid() != Pid::from_raw(id as i32) {
+            return Err(format!("process {id}, which started this one, has ended").into());
         }
     }
+    Ok(())
 }

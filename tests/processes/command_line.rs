@@ -1,11 +1,12 @@
 //! What a person meets at the command line: runs, mistakes, Ctrl-C.
 
 use std::fs;
+use std::io::Read;
 use std::time::Duration;
 
 use rustix::process::Signal;
 
-use crate::fleet::{Process, eventually, graphs, regatta, root, unique};
+use crate::fleet::{Fleet, Process, eventually, graphs, regatta, root, unique};
 
 /// Runs with arguments that must fail, and gives the one line that it says.
 fn complaint(args: &[&str]) -> String {
@@ -109,4 +110,16 @@ fn completions_are_printed_for_every_shell() {
         let output = regatta().args(["completions", shell]).output().expect("regatta starts");
         assert!(output.status.success() && String::from_utf8_lossy(&output.stdout).contains("regatta"), "{shell}");
     }
+}
+
+#[test]
+fn a_reader_of_the_output_that_goes_away_ends_a_program_quietly() {
+    let fleet = Fleet::start("pipe", "thirty.yaml", &[]);
+    let mut plugin = fleet.plugin("hello");
+    let mut first = [0; 5];
+    plugin.0.stdout.take().expect("a pipe").read_exact(&mut first).expect("its first line");
+    assert_eq!(&first, b"tick ");
+    let output = plugin.finish();
+    assert_eq!(output.status.code(), Some(141), "as after SIGPIPE");
+    assert_eq!(String::from_utf8_lossy(&output.stderr), "");
 }

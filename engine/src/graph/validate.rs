@@ -1,6 +1,6 @@
 //! From what a file says to a [`RouteGraph`], or to every reason why not.
 
-use std::collections::HashMap;
+use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
 use glam::DVec2;
@@ -55,8 +55,8 @@ fn refuse_empty(raw: &RawGraph, report: &mut Report<'_>) {
     }
 }
 
-fn index_nodes(raw: &RawGraph, report: &mut Report<'_>) -> HashMap<u32, NodeIndex> {
-    let mut by_id = HashMap::with_capacity(raw.nodes.len());
+fn index_nodes(raw: &RawGraph, report: &mut Report<'_>) -> BTreeMap<u32, NodeIndex> {
+    let mut by_id = BTreeMap::new();
     for (index, node) in (0..).zip(&raw.nodes) {
         let Some(id) = node.id else { continue };
         if let Some(NodeIndex(first)) = by_id.insert(id, NodeIndex(index)) {
@@ -67,7 +67,7 @@ fn index_nodes(raw: &RawGraph, report: &mut Report<'_>) -> HashMap<u32, NodeInde
 }
 
 fn refuse_duplicate_edges(raw: &RawGraph, report: &mut Report<'_>) {
-    let mut places = HashMap::with_capacity(raw.edges.len());
+    let mut places = BTreeMap::new();
     for edge in &raw.edges {
         let Some(id) = edge.id else { continue };
         if let Some(first) = places.insert(id, edge.at) {
@@ -123,7 +123,7 @@ struct EdgeCheck<'a, 'r, 'text> {
 }
 
 impl EdgeCheck<'_, '_, '_> {
-    fn check(mut self, by_id: &HashMap<u32, NodeIndex>, nodes: &[Option<Node>], handles: Handles) -> Option<Edge> {
+    fn check(mut self, by_id: &BTreeMap<u32, NodeIndex>, nodes: &[Option<Node>], handles: Handles) -> Option<Edge> {
         let edge = self.edge;
         let origin = self.node(by_id, edge.origin, "Origin_ID");
         let destination = self.node(by_id, edge.destination, "Destination_ID");
@@ -146,7 +146,7 @@ impl EdgeCheck<'_, '_, '_> {
         })
     }
 
-    fn node(&mut self, by_id: &HashMap<u32, NodeIndex>, id: Option<u32>, key: &str) -> Option<NodeIndex> {
+    fn node(&mut self, by_id: &BTreeMap<u32, NodeIndex>, id: Option<u32>, key: &str) -> Option<NodeIndex> {
         let found = by_id.get(&id?).copied();
         if found.is_none() {
             self.error(format!("{key} {} names no node: add the node or correct the id", id?));
