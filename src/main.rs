@@ -11,6 +11,7 @@ mod plugin;
 mod report;
 mod run;
 mod supervisor;
+mod viewer;
 
 use std::process::ExitCode;
 
@@ -50,6 +51,7 @@ fn dispatch(cli: Cli) -> Result<ExitCode, Failure> {
         Command::Run(args) => run::run(args),
         Command::Engine(args) => engine::run(args),
         Command::Plugin(args) => plugin::run(args),
+        Command::Viewer(options) => viewer::run(&options),
         Command::Graph { command } => graph::run(command),
         Command::Pause(target) => control::pause(&target),
         Command::Resume(target) => control::resume(&target),

@@ -1,0 +1,205 @@
+//! A whole picture: uploads, then the passes in order.
+
+use glam::UVec2;
+use regatta_plugin::world::RobotTypeRecord;
+use regatta_plugin::{Frame, World};
+use wgpu::{
+    BindGroup, BindGroupLayout, Buffer, BufferUsages, Color, CommandEncoder, LoadOp, Operations, RenderPass,
+    ShaderStages, StoreOp, TextureUsages, TextureView,
+};
+
+use super::columns::{Columns, TypeLook, buffer};
+use super::device::Gpu;
+use super::floor::Floor;
+use super::layout::{DEPTH, Kind, TargetKind, bind, bindings};
+use super::robots::Robots;
+use super::view::ViewUniform;
+use crate::camera::Camera;
+use crate::palette::Legend;
+use crate::scene::Scene;
+
+/// Draws a fleet into any texture view.
+#[derive(Debug)]
+pub struct Renderer {
+    gpu: Gpu,
+    target: TargetKind,
+    columns: Columns,
+    view: Buffer,
+    view_group: BindGroup,
+    surfaces: Option<Surfaces>,
+    floor: Floor,
+    robots: Robots,
+}
+
+/// What is needed beside the target, of its size.
+#[derive(Debug)]
+struct Surfaces {
+    size: UVec2,
+    depth: TextureView,
+    /// Where there are several samples to a pixel.
+    samples: Option<TextureView>,
+}
+
+impl Renderer {
+    /// Prepares for targets of that kind.
+    pub fn new(gpu: &Gpu, target: TargetKind) -> Self {
+        let layout = view_layout(gpu);
+        let view = buffer(gpu, "view", size_of::<ViewUniform>(), BufferUsages::UNIFORM);
+        Self {
+            gpu: gpu.clone(),
+            target,
+            columns: Columns::new(gpu),
+            view_group: bind(gpu, &layout, &[&view]),
+            view,
+            surfaces: None,
+            floor: Floor::new(gpu, target, &layout),
+            robots: Robots::new(gpu, target, &layout),
+        }
+    }
+
+    /// Takes a world: the graph and the robot types.
+    pub fn set_world(&mut self, world: &World<'_>) {
+        self.set_types(world.robot_types());
+    }
+
+    /// Takes the robot types.
+    pub fn set_types(&mut self, types: &[RobotTypeRecord]) {
+        let looks: Vec<_> = types.iter().map(TypeLook::of).collect();
+        self.robots.set_any_round(looks.iter().any(|look| look.look & 1 != 0));
+        self.columns.set_types(&self.gpu, &looks);
+    }
+
+    /// Takes a new frame; what was the newest is kept as the previous one.
+    pub fn push_frame(&mut self, frame: &Frame<'_>) {
+        if self.columns.push(&self.gpu, frame) {
+            self.robots.rebind(&self.gpu, &self.columns);
+        }
+    }
+
+    /// Takes each robot's type.
+    pub fn set_kinds(&mut self, kinds: &[f32]) {
+        self.columns.set_kinds(&self.gpu, kinds);
+    }
+
+    /// Whether the robots' types are not, or no longer, known: there were too many robots for the buffers.
+    pub fn lacks_kinds(&self) -> bool {
+        self.columns.lacks_kinds()
+    }
+
+    /// Takes the values that robots are coloured by, or none.
+    pub fn set_values(&mut self, values: Option<&[f32]>) {
+        match values {
+            Some(values) => self.columns.set_values(&self.gpu, values),
+            None => self.columns.forget_values(),
+        }
+    }
+
+    /// Draws a picture of `size` pixels into `target`: `alpha` of the way from the previous frame to the newest.
+    pub fn draw(&mut self, encoder: &mut CommandEncoder, target: &TextureView, picture: &Picture<'_>) {
+        let view = self.view_uniform(picture);
+        self.gpu.queue.write_buffer(&self.view, 0, bytemuck::bytes_of(&view));
+        self.robots.sort(&self.gpu, encoder, &self.view_group, &self.columns);
+        self.fit_surfaces(picture.size);
+        let Some(surfaces) = &self.surfaces else { return };
+        let mut pass = begin(encoder, surfaces, target, view.sky);
+        pass.set_bind_group(0, &self.view_group, &[]);
+        self.floor.draw(&mut pass);
+        if picture.scene.layers.shadows {
+            self.robots.draw_shadows(&mut pass);
+        }
+        self.robots.draw(&mut pass, picture.scene.layers);
+    }
+
+    fn view_uniform(&self, picture: &Picture<'_>) -> ViewUniform {
+        let mut view = ViewUniform::new(picture.camera, picture.scene, picture.legend, picture.size);
+        [view.robots, view.previous_robots] = self.columns.robots();
+        view.alpha = picture.alpha;
+        view.jump = self.columns.jump();
+        view.detail.w = self.columns.known() as f32;
+        view
+    }
+
+    fn fit_surfaces(&mut self, size: UVec2) {
+        if self.surfaces.as_ref().is_none_or(|surfaces| surfaces.size != size) {
+            let make = |format, samples| texture(&self.gpu, size, format, samples, TextureUsages::RENDER_ATTACHMENT);
+            let samples = self.target.samples;
+            self.surfaces = Some(Surfaces {
+                size,
+                depth: view_of(&make(DEPTH, samples)),
+                samples: (samples > 1).then(|| view_of(&make(self.target.format, samples))),
+            });
+        }
+    }
+}
+
+/// What a picture shows.
+#[derive(Clone, Copy, Debug)]
+pub struct Picture<'a> {
+    /// From where.
+    pub camera: &'a Camera,
+    /// What, and how.
+    pub scene: &'a Scene,
+    /// What the robots' colours are.
+    pub legend: &'a Legend,
+    /// Width and height in pixels.
+    pub size: UVec2,
+    /// How far from the previous frame (0) to the newest (1).
+    pub alpha: f32,
+}
+
+fn view_layout(gpu: &Gpu) -> BindGroupLayout {
+    bindings(gpu, "view", ShaderStages::VERTEX_FRAGMENT | ShaderStages::COMPUTE, &[Kind::Uniform])
+}
+
+fn begin<'a>(
+    encoder: &'a mut CommandEncoder,
+    surfaces: &Surfaces,
+    target: &TextureView,
+    sky: glam::Vec4,
+) -> RenderPass<'a> {
+    let [r, g, b, a] = sky.to_array().map(f64::from);
+    let (view, resolve_target, store) = match &surfaces.samples {
+        Some(samples) => (samples, Some(target), StoreOp::Discard),
+        None => (target, None, StoreOp::Store),
+    };
+    encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+        label: Some("fleet"),
+        color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+            view,
+            depth_slice: None,
+            resolve_target,
+            ops: Operations { load: LoadOp::Clear(Color { r, g, b, a }), store },
+        })],
+        depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+            view: &surfaces.depth,
+            depth_ops: Some(Operations { load: LoadOp::Clear(0.0), store: StoreOp::Discard }),
+            stencil_ops: None,
+        }),
+        ..wgpu::RenderPassDescriptor::default()
+    })
+}
+
+/// A texture of one level.
+pub fn texture(
+    gpu: &Gpu,
+    size: UVec2,
+    format: wgpu::TextureFormat,
+    samples: u32,
+    usage: TextureUsages,
+) -> wgpu::Texture {
+    gpu.device.create_texture(&wgpu::TextureDescriptor {
+        label: None,
+        size: wgpu::Extent3d { width: size.x.max(1), height: size.y.max(1), depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: samples,
+        dimension: wgpu::TextureDimension::D2,
+        format,
+        usage,
+        view_formats: &[],
+    })
+}
+
+/// All of a texture.
+pub fn view_of(texture: &wgpu::Texture) -> TextureView {
+    texture.create_view(&wgpu::TextureViewDescriptor::default())
+}

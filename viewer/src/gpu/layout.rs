@@ -1,0 +1,159 @@
+//! Making pipelines and bind groups with few words.
+
+use wgpu::{
+    BindGroup, BindGroupEntry, BindGroupLayout, BindGroupLayoutEntry, BindingType, BlendState, Buffer,
+    BufferBindingType, ColorTargetState, ColorWrites, CompareFunction, ComputePipeline, DepthStencilState,
+    FragmentState, PrimitiveTopology, RenderPipeline, ShaderModule, ShaderStages, TextureFormat, VertexBufferLayout,
+    VertexState,
+};
+
+use super::device::Gpu;
+
+/// Of the depth buffer. Depth is reversed: 1 is near.
+pub const DEPTH: TextureFormat = TextureFormat::Depth32Float;
+/// Of the ids of things under the pointer.
+pub const IDS: TextureFormat = TextureFormat::R32Uint;
+
+/// A shader with `view.wgsl` before it.
+macro_rules! shader {
+    ($gpu:expr, $name:literal) => {
+        $gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
+            label: Some($name),
+            source: wgpu::ShaderSource::Wgsl(
+                concat!(include_str!("shaders/view.wgsl"), include_str!(concat!("shaders/", $name))).into(),
+            ),
+        })
+    };
+}
+pub(super) use shader;
+
+/// What a binding is.
+#[derive(Clone, Copy)]
+pub enum Kind {
+    Uniform,
+    Read,
+    Write,
+    Texture,
+    Sampler,
+}
+
+/// A layout with bindings 0, 1, 2 …
+pub fn bindings(gpu: &Gpu, label: &str, stages: ShaderStages, kinds: &[Kind]) -> BindGroupLayout {
+    let buffer = |ty| BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None };
+    let entries: Vec<_> = (0..)
+        .zip(kinds)
+        .map(|(binding, kind)| BindGroupLayoutEntry {
+            binding,
+            visibility: stages,
+            ty: match kind {
+                Kind::Uniform => buffer(BufferBindingType::Uniform),
+                Kind::Read => buffer(BufferBindingType::Storage { read_only: true }),
+                Kind::Write => buffer(BufferBindingType::Storage { read_only: false }),
+                Kind::Texture => BindingType::Texture {
+                    sample_type: wgpu::TextureSampleType::Float { filterable: true },
+                    view_dimension: wgpu::TextureViewDimension::D2,
+                    multisampled: false,
+                },
+                Kind::Sampler => BindingType::Sampler(wgpu::SamplerBindingType::Filtering),
+            },
+            count: None,
+        })
+        .collect();
+    let descriptor = wgpu::BindGroupLayoutDescriptor { label: Some(label), entries: &entries };
+    gpu.device.create_bind_group_layout(&descriptor)
+}
+
+/// Buffers as bindings 0, 1, 2 …
+pub fn bind(gpu: &Gpu, layout: &BindGroupLayout, buffers: &[&Buffer]) -> BindGroup {
+    let entries: Vec<_> = (0..)
+        .zip(buffers)
+        .map(|(binding, buffer)| BindGroupEntry { binding, resource: buffer.as_entire_binding() })
+        .collect();
+    gpu.device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries })
+}
+
+/// A compute pipeline.
+pub fn compute(gpu: &Gpu, module: &ShaderModule, entry: &str, groups: &[&BindGroupLayout]) -> ComputePipeline {
+    gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+        label: Some(entry),
+        layout: Some(&pipeline_layout(gpu, entry, groups)),
+        module,
+        entry_point: Some(entry),
+        compilation_options: wgpu::PipelineCompilationOptions::default(),
+        cache: None,
+    })
+}
+
+fn pipeline_layout(gpu: &Gpu, label: &str, groups: &[&BindGroupLayout]) -> wgpu::PipelineLayout {
+    let groups: Vec<_> = groups.iter().map(|group| Some(*group)).collect();
+    let descriptor =
+        wgpu::PipelineLayoutDescriptor { label: Some(label), bind_group_layouts: &groups, immediate_size: 0 };
+    gpu.device.create_pipeline_layout(&descriptor)
+}
+
+/// Where pictures are drawn to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TargetKind {
+    /// Of the colours.
+    pub format: TextureFormat,
+    /// Samples of a pixel.
+    pub samples: u32,
+}
+
+/// How a draw meets what is there.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum Layering {
+    /// On the ground: over what was drawn before, under all that stands.
+    Ground,
+    /// The nearest wins.
+    Standing,
+}
+
+/// What makes one render pipeline differ from another.
+pub struct Draw<'a> {
+    pub module: &'a ShaderModule,
+    pub vertex: &'a str,
+    pub fragment: &'a str,
+    pub groups: &'a [&'a BindGroupLayout],
+    pub buffers: &'a [VertexBufferLayout<'a>],
+    pub topology: PrimitiveTopology,
+    pub layering: Layering,
+    pub blend: bool,
+}
+
+/// A render pipeline.
+pub fn render(gpu: &Gpu, target: TargetKind, draw: &Draw<'_>) -> RenderPipeline {
+    let buffers: Vec<_> = draw.buffers.iter().cloned().map(Some).collect();
+    let standing = draw.layering == Layering::Standing;
+    gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+        label: Some(draw.vertex),
+        layout: Some(&pipeline_layout(gpu, draw.vertex, draw.groups)),
+        vertex: VertexState {
+            module: draw.module,
+            entry_point: Some(draw.vertex),
+            compilation_options: wgpu::PipelineCompilationOptions::default(),
+            buffers: &buffers,
+        },
+        primitive: wgpu::PrimitiveState { topology: draw.topology, ..wgpu::PrimitiveState::default() },
+        depth_stencil: Some(DepthStencilState {
+            format: DEPTH,
+            depth_write_enabled: Some(standing),
+            depth_compare: Some(if standing { CompareFunction::GreaterEqual } else { CompareFunction::Always }),
+            stencil: wgpu::StencilState::default(),
+            bias: wgpu::DepthBiasState::default(),
+        }),
+        multisample: wgpu::MultisampleState { count: target.samples, ..wgpu::MultisampleState::default() },
+        fragment: Some(FragmentState {
+            module: draw.module,
+            entry_point: Some(draw.fragment),
+            compilation_options: wgpu::PipelineCompilationOptions::default(),
+            targets: &[Some(ColorTargetState {
+                format: target.format,
+                blend: draw.blend.then_some(BlendState::ALPHA_BLENDING),
+                write_mask: ColorWrites::ALL,
+            })],
+        }),
+        multiview_mask: None,
+        cache: None,
+    })
+}

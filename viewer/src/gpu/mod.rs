@@ -1,0 +1,11 @@
+//! The picture on the GPU: uploads, and a pass or two for each thing that is drawn.
+
+mod columns;
+pub mod device;
+mod floor;
+pub mod frame;
+mod layout;
+mod robots;
+mod view;
+
+pub use layout::TargetKind;

@@ -1,0 +1,122 @@
+//! Pictures without a window.
+
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use glam::{UVec2, Vec3};
+use image::RgbaImage;
+use regatta_plugin::{Participant, Result, Termination};
+
+use crate::camera::Camera;
+use crate::gpu::TargetKind;
+use crate::gpu::device::Gpu;
+use crate::gpu::frame::Renderer;
+use crate::options::Options;
+use crate::picture::{FORMAT, Offscreen, write_png};
+use crate::stage::Stage;
+
+/// Between two looks for something new.
+const POLL: Duration = Duration::from_millis(2);
+/// After so long without a fleet, say that it is waited for.
+const SILENCE: Duration = Duration::from_secs(1);
+/// Columns may come some moments after the frame.
+const COLUMNS_WAIT: Duration = Duration::from_millis(150);
+
+/// A stage, and the texture that it is drawn on.
+struct Studio<'a> {
+    options: &'a Options,
+    gpu: Gpu,
+    stage: Stage,
+    offscreen: Offscreen,
+    termination: Termination,
+}
+
+/// Draws what the options ask for.
+///
+/// # Errors
+/// If there is no adapter, the fleet can't be read, or a picture can't be written.
+pub fn run(options: &Options) -> Result {
+    let termination = Termination::watch()?;
+    let gpu = Gpu::offscreen()?;
+    let target = TargetKind { format: FORMAT, samples: options.look.samples.unwrap_or(4) };
+    let offscreen = Offscreen::new(&gpu, options.size.0)?;
+    let participant = Participant::join(&options.fleet, "viewer")?;
+    let renderer = Renderer::new(&gpu, target);
+    let stage = Stage::new(&participant, renderer, options.look.scene())?;
+    let mut studio = Studio { options, gpu, stage, offscreen, termination };
+    match &options.screenshot {
+        Some(path) => studio.screenshot(path),
+        None => Err(regatta_plugin::Error::new("--headless needs --screenshot FILE, --record FOLDER or --bench N")),
+    }
+}
+
+impl Studio<'_> {
+    fn screenshot(&mut self, path: &Path) -> Result {
+        if !self.wait_for_fleet()? {
+            return Ok(());
+        }
+        self.settle()?;
+        let picture = self.shoot(1.0)?;
+        write_png(&picture, path)?;
+        Ok(())
+    }
+
+    /// Waits for a world and a frame of the wanted time; false if asked to end.
+    fn wait_for_fleet(&mut self) -> Result<bool> {
+        let (started, mut said) = (Instant::now(), false);
+        let from = self.options.at.map_or(Duration::ZERO, Into::into);
+        while !self.termination.requested() {
+            self.stage.update(Instant::now())?;
+            let time = self.stage.feed.frame().map(|frame| frame.sim_time());
+            if time.is_some_and(|time| time >= from) && self.stage.feed.world().is_some() {
+                return Ok(true);
+            }
+            if !said && time.is_none() && started.elapsed() > SILENCE {
+                eprintln!("waiting for fleet '{}'", self.options.fleet);
+                said = true;
+            }
+            std::thread::sleep(POLL);
+        }
+        Ok(false)
+    }
+
+    /// Takes what columns there are for the frame.
+    fn settle(&mut self) -> Result {
+        let started = Instant::now();
+        while self.stage.feed.value().is_none() && started.elapsed() < COLUMNS_WAIT {
+            std::thread::sleep(POLL);
+            self.stage.update(Instant::now())?;
+        }
+        Ok(())
+    }
+
+    fn camera(&self) -> Camera {
+        let pose = self.options.follow.and_then(|robot| {
+            let (frame, robot) = (self.stage.feed.frame()?, robot as usize);
+            Some((*frame.x().get(robot)?, *frame.y().get(robot)?, *frame.theta().get(robot)?))
+        });
+        let offset = self.stage.scene.offset;
+        match pose {
+            Some((x, y, theta)) => Camera {
+                target: Vec3::new(x + offset.x, y + offset.y, 0.2),
+                yaw: theta,
+                pitch: 0.42,
+                distance: 6.0,
+                ..Camera::default()
+            },
+            None => self.options.camera.camera(self.stage.bounds(), self.size()),
+        }
+    }
+
+    fn size(&self) -> UVec2 {
+        self.offscreen.size()
+    }
+
+    fn shoot(&mut self, alpha: f32) -> Result<RgbaImage> {
+        let camera = self.camera();
+        let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        let size = self.size();
+        self.stage.draw(&mut encoder, &self.offscreen.view, &camera, size, alpha);
+        Ok(self.offscreen.read(encoder)?)
+    }
+}
