@@ -1,7 +1,7 @@
 //! A whole picture: uploads, then the passes in order.
 
 use glam::UVec2;
-use regatta_plugin::world::RobotTypeRecord;
+use regatta_plugin::world::{EdgeRecord, NodeRecord, RobotTypeRecord};
 use regatta_plugin::{Frame, World};
 use wgpu::{
     BindGroup, BindGroupLayout, Buffer, BufferUsages, Color, CommandEncoder, LoadOp, Operations, RenderPass,
@@ -11,6 +11,7 @@ use wgpu::{
 use super::columns::{Columns, TypeLook, buffer};
 use super::device::Gpu;
 use super::floor::Floor;
+use super::graph::Graph;
 use super::layout::{DEPTH, Kind, TargetKind, bind, bindings};
 use super::robots::Robots;
 use super::view::ViewUniform;
@@ -28,6 +29,7 @@ pub struct Renderer {
     view_group: BindGroup,
     surfaces: Option<Surfaces>,
     floor: Floor,
+    graph: Graph,
     robots: Robots,
 }
 
@@ -53,6 +55,7 @@ impl Renderer {
             view,
             surfaces: None,
             floor: Floor::new(gpu, target, &layout),
+            graph: Graph::new(gpu, target, &layout),
             robots: Robots::new(gpu, target, &layout),
         }
     }
@@ -60,6 +63,12 @@ impl Renderer {
     /// Takes a world: the graph and the robot types.
     pub fn set_world(&mut self, world: &World<'_>) {
         self.set_types(world.robot_types());
+        self.set_graph(world.nodes(), world.edges());
+    }
+
+    /// Takes the route graph.
+    pub fn set_graph(&mut self, nodes: &[NodeRecord], edges: &[EdgeRecord]) {
+        self.graph.load(&self.gpu, nodes, edges);
     }
 
     /// Takes the robot types.
@@ -99,11 +108,13 @@ impl Renderer {
         let view = self.view_uniform(picture);
         self.gpu.queue.write_buffer(&self.view, 0, bytemuck::bytes_of(&view));
         self.robots.sort(&self.gpu, encoder, &self.view_group, &self.columns);
+        self.graph.sort(encoder, &self.view_group);
         self.fit_surfaces(picture.size);
         let Some(surfaces) = &self.surfaces else { return };
         let mut pass = begin(encoder, surfaces, target, view.sky);
         pass.set_bind_group(0, &self.view_group, &[]);
         self.floor.draw(&mut pass);
+        self.graph.draw(&mut pass, picture.scene.layers);
         if picture.scene.layers.shadows {
             self.robots.draw_shadows(&mut pass);
         }

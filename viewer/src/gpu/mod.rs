@@ -4,6 +4,7 @@ mod columns;
 pub mod device;
 mod floor;
 pub mod frame;
+mod graph;
 mod layout;
 mod robots;
 mod view;

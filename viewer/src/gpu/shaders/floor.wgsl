@@ -64,8 +64,8 @@ fn plain(in: Ray) -> @location(0) vec4f {
 @fragment
 fn textured(in: Ray) -> @location(0) vec4f {
     let local = met(in);
-    let from = local - lie.corner.xy;
-    let turned = vec2f(from.x * lie.corner.z + from.y * lie.corner.w, from.y * lie.corner.z - from.x * lie.corner.w);
+    let out = local - lie.corner.xy;
+    let turned = vec2f(out.x * lie.corner.z + out.y * lie.corner.w, out.y * lie.corner.z - out.x * lie.corner.w);
     let place = turned * lie.size.xy;
     let sample = textureSample(picture, picture_sampler, vec2f(place.x, 1.0 - place.y));
     let inside = all(place >= vec2f(0.0)) && all(place <= vec2f(1.0));
