@@ -3,6 +3,7 @@
 //! Data flows one way: [`feed`] reads the contract, [`stage`] takes what is new to the [`gpu`], which draws it as the
 //! [`scene`] and the [`camera`] say, into a window's surface or a [`picture`].
 
+mod bench;
 pub mod camera;
 pub mod feed;
 pub mod gpu;
@@ -23,6 +24,9 @@ pub use options::Options;
 /// # Errors
 /// One line that says what is wrong: no adapter, no fleet to be read, a file that can't be written.
 pub fn run(options: &Options) -> Result {
+    if !options.bench.is_empty() {
+        return bench::run(options);
+    }
     if options.headless {
         return headless::run(options);
     }

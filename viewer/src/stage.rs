@@ -56,6 +56,16 @@ impl Stage {
     /// # Errors
     /// If shared memory can't be read.
     pub fn update(&mut self, now: Instant) -> Result<News> {
+        let news = self.feed.poll()?;
+        self.apply(news, now)?;
+        Ok(news)
+    }
+
+    /// Takes what a poll of the feed found new to the GPU.
+    ///
+    /// # Errors
+    /// If a column can't be opened.
+    pub fn apply(&mut self, news: News, now: Instant) -> Result {
         let recoloured = self.watched.as_ref() != Some(&self.scene.colouring);
         if recoloured {
             let column = if let Colouring::Column(name) = &self.scene.colouring { Some(name) } else { None };
@@ -64,7 +74,6 @@ impl Stage {
             self.range = None;
             self.renderer.set_values(None);
         }
-        let news = self.feed.poll()?;
         if news.world
             && let Some(world) = self.feed.world()
         {
@@ -77,7 +86,7 @@ impl Stage {
             self.renderer.push_frame(&frame);
         }
         self.update_values(news, recoloured);
-        Ok(news)
+        Ok(())
     }
 
     fn update_values(&mut self, news: News, recoloured: bool) {

@@ -14,6 +14,7 @@ use super::floor::Floor;
 use super::graph::Graph;
 use super::layout::{DEPTH, Kind, TargetKind, bind, bindings};
 use super::robots::Robots;
+use super::timer::Timer;
 use super::view::ViewUniform;
 use crate::camera::Camera;
 use crate::palette::Legend;
@@ -31,6 +32,7 @@ pub struct Renderer {
     floor: Floor,
     graph: Graph,
     robots: Robots,
+    timer: Option<Timer>,
 }
 
 /// What is needed beside the target, of its size.
@@ -57,7 +59,18 @@ impl Renderer {
             floor: Floor::new(gpu, target, &layout),
             graph: Graph::new(gpu, target, &layout),
             robots: Robots::new(gpu, target, &layout),
+            timer: None,
         }
+    }
+
+    /// Takes the time of each picture from now on, where the adapter can.
+    pub fn time(&mut self) {
+        self.timer = Timer::new(&self.gpu);
+    }
+
+    /// Waits for the picture that was submitted last, and gives the GPU's time for it in seconds.
+    pub fn gpu_seconds(&self) -> Option<f64> {
+        self.timer.as_ref()?.read(&self.gpu)
     }
 
     /// Takes a world: the graph and the robot types.
@@ -107,11 +120,12 @@ impl Renderer {
     pub fn draw(&mut self, encoder: &mut CommandEncoder, target: &TextureView, picture: &Picture<'_>) {
         let view = self.view_uniform(picture);
         self.gpu.queue.write_buffer(&self.view, 0, bytemuck::bytes_of(&view));
-        self.robots.sort(&self.gpu, encoder, &self.view_group, &self.columns);
+        let timer = self.timer.as_ref();
+        self.robots.sort(&self.gpu, encoder, &self.view_group, &self.columns, timer);
         self.graph.sort(encoder, &self.view_group);
         self.fit_surfaces(picture.size);
         let Some(surfaces) = &self.surfaces else { return };
-        let mut pass = begin(encoder, surfaces, target, view.sky);
+        let mut pass = begin(encoder, surfaces, target, view.sky, self.timer.as_ref());
         pass.set_bind_group(0, &self.view_group, &[]);
         self.floor.draw(&mut pass);
         self.graph.draw(&mut pass, picture.scene.layers);
@@ -119,6 +133,10 @@ impl Renderer {
             self.robots.draw_shadows(&mut pass);
         }
         self.robots.draw(&mut pass, picture.scene.layers);
+        drop(pass);
+        if let Some(timer) = &self.timer {
+            timer.finish(encoder);
+        }
     }
 
     fn view_uniform(&self, picture: &Picture<'_>) -> ViewUniform {
@@ -167,6 +185,7 @@ fn begin<'a>(
     surfaces: &Surfaces,
     target: &TextureView,
     sky: glam::Vec4,
+    timer: Option<&Timer>,
 ) -> RenderPass<'a> {
     let [r, g, b, a] = sky.to_array().map(f64::from);
     let (view, resolve_target, store) = match &surfaces.samples {
@@ -186,6 +205,7 @@ fn begin<'a>(
             depth_ops: Some(Operations { load: LoadOp::Clear(0.0), store: StoreOp::Discard }),
             stencil_ops: None,
         }),
+        timestamp_writes: timer.map(Timer::end),
         ..wgpu::RenderPassDescriptor::default()
     })
 }

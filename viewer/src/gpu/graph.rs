@@ -67,7 +67,8 @@ impl Graph {
         let lists_layout = bindings(gpu, "graph lists", ShaderStages::COMPUTE, &[Kind::Write, Kind::Write]);
         let module = shader!(gpu, "graph.wgsl");
         let attributes = vertex_attr_array![0 => Uint32];
-        let index = [VertexBufferLayout { array_stride: 4, step_mode: VertexStepMode::Instance, attributes: &attributes }];
+        let index =
+            [VertexBufferLayout { array_stride: 4, step_mode: VertexStepMode::Instance, attributes: &attributes }];
         let groups = [view, &records_layout];
         let make = |target: TargetKind, vertex, fragment, topology| {
             let (buffers, layering, blend) = (&index, Layering::Ground, target.format != IDS);

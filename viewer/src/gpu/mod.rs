@@ -7,6 +7,7 @@ pub mod frame;
 mod graph;
 mod layout;
 mod robots;
+mod timer;
 mod view;
 
 pub use layout::TargetKind;

@@ -9,6 +9,7 @@ use wgpu::{
 use super::columns::{Columns, buffer};
 use super::device::Gpu;
 use super::layout::{Draw, IDS, Kind, Layering, TargetKind, bind, bindings, compute, render, shader};
+use super::timer::Timer;
 use crate::mesh::{Mesh, Vertex};
 use crate::scene::Layers;
 
@@ -154,14 +155,23 @@ impl Robots {
     }
 
     /// Sorts the robots into lists.
-    pub fn sort(&mut self, gpu: &Gpu, encoder: &mut CommandEncoder, view: &BindGroup, columns: &Columns) {
+    pub fn sort(
+        &mut self,
+        gpu: &Gpu,
+        encoder: &mut CommandEncoder,
+        view: &BindGroup,
+        columns: &Columns,
+        timer: Option<&Timer>,
+    ) {
         if self.groups.is_none() {
             self.groups = Some(self.make_groups(gpu, columns));
         }
         encoder.copy_buffer_to_buffer(&self.blank_draws, 0, &self.draws, 0, self.draws.size());
         let Some(groups) = &self.groups else { return };
         {
-            let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+            let timestamp_writes = timer.map(Timer::start);
+            let mut pass =
+                encoder.begin_compute_pass(&wgpu::ComputePassDescriptor { label: Some("sort"), timestamp_writes });
             pass.set_pipeline(&self.sort);
             pass.set_bind_group(0, view, &[]);
             pass.set_bind_group(1, &groups[columns.parity()], &[]);

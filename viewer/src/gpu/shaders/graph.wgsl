@@ -80,7 +80,7 @@ fn sort_edges(@builtin(global_invocation_id) at: vec3u, @builtin(num_workgroups)
     let bend = max(abs(chord.x * aside_a.y - chord.y * aside_a.x), abs(chord.x * aside_b.y - chord.y * aside_b.x));
     let bent = bend * view.eye.w / nearest;
     if pixels > 0.4 {
-        put(select(select(2u, 1u, bent < 40.0), 0u, bent < 0.5), i);
+        put(select(select(2u, 1u, bent < 12.0), 0u, bent < 0.5), i);
     }
     if pixels > 36.0 {
         put(3u, i);
