@@ -110,9 +110,13 @@ def parser(description: str | None = None) -> argparse.ArgumentParser:
         description=description, formatter_class=argparse.RawDescriptionHelpFormatter, allow_abbrev=False
     )
     options.add_argument("--fleet", metavar="NAME", default="default", help="the fleet to read [default: %(default)s]")
-    options.add_argument("--rate", metavar="N", type=float, help="frames a second to look at [default: every frame]")
+    options.add_argument("--rate", metavar="N", type=_rate, help="frames a second to look at, or 'all' [default: all]")
     options.add_argument("--name", metavar="NAME", help="the name to go by [default: the program's]")
     return options
+
+
+def _rate(text: str) -> float | None:
+    return None if text == "all" else float(text)
 
 
 def _shared(name: str) -> Fleet:

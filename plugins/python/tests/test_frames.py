@@ -11,6 +11,7 @@ import pytest
 from conftest import PATIENCE, Engine, binary, eventually, let_ticks_pass, next_frame
 
 import regatta
+from regatta._contract import FrameHeader, Line
 
 
 def test_a_frame_says_what_the_engine_does(fleet: regatta.Fleet) -> None:
@@ -200,6 +201,28 @@ def test_a_wrong_version_is_one_clear_error(engine: Engine) -> None:
         [binary(), "plugin", "hello", "--fleet", engine.name], capture_output=True, text=True, timeout=PATIENCE
     )
     assert refused.returncode == 1 and "4711" in refused.stderr, "Rust reads the attribute that Python writes"
+
+
+def test_a_frame_that_contradicts_its_header_is_an_error(engine: Engine) -> None:
+    """The producer is one of the test's own."""
+    fleet = regatta.join(engine.name)
+    frames, sender = fleet.frames(), fleet._node.sender("frames", "frames", Line, FrameHeader)
+    fits = FrameHeader(tick=1, robots=20, stride_lines=2)
+    sender.send(fits, 13, lambda memory: memory.fill(0))
+    assert len(next_frame(frames)) == 20
+    for header in (
+        FrameHeader(robots=40, stride_lines=3),
+        FrameHeader(robots=20, stride_lines=1),
+        FrameHeader(robots=2**32 - 1, stride_lines=2**28),
+    ):
+        sender.send(header, 13, lambda memory: memory.fill(0))
+        with pytest.raises(regatta.ReadError, match="at fault"):
+            frames.latest()
+    sender.send(FrameHeader(), 0, lambda memory: None)
+    assert len(next_frame(frames)) == 0, "a fleet without robots"
+    sender.send(FrameHeader(run_id=1, world_revision=1), 0, lambda memory: None)
+    with pytest.raises(regatta.ReadError, match="world"):
+        next_frame(frames).world
 
 
 def test_names_are_checked() -> None:

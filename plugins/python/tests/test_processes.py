@@ -1,10 +1,13 @@
 """Readers that are killed, stopped, or waited for; and the examples."""
 
+import json
 import signal
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import Engine, eventually, let_ticks_pass, next_frame
+from conftest import EXAMPLES, ROOT, Engine, binary, eventually, let_ticks_pass, next_frame
 
 import regatta
 
@@ -72,6 +75,17 @@ def test_centre(fleet: regatta.Fleet, engine: Engine) -> None:
     lines = example.lines(5)
     assert all(line.startswith("tick ") and line.endswith(") m") for line in lines), lines
     example.end()
+
+
+def test_a_scenario_starts_a_plugin_in_python(engine: Engine, tmp_path: Path) -> None:
+    scenario = (ROOT / "graphs/thirty.yaml").read_text().replace("porto.yaml", str(ROOT / "graphs/porto.yaml"))
+    command = [sys.executable, str(EXAMPLES / "centre.py"), "--rate", "20"]
+    plugins = json.dumps([{"name": "centre", "command": command}])
+    (tmp_path / "scenario.yaml").write_text(f"{scenario}\nplugins: {plugins}\n")
+    run = engine.run(binary(), "run", tmp_path / "scenario.yaml", "--fleet", engine.name)
+    eventually("the plugin prints", lambda: run.output.count(": centre (") >= 3 or None)
+    # Which fails if a plugin doesn't end well when it is asked to.
+    run.end()
 
 
 def test_tint_by_speed(fleet: regatta.Fleet, engine: Engine) -> None:

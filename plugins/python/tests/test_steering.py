@@ -212,6 +212,19 @@ def test_events_can_be_waited_for(engine: Engine) -> None:
     reader.end()
 
 
+def test_a_reader_that_is_too_slow_is_told_what_it_missed(engine: Engine) -> None:
+    engine.start("--speed", "max", scenario="warehouse-1000.yaml")
+    fleet = regatta.join(engine.name)
+    reader = fleet.events()
+    first = eventually("events", lambda: reader.take() or None)[-1]
+    let_ticks_pass(fleet, 2_000)
+    late = reader.take()
+    assert len(late) >= 64 and late[0].missed > 100
+    assert first.header.sequence + late[0].missed + 1 == late[0].header.sequence
+    assert sum(tick.missed for tick in late[1:]) == late[-1].header.sequence - late[0].header.sequence - len(late[1:])
+    assert all(earlier.tick < later.tick for earlier, later in zip(late, late[1:]))
+
+
 def test_contacts_are_read(engine: Engine) -> None:
     """A checker of the test's own publishes; the reader has no part in it."""
     from regatta._contract import ContactHeader, ContactRecord, dtype
