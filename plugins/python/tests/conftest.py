@@ -131,7 +131,11 @@ class Engine:
 
     def example(self, name: str, *arguments: str) -> Process:
         """Starts one of the examples on this fleet."""
-        return self.run(sys.executable, EXAMPLES / name, "--fleet", self.name, *arguments)
+        return self.script(EXAMPLES / name, "--fleet", self.name, *arguments)
+
+    def script(self, path: Path, *arguments: str) -> Process:
+        """Starts a program in Python."""
+        return self.run(sys.executable, path, *arguments)
 
     def python(self, code: str) -> Process:
         """Starts a program on this fleet, whose name it has as ``FLEET``."""
