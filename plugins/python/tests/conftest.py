@@ -53,8 +53,14 @@ class Process:
         # Files never fill up, and can be read from the start at any time.
         self._output, self._errors = tempfile.TemporaryFile(), tempfile.TemporaryFile()
         self._read = 0
-        arguments = [str(part) for part in command]
-        self.child = subprocess.Popen(arguments, stdout=self._output, stderr=self._errors, stdin=subprocess.DEVNULL)
+        self.child = subprocess.Popen(
+            [str(part) for part in command],
+            stdin=subprocess.DEVNULL,
+            stdout=self._output,
+            stderr=self._errors,
+            # A shell that runs the tests in the background has Ctrl-C ignored, by them and by their children.
+            preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
+        )
 
     @property
     def output(self) -> str:
@@ -124,7 +130,7 @@ class Engine:
         return self.run(binary(), "engine", ROOT / "graphs" / scenario, "--fleet", self.name, *arguments)
 
     def run(self, *command: str | Path) -> Process:
-        """Starts a process that ends with the test."""
+        """Starts a process that ends with the test, at the latest."""
         process = Process(list(command))
         self.processes.append(process)
         return process
@@ -142,8 +148,21 @@ class Engine:
         return self.run(sys.executable, "-u", "-c", f"FLEET = {self.name!r}\nimport regatta\n{code}")
 
     def stop(self) -> None:
+        """Ends what still runs."""
         for process in self.processes:
-            process.kill()
+            process.child.terminate()
+        for process in self.processes:
+            try:
+                process.child.wait(PATIENCE)
+            except subprocess.TimeoutExpired:
+                process.kill()
+
+
+@pytest.fixture(autouse=True, scope="session")
+def clean() -> Iterator[None]:
+    """Leaves nothing of the processes that tests have killed: who joins a fleet cleans up after the dead."""
+    yield
+    regatta.join("test-python-clean")
 
 
 @pytest.fixture
