@@ -4,7 +4,7 @@ import numpy as np
 import numpy.typing as npt
 
 from regatta._contract import WORDS_PER_LINE, ColumnHeader, Line
-from regatta._errors import FullError, PublishError, ReadError, TakenError
+from regatta._errors import PublishError, ReadError
 from regatta._frame import ColumnValues, Frame
 from regatta._node import Node
 from regatta._ports import Bytes, Sender
@@ -17,13 +17,7 @@ class ColumnPublisher:
     """
 
     def __init__(self, node: Node, name: str) -> None:
-        try:
-            self._sender: Sender[ColumnHeader] = node.sender(f"columns/{name}", "a column", Line, ColumnHeader)
-        except FullError:
-            raise TakenError(
-                f"column '{name}' of fleet '{node.fleet}' is already published by another process"
-                " (`regatta doctor` lists them); stop that one, or choose another name"
-            ) from None
+        self._sender: Sender[ColumnHeader] = node.sender(f"columns/{name}", "a column", Line, ColumnHeader)
 
     def publish(self, frame: Frame, values: npt.ArrayLike) -> None:
         """Publishes one value per robot of the frame. They are written as 32-bit floats.

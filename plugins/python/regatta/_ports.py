@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from regatta._contract import Done, Record
-from regatta._errors import FullError, HeldError, OpenError, PublishError, ReadError
+from regatta._errors import FullError, HeldError, OpenError, PublishError, ReadError, TakenError
 
 Header = TypeVar("Header", bound=Record)
 Request = TypeVar("Request", bound=Record)
@@ -25,12 +25,22 @@ def create(service: Any, limit: int, attempt: Callable[[], Any]) -> Any:
     """Opens a port of a service that has room for so many of its kind."""
     try:
         return attempt()
-    except Exception as error:  # each kind of port has an error of its own
+    except Exception:  # each kind of port has an error of its own
+        # A dead process may have the place.
+        service.try_cleanup_dead_nodes()
+    try:
+        return attempt()
+    except Exception as error:
         raise unusable(service.name.to_string(), limit, error) from None
 
 
 def unusable(what: str, limit: int, error: Exception) -> OpenError:
     """The error for something that iceoryx2 can't open."""
+    if "ExceedsMax" in str(error) and limit == 1:
+        return TakenError(
+            f"{what} is already published by another process (`regatta doctor` lists them); stop that one, or choose"
+            " another name"
+        )
     if "ExceedsMax" in str(error):
         return FullError(
             f"{what} has all of its {limit} places taken; stop one of the others, or run `regatta doctor --clean` if some"

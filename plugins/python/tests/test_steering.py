@@ -191,6 +191,27 @@ def test_a_column_is_read_as_it_was_published(warehouse: regatta.Fleet, engine: 
         warehouse.column("my/column")
 
 
+def test_a_dead_publishers_column_can_be_taken_over(engine: Engine) -> None:
+    fleet = regatta.join(engine.name)
+    other = engine.python("column = regatta.column(FLEET, 'mine')\nprint('open')\nimport time\ntime.sleep(600)")
+    other.lines(1)
+    with pytest.raises(regatta.TakenError, match="columns/mine"):
+        fleet.column("mine")
+    other.kill()
+    fleet.column("mine")
+
+
+def test_places_for_readers_run_out_and_come_back(engine: Engine) -> None:
+    fleet = regatta.join(engine.name)
+    readers = []
+    with pytest.raises(regatta.FullError, match="16 places"):
+        while True:
+            readers.append(fleet.contacts())
+    assert len(readers) == 16
+    readers.pop()
+    fleet.contacts()
+
+
 def test_the_producers_own_column(warehouse: regatta.Fleet) -> None:
     frames = warehouse.frames()
     column = eventually("the types", lambda: next_frame(frames).column("type"))
