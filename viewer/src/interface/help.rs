@@ -1,0 +1,42 @@
+//! What keys and hands do.
+
+use egui::{Align2, Context, Grid, Key, RichText, Window};
+
+use super::keys;
+use super::style;
+use super::Interface;
+
+impl Interface {
+    pub(super) fn help(&mut self, context: &Context) {
+        if !self.help {
+            return;
+        }
+        let (theme, tones) = (self.settings.theme(), self.tones());
+        let mut open = true;
+        Window::new("Keys")
+            .open(&mut open)
+            .collapsible(false)
+            .resizable(false)
+            .anchor(Align2::CENTER_CENTER, [0.0, 0.0])
+            .frame(style::floating(theme).fill(tones.panel).inner_margin(18.0))
+            .show(context, |ui| {
+                let all = keys::list(context);
+                let third = (all.len() + keys::HANDS.len()).div_ceil(3);
+                let hands = keys::HANDS.iter().map(|(hand, what)| ((*hand).to_owned(), *what));
+                let all: Vec<_> = hands.chain(all).collect();
+                ui.horizontal_top(|ui| {
+                    for (i, column) in all.chunks(third).enumerate() {
+                        Grid::new(("keys", i)).num_columns(2).spacing([12.0, 5.0]).show(ui, |ui| {
+                            for (keys, what) in column {
+                                ui.label(RichText::new(keys).monospace().color(tones.accent));
+                                ui.label(*what);
+                                ui.end_row();
+                            }
+                        });
+                        ui.add_space(14.0);
+                    }
+                });
+            });
+        self.help = open && !context.input(|input| input.key_pressed(Key::Escape));
+    }
+}
