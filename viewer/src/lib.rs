@@ -12,6 +12,7 @@ pub mod mesh;
 pub mod options;
 pub mod palette;
 pub mod picture;
+mod record;
 pub mod scene;
 pub mod stage;
 

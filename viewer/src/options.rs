@@ -46,6 +46,7 @@ pub struct Options {
     /// Look at this robot, from behind
     #[arg(long, value_name = "ID", conflicts_with = "camera")]
     pub follow: Option<u32>,
+    /// What is drawn and how
     #[command(flatten)]
     pub look: LookOptions,
     /// Measure the speed of drawing so many robots (0: the running fleet); several numbers, several tables

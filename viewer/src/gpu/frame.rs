@@ -1,6 +1,6 @@
 //! A whole picture: uploads, then the passes in order.
 
-use glam::UVec2;
+use glam::{UVec2, Vec2};
 use regatta_plugin::world::{EdgeRecord, NodeRecord, RobotTypeRecord};
 use regatta_plugin::{Frame, World};
 use wgpu::{
@@ -13,12 +13,13 @@ use super::device::Gpu;
 use super::floor::Floor;
 use super::graph::Graph;
 use super::layout::{DEPTH, Kind, TargetKind, bind, bindings};
+use super::pick::{Pick, Picked};
 use super::robots::Robots;
 use super::timer::Timer;
 use super::view::ViewUniform;
 use crate::camera::Camera;
 use crate::palette::Legend;
-use crate::scene::Scene;
+use crate::scene::{Layers, Scene};
 
 /// Draws a fleet into any texture view.
 #[derive(Debug)]
@@ -28,6 +29,11 @@ pub struct Renderer {
     columns: Columns,
     view: Buffer,
     view_group: BindGroup,
+    pick: Pick,
+    pick_view: Buffer,
+    pick_group: BindGroup,
+    /// Of the last picture.
+    drawn: Option<(ViewUniform, Layers)>,
     surfaces: Option<Surfaces>,
     floor: Floor,
     graph: Graph,
@@ -48,13 +54,18 @@ impl Renderer {
     /// Prepares for targets of that kind.
     pub fn new(gpu: &Gpu, target: TargetKind) -> Self {
         let layout = view_layout(gpu);
-        let view = buffer(gpu, "view", size_of::<ViewUniform>(), BufferUsages::UNIFORM);
+        let [view, pick_view] =
+            ["view", "pick view"].map(|label| buffer(gpu, label, size_of::<ViewUniform>(), BufferUsages::UNIFORM));
         Self {
             gpu: gpu.clone(),
             target,
             columns: Columns::new(gpu),
             view_group: bind(gpu, &layout, &[&view]),
             view,
+            pick: Pick::new(gpu),
+            pick_group: bind(gpu, &layout, &[&pick_view]),
+            pick_view,
+            drawn: None,
             surfaces: None,
             floor: Floor::new(gpu, target, &layout),
             graph: Graph::new(gpu, target, &layout),
@@ -120,6 +131,7 @@ impl Renderer {
     pub fn draw(&mut self, encoder: &mut CommandEncoder, target: &TextureView, picture: &Picture<'_>) {
         let view = self.view_uniform(picture);
         self.gpu.queue.write_buffer(&self.view, 0, bytemuck::bytes_of(&view));
+        self.drawn = Some((view, picture.scene.layers));
         let timer = self.timer.as_ref();
         self.robots.sort(&self.gpu, encoder, &self.view_group, &self.columns, timer);
         self.graph.sort(encoder, &self.view_group);
@@ -129,14 +141,34 @@ impl Renderer {
         pass.set_bind_group(0, &self.view_group, &[]);
         self.floor.draw(&mut pass);
         self.graph.draw(&mut pass, picture.scene.layers);
-        if picture.scene.layers.shadows {
+        let layers = picture.scene.layers;
+        if layers.robots && layers.shadows {
             self.robots.draw_shadows(&mut pass);
         }
-        self.robots.draw(&mut pass, picture.scene.layers);
+        if layers.robots {
+            self.robots.draw(&mut pass);
+        }
         drop(pass);
         if let Some(timer) = &self.timer {
             timer.finish(encoder);
         }
+    }
+
+    /// What the last picture shows at a pixel, counted from its top left. Waits for the GPU.
+    pub fn pick(&self, pixel: Vec2) -> Option<Picked> {
+        let (mut view, layers) = self.drawn?;
+        view.window = Pick::window(pixel, Vec2::new(view.viewport.x, view.viewport.y));
+        self.gpu.queue.write_buffer(&self.pick_view, 0, bytemuck::bytes_of(&view));
+        let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        self.graph.prepare_ids(&mut encoder);
+        let mut pass = self.pick.begin(&mut encoder);
+        pass.set_bind_group(0, &self.pick_group, &[]);
+        self.graph.draw_ids(&mut pass, layers);
+        if layers.robots {
+            self.robots.draw_ids(&mut pass);
+        }
+        drop(pass);
+        self.pick.read(&self.gpu, encoder)
     }
 
     fn view_uniform(&self, picture: &Picture<'_>) -> ViewUniform {

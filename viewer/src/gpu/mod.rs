@@ -6,6 +6,7 @@ mod floor;
 pub mod frame;
 mod graph;
 mod layout;
+pub mod pick;
 mod robots;
 mod timer;
 mod view;

@@ -11,7 +11,6 @@ use super::device::Gpu;
 use super::layout::{Draw, IDS, Kind, Layering, TargetKind, bind, bindings, compute, render, shader};
 use super::timer::Timer;
 use crate::mesh::{Mesh, Vertex};
-use crate::scene::Layers;
 
 /// Meshes that robots can have; the same as in sort.wgsl.
 pub const MESHES: usize = 8;
@@ -198,10 +197,7 @@ impl Robots {
     }
 
     /// Draws the robots.
-    pub fn draw(&self, pass: &mut RenderPass<'_>, layers: Layers) {
-        if !layers.robots {
-            return;
-        }
+    pub fn draw(&self, pass: &mut RenderPass<'_>) {
         let mark = if self.any_round { &self.pipelines.round_mark } else { &self.pipelines.mark };
         self.draw_with(pass, [&self.pipelines.body, &self.pipelines.block, mark]);
     }

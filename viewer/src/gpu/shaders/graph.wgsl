@@ -27,7 +27,7 @@ const EDGE_METRES = 0.07;
 const ARROW_METRES = 0.34;
 const NODE_METRES = 0.11;
 // Pixels across, at least and at most.
-const EDGE_PIXELS = vec2f(1.0, 5.0);
+const EDGE_PIXELS = vec2f(1.2, 5.0);
 
 @group(1) @binding(0) var<storage, read> edges: array<Edge>;
 @group(1) @binding(1) var<storage, read> nodes: array<Node>;
