@@ -114,7 +114,10 @@ impl Studio<'_> {
         let (started, mut said) = (Instant::now(), false);
         let from = self.options.at.map_or(Duration::ZERO, Into::into);
         while !self.termination.requested() {
-            self.stage.update(Instant::now())?;
+            let news = self.stage.update(Instant::now())?;
+            if news.frame && self.stage.scene.trails.points > 0 {
+                self.stage.collect_trails();
+            }
             let time = self.stage.feed.frame().map(|frame| frame.sim_time());
             if time.is_some_and(|time| time >= from) && self.stage.feed.world().is_some() {
                 return Ok(true);

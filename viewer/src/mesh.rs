@@ -61,7 +61,7 @@ impl Mesh {
         mesh.cap(&outline(0.06), 0.90, OWN);
         // A plate on the deck, and the arrow that says where ahead is.
         mesh.cap(&[(-0.36, -0.30), (0.02, -0.30), (0.02, 0.30), (-0.36, 0.30)].map(Vec2::from), 0.905, OWN_DEEP);
-        mesh.cap(&[(0.10, -0.26), (0.40, 0.0), (0.10, 0.26), (0.19, 0.0)].map(Vec2::from), 0.906, MARKER);
+        mesh.cap(&[(0.19, 0.0), (0.10, -0.26), (0.40, 0.0), (0.10, 0.26)].map(Vec2::from), 0.906, MARKER);
         let puck = |radius: f32| circle(Vec2::new(0.31, 0.0), radius);
         mesh.loft(&[(puck(0.05), 0.906), (puck(0.05), 1.0)], TRIM);
         mesh.cap(&puck(0.05), 1.0, TRIM);

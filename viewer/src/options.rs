@@ -10,7 +10,7 @@ use regatta_plugin::FleetName;
 
 use crate::camera::{Bounds, Camera};
 use crate::palette::{Colouring, Theme};
-use crate::scene::{Light, MAX_LIGHTS, Scene};
+use crate::scene::{Light, MAX_LIGHTS, Scene, Trails};
 
 /// What `regatta viewer` takes.
 #[derive(Args, Clone, Debug)]
@@ -75,6 +75,9 @@ pub struct LookOptions {
     /// Points of the trail behind each robot
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u32).range(0..=4096))]
     pub trails: u32,
+    /// Draw only the trails of the robots in --select
+    #[arg(long)]
+    pub trails_of_selected: bool,
     /// Samples of a pixel: 1 or 4 [default: 4; 1 for a window that the processor draws by itself]
     #[arg(long, value_name = "N", value_parser = samples)]
     pub samples: Option<u32>,
@@ -206,6 +209,7 @@ impl LookOptions {
         if self.no_graph {
             (scene.layers.edges, scene.layers.arrows, scene.layers.nodes) = (false, false, false);
         }
+        scene.trails = Trails { points: self.trails, only_selected: self.trails_of_selected };
         scene.selected.clone_from(&self.select);
         scene
     }

@@ -129,6 +129,14 @@ impl Stage {
         self.playhead.alpha(now)
     }
 
+    /// Takes a point of the trails when nothing is drawn.
+    pub fn collect_trails(&mut self) {
+        let legend = self.legend();
+        let (camera, size) = (&Camera::default(), UVec2::ONE);
+        let picture = Picture { camera, scene: &self.scene, legend: &legend, size, alpha: 1.0 };
+        self.renderer.collect_trails(&picture);
+    }
+
     /// Draws the fleet as it is at the moment to show.
     pub fn draw(
         &mut self,

@@ -13,7 +13,7 @@ pub struct Floor {
 
 impl Floor {
     pub fn new(gpu: &Gpu, target: TargetKind, view: &BindGroupLayout) -> Self {
-        let module = shader!(gpu, "floor.wgsl");
+        let module = shader(gpu, "floor");
         let draw = |fragment, groups| Draw {
             module: &module,
             vertex: "ray",

@@ -8,6 +8,7 @@ use wgpu::{
     ShaderStages, StoreOp, TextureUsages, TextureView,
 };
 
+use super::chosen::Chosen;
 use super::columns::{Columns, TypeLook, buffer};
 use super::device::Gpu;
 use super::floor::Floor;
@@ -38,6 +39,7 @@ pub struct Renderer {
     floor: Floor,
     graph: Graph,
     robots: Robots,
+    chosen: Chosen,
     timer: Option<Timer>,
 }
 
@@ -56,20 +58,22 @@ impl Renderer {
         let layout = view_layout(gpu);
         let [view, pick_view] =
             ["view", "pick view"].map(|label| buffer(gpu, label, size_of::<ViewUniform>(), BufferUsages::UNIFORM));
+        let columns = Columns::new(gpu);
         Self {
             gpu: gpu.clone(),
             target,
-            columns: Columns::new(gpu),
-            view_group: bind(gpu, &layout, &[&view]),
+            view_group: bind(gpu, &layout, &[(0, &view)]),
             view,
             pick: Pick::new(gpu),
-            pick_group: bind(gpu, &layout, &[&pick_view]),
+            pick_group: bind(gpu, &layout, &[(0, &pick_view)]),
             pick_view,
             drawn: None,
             surfaces: None,
             floor: Floor::new(gpu, target, &layout),
             graph: Graph::new(gpu, target, &layout),
-            robots: Robots::new(gpu, target, &layout),
+            robots: Robots::new(gpu, target, &layout, &columns),
+            chosen: Chosen::new(gpu, target, &layout, &columns),
+            columns,
             timer: None,
         }
     }
@@ -104,9 +108,8 @@ impl Renderer {
 
     /// Takes a new frame; what was the newest is kept as the previous one.
     pub fn push_frame(&mut self, frame: &Frame<'_>) {
-        if self.columns.push(&self.gpu, frame) {
-            self.robots.rebind(&self.gpu, &self.columns);
-        }
+        self.columns.push(&self.gpu, frame);
+        self.chosen.push(frame.run_id(), frame.header().sim_time_nanos);
     }
 
     /// Takes each robot's type.
@@ -133,7 +136,10 @@ impl Renderer {
         self.gpu.queue.write_buffer(&self.view, 0, bytemuck::bytes_of(&view));
         self.drawn = Some((view, picture.scene.layers));
         let timer = self.timer.as_ref();
-        self.robots.sort(&self.gpu, encoder, &self.view_group, &self.columns, timer);
+        self.robots.sort(&self.gpu, encoder, &self.view_group, &mut self.columns, timer);
+        let (trails, selected) = (picture.scene.trails, &picture.scene.selected);
+        self.chosen.update(&self.gpu, encoder, &self.view_group, &mut self.columns, trails, selected);
+        let (poses, robots) = (self.columns.group(&self.gpu), view.robots);
         self.graph.sort(encoder, &self.view_group);
         self.fit_surfaces(picture.size);
         let Some(surfaces) = &self.surfaces else { return };
@@ -142,6 +148,10 @@ impl Renderer {
         self.floor.draw(&mut pass);
         self.graph.draw(&mut pass, picture.scene.layers);
         let layers = picture.scene.layers;
+        if layers.trails {
+            self.chosen.draw_trails(&mut pass, &poses, robots, trails);
+        }
+        self.chosen.draw_rings(&mut pass, &poses);
         if layers.robots && layers.shadows {
             self.robots.draw_shadows(&mut pass);
         }
@@ -152,6 +162,16 @@ impl Renderer {
         if let Some(timer) = &self.timer {
             timer.finish(encoder);
         }
+    }
+
+    /// Takes a point of the trails when nothing is drawn. Drawing takes them too.
+    pub fn collect_trails(&mut self, picture: &Picture<'_>) {
+        let view = self.view_uniform(picture);
+        self.gpu.queue.write_buffer(&self.view, 0, bytemuck::bytes_of(&view));
+        let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        let (trails, selected) = (picture.scene.trails, &picture.scene.selected);
+        self.chosen.update(&self.gpu, &mut encoder, &self.view_group, &mut self.columns, trails, selected);
+        self.gpu.queue.submit([encoder.finish()]);
     }
 
     /// What the last picture shows at a pixel, counted from its top left. Waits for the GPU.

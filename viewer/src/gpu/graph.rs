@@ -65,7 +65,7 @@ impl Graph {
         let records_layout =
             bindings(gpu, "graph", ShaderStages::VERTEX | ShaderStages::COMPUTE, &[Kind::Read, Kind::Read]);
         let lists_layout = bindings(gpu, "graph lists", ShaderStages::COMPUTE, &[Kind::Write, Kind::Write]);
-        let module = shader!(gpu, "graph.wgsl");
+        let module = shader(gpu, "graph");
         let attributes = vertex_attr_array![0 => Uint32];
         let index =
             [VertexBufferLayout { array_stride: 4, step_mode: VertexStepMode::Instance, attributes: &attributes }];
@@ -124,8 +124,8 @@ impl Graph {
         self.loaded = Some(Loaded {
             edges: edges.len() as u32,
             nodes: nodes.len() as u32,
-            records: bind(gpu, &self.records_layout, &[&edge_records, &node_records]),
-            sorting: bind(gpu, &self.lists_layout, &[&lists, &draws]),
+            records: bind(gpu, &self.records_layout, &[(0, &edge_records), (1, &node_records)]),
+            sorting: bind(gpu, &self.lists_layout, &[(0, &lists), (1, &draws)]),
             lists,
             draws,
             blank_draws,

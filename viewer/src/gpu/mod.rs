@@ -1,5 +1,6 @@
 //! The picture on the GPU: uploads, and a pass or two for each thing that is drawn.
 
+mod chosen;
 mod columns;
 pub mod device;
 mod floor;
@@ -11,4 +12,4 @@ mod robots;
 mod timer;
 mod view;
 
-pub use layout::TargetKind;
+pub use layout::{SHADERS, TargetKind};
