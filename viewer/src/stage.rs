@@ -3,6 +3,7 @@
 use std::time::Instant;
 
 use glam::{UVec2, Vec2};
+use regatta_plugin::world::EdgeRecord;
 use regatta_plugin::{Frame, Participant, Result, World};
 use wgpu::{CommandEncoder, TextureView};
 
@@ -153,7 +154,14 @@ impl Stage {
 }
 
 fn bounds_of(world: &World<'_>) -> Option<Bounds> {
-    Bounds::around(world.edges().iter().flat_map(|edge| edge.control_points.map(Vec2::from)))
+    let along = |edge: &EdgeRecord| {
+        let [a, b, c, d] = edge.control_points.map(Vec2::from);
+        [0.0, 0.25, 0.5, 0.75, 1.0].map(|at: f32| {
+            let ends = [a.lerp(b, at), b.lerp(c, at), c.lerp(d, at)];
+            ends[0].lerp(ends[1], at).lerp(ends[1].lerp(ends[2], at), at)
+        })
+    };
+    Bounds::around(world.edges().iter().flat_map(along))
         .or_else(|| Bounds::around(world.nodes().iter().map(|node| Vec2::new(node.x, node.y))))
 }
 

@@ -196,6 +196,9 @@ impl Renderer {
         [view.robots, view.previous_robots] = self.columns.robots();
         view.alpha = picture.alpha;
         view.jump = self.columns.jump();
+        // A small fleet has room for larger marks.
+        let room = (picture.size.as_vec2().element_product() / view.robots.max(1) as f32).sqrt() * 0.25;
+        view.detail.z = room.clamp(view.detail.z, view.detail.z * 3.2);
         view.detail.w = self.columns.known() as f32;
         view
     }

@@ -13,13 +13,13 @@ use super::layout::{Draw, IDS, Kind, Layering, TargetKind, bind, bindings, compu
 use crate::scene::Layers;
 
 /// Lists of what is drawn; the same as in graph.wgsl.
-const LISTS: usize = 5;
-const ARROWS: usize = 3;
-const NODES: usize = 4;
-/// Vertices of each list's instances: strips of 2, 9 and 33 points, two triangles, a strip of two triangles.
-const VERTICES: [u32; LISTS] = [4, 18, 66, 6, 4];
+const LISTS: usize = 6;
+const ARROWS: usize = 4;
+const NODES: usize = 5;
+/// Vertices of each list's instances: strips of 2, 9, 33 and 129 points, two triangles, a strip of two triangles.
+const VERTICES: [u32; LISTS] = [4, 18, 66, 258, 6, 4];
 /// Vertices of the widened strips that are picked.
-const PICK_VERTICES: [u32; LISTS] = [66, 66, 66, 6, 4];
+const PICK_VERTICES: [u32; LISTS] = [66, 66, 66, 66, 6, 4];
 /// Threads of a group of the sorting shaders.
 const GROUP: u32 = 64;
 
@@ -84,6 +84,7 @@ impl Graph {
                 make(target, "edge_straight", "ribbon_fill", strip),
                 make(target, "edge_bent", "ribbon_fill", strip),
                 make(target, "edge_curved", "ribbon_fill", strip),
+                make(target, "edge_near", "ribbon_fill", strip),
                 make(target, "arrow", "flat_fill", PrimitiveTopology::TriangleList),
                 make(target, "node", "disc_fill", strip),
             ],
@@ -152,7 +153,7 @@ impl Graph {
     /// Draws what was sorted last.
     pub fn draw(&self, pass: &mut RenderPass<'_>, layers: Layers) {
         let Some(loaded) = &self.loaded else { return };
-        let shown = [layers.edges, layers.edges, layers.edges, layers.arrows, layers.nodes];
+        let shown = [layers.edges, layers.edges, layers.edges, layers.edges, layers.arrows, layers.nodes];
         pass.set_bind_group(1, &loaded.records, &[]);
         for (list, pipeline) in self.draws.iter().enumerate().filter(|(list, _)| shown[*list]) {
             pass.set_pipeline(pipeline);

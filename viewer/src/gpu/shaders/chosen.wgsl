@@ -66,7 +66,7 @@ fn trail(@builtin(instance_index) instance: u32, @builtin(vertex_index) corner: 
     let ahead = view.clip_from_local * vec4f(way, 0.0, 0.0);
     let direction = (ahead.xy * clip.w - clip.xy * ahead.w) * view.viewport.xy;
     let normal = normalize(vec2f(-direction.y, direction.x) + vec2f(1e-12, 0.0));
-    let across = select(-1.5, 1.5, (corner & 1u) == 1u);
+    let across = select(-2.2, 2.2, (corner & 1u) == 1u);
     let fade = 1.0 - (f32(age) + select(0.0, 1.0, is_older)) / f32(ring.slots);
     let colour = vec4f(colour_of(robot), fade * 0.9);
     return Trail(framed(vec4f(clip.xy + normal * across * 2.0 * view.viewport.zw * clip.w, clip.zw)), colour, across);
@@ -74,21 +74,20 @@ fn trail(@builtin(instance_index) instance: u32, @builtin(vertex_index) corner: 
 
 @fragment
 fn trail_fill(in: Trail) -> @location(0) vec4f {
-    return vec4f(in.colour.rgb, in.colour.a * clamp(1.5 - abs(in.across), 0.0, 1.0));
+    return vec4f(in.colour.rgb, in.colour.a * clamp(2.2 - abs(in.across), 0.0, 1.0));
 }
 
 struct Halo {
     @builtin(position) clip: vec4f,
-    // From the middle, in parts of the ring's radius; and a pixel in the same.
+    // From the middle, in parts of the ring's radius.
     @location(0) place: vec2f,
-    @location(1) pixel: f32,
 }
 
 @vertex
 fn halo(@builtin(instance_index) instance: u32, @builtin(vertex_index) corner: u32) -> Halo {
     let robot = chosen[instance];
     if robot >= view.robots || state_of(robot) == ABSENT {
-        return Halo(vec4f(2.0, 2.0, 2.0, 1.0), vec2f(0.0), 1.0);
+        return Halo(vec4f(2.0, 2.0, 2.0, 1.0), vec2f(0.0));
     }
     let look = types[min(kind_of(robot), 63u)];
     let local = vec3f(pose_of(robot).xy, 0.0);
@@ -96,13 +95,14 @@ fn halo(@builtin(instance_index) instance: u32, @builtin(vertex_index) corner: u
     let radius = max(length(vec2f(look.length, look.width)) * 0.62, 9.0 * pixel);
     let unit = vec2f(f32(corner & 1u), f32(corner >> 1u)) * 2.0 - 1.0;
     let outer = radius + 3.0 * pixel;
-    return Halo(framed(clip_from(local + vec3f(unit * outer, 0.0))), unit * outer / radius, pixel / radius);
+    return Halo(framed(clip_from(local + vec3f(unit * outer, 0.0))), unit * outer / radius);
 }
 
 @fragment
 fn halo_fill(in: Halo) -> @location(0) vec4f {
-    let away = abs(length(in.place) - 1.0) / in.pixel;
-    let cover = clamp(2.0 - away, 0.0, 1.0);
-    let glow = clamp(1.0 - away / 8.0, 0.0, 1.0) * 0.25 * step(length(in.place), 1.0);
+    let radius = length(in.place);
+    let away = abs(radius - 1.0) / max(fwidth(radius), 1e-4);
+    let cover = clamp(1.8 - away, 0.0, 1.0);
+    let glow = clamp(1.0 - away / 8.0, 0.0, 1.0) * 0.25 * step(radius, 1.0);
     return vec4f(view.selection.rgb, max(cover, glow));
 }

@@ -79,7 +79,7 @@ fn sort(@builtin(global_invocation_id) at: vec3u, @builtin(num_workgroups) group
     }
     let colour = pack4x8unorm(vec4f(colour_of(i), 0.0));
 
-    if pixels >= view.detail.y {
+    if pixels >= max(view.detail.y, view.detail.z) {
         var body = Body(local.x, local.y, pack2x16snorm(heading), colour, 0u, 0u, i);
         if pixels >= view.detail.x {
             let mesh = min(look.look >> 8u, MESHES - 1u);
