@@ -42,7 +42,8 @@ pub fn run(options: &Options) -> Result {
     let target = TargetKind { format: FORMAT, samples: options.look.samples.unwrap_or(4) };
     let offscreen = Offscreen::new(&gpu, options.size.0)?;
     let participant = Participant::join(&options.fleet, "viewer")?;
-    let renderer = Renderer::new(&gpu, target);
+    let mut renderer = Renderer::new(&gpu, target);
+    options.look.furnish(&mut renderer);
     let stage = Stage::new(&participant, renderer, options.look.scene())?;
     let mut studio = Studio { options, gpu, stage, offscreen, termination };
     match (&options.screenshot, &options.record) {
@@ -120,6 +121,8 @@ impl Studio<'_> {
             }
             let time = self.stage.feed.frame().map(|frame| frame.sim_time());
             if time.is_some_and(|time| time >= from) && self.stage.feed.world().is_some() {
+                let bounds = self.stage.bounds();
+                self.options.look.lay_floor(&mut self.stage.renderer, bounds);
                 return Ok(true);
             }
             if !said && time.is_none() && started.elapsed() > SILENCE {

@@ -6,9 +6,11 @@
 mod bench;
 pub mod camera;
 pub mod feed;
+pub mod floor_picture;
 pub mod gpu;
 mod headless;
 pub mod mesh;
+pub mod model;
 pub mod options;
 pub mod palette;
 pub mod picture;

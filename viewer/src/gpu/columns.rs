@@ -34,6 +34,11 @@ impl TypeLook {
         let height = (0.5 * length.min(width)).clamp(0.05, 2.5);
         Self { length, width, height, look: if round { 1 | 1 << 8 } else { 0 } }
     }
+
+    /// The same, drawn as a mesh that has its own size.
+    pub fn with_mesh(self, mesh: usize) -> Self {
+        Self { look: self.look & 1 | 2 | (mesh as u32) << 8, ..self }
+    }
 }
 
 impl Default for TypeLook {

@@ -19,6 +19,8 @@ use super::robots::Robots;
 use super::timer::Timer;
 use super::view::ViewUniform;
 use crate::camera::Camera;
+use crate::floor_picture::FloorPicture;
+use crate::mesh::Mesh;
 use crate::palette::Legend;
 use crate::scene::{Layers, Scene};
 
@@ -40,6 +42,8 @@ pub struct Renderer {
     graph: Graph,
     robots: Robots,
     chosen: Chosen,
+    /// Robot types that have meshes of their own, and which.
+    models: Vec<(Option<String>, usize)>,
     timer: Option<Timer>,
 }
 
@@ -74,6 +78,7 @@ impl Renderer {
             robots: Robots::new(gpu, target, &layout, &columns),
             chosen: Chosen::new(gpu, target, &layout, &columns),
             columns,
+            models: Vec::new(),
             timer: None,
         }
     }
@@ -86,6 +91,23 @@ impl Renderer {
     /// Waits for the picture that was submitted last, and gives the GPU's time for it in seconds.
     pub fn gpu_seconds(&self) -> Option<f64> {
         self.timer.as_ref()?.read(&self.gpu)
+    }
+
+    /// Most pixels of a texture in either direction.
+    pub fn max_texture_size(&self) -> u32 {
+        self.gpu.device.limits().max_texture_dimension_2d
+    }
+
+    /// Lays a picture on the floor, or takes it away.
+    pub fn lay_picture(&mut self, picture: Option<&FloorPicture>) {
+        self.floor.lay(&self.gpu, picture);
+    }
+
+    /// Draws robots of the type of that name, or of all types, as this mesh. False if there are too many meshes.
+    pub fn add_model(&mut self, robot_type: Option<&str>, mesh: &Mesh) -> bool {
+        let number = self.robots.add_mesh(&self.gpu, mesh);
+        self.models.extend(number.map(|number| (robot_type.map(str::to_owned), number)));
+        number.is_some()
     }
 
     /// Takes a world: the graph and the robot types.
@@ -101,7 +123,14 @@ impl Renderer {
 
     /// Takes the robot types.
     pub fn set_types(&mut self, types: &[RobotTypeRecord]) {
-        let looks: Vec<_> = types.iter().map(TypeLook::of).collect();
+        let looks: Vec<_> = types
+            .iter()
+            .map(|record| {
+                let model =
+                    self.models.iter().rfind(|(name, _)| name.as_deref().is_none_or(|name| name == record.name()));
+                model.map_or(TypeLook::of(record), |(_, mesh)| TypeLook::of(record).with_mesh(*mesh))
+            })
+            .collect();
         self.robots.set_any_round(looks.iter().any(|look| look.look & 1 != 0));
         self.columns.set_types(&self.gpu, &looks);
     }
@@ -134,6 +163,7 @@ impl Renderer {
     pub fn draw(&mut self, encoder: &mut CommandEncoder, target: &TextureView, picture: &Picture<'_>) {
         let view = self.view_uniform(picture);
         self.gpu.queue.write_buffer(&self.view, 0, bytemuck::bytes_of(&view));
+        self.floor.prepare(&self.gpu, Vec2::new(view.origin.z, view.origin.w));
         self.drawn = Some((view, picture.scene.layers));
         let timer = self.timer.as_ref();
         self.robots.sort(&self.gpu, encoder, &self.view_group, &mut self.columns, timer);
