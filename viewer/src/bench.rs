@@ -32,6 +32,8 @@ struct Times {
     upload: f64,
     encode: f64,
     whole: f64,
+    /// Of all threads, where the system says.
+    busy: f64,
     gpu: Option<f64>,
 }
 
@@ -49,8 +51,10 @@ pub fn run(options: &Options) -> Result {
         "adapter: {} ({}, {:?}), {} samples, {}x{}",
         info.name, info.driver_info, info.backend, samples, size.x, size.y
     );
-    println!("medians in ms; whole: from reading to the finished picture");
-    println!("   robots  fleet     view   read  upload  encode |    CPU |     GPU |   whole | frames/s | resident MB");
+    println!("medians in ms; whole: from reading to the finished picture; busy: processor time of all threads (mean)");
+    println!(
+        "   robots  fleet     view   read  upload  encode |    CPU |     GPU |   whole |    busy | frames/s | resident MB"
+    );
     for robots in &options.bench {
         for view in ["fit", "near"] {
             if *robots == 0 { bench.live(view)? } else { bench.made_up(*robots as usize, view) }
@@ -158,7 +162,7 @@ impl Bench<'_> {
             draw(&mut Times::default());
             self.gpu.wait();
         }
-        let started = Instant::now();
+        let (started, busy) = (Instant::now(), busy_seconds());
         while !self.termination.requested()
             && all.len() < PICTURES.1
             && (all.len() < PICTURES.0 || started.elapsed() < TIME)
@@ -169,6 +173,8 @@ impl Bench<'_> {
             times.whole = start.elapsed().as_secs_f64();
             all.push(times);
         }
+        let busy = (busy_seconds() - busy) / all.len() as f64;
+        all.iter_mut().for_each(|times| times.busy = busy);
         all
     }
 }
@@ -186,10 +192,11 @@ fn print_line(robots: usize, fleet: &str, view: &str, times: &[Times]) {
         None => "unknown".to_owned(),
     };
     println!(
-        "{robots:9}  {fleet:8} {view:>5} {:6.3}  {:6.3}  {:6.3} | {cpu:6.3} | {gpu} | {whole:7.2} | {:8.1} | {:11}",
+        "{robots:9}  {fleet:8} {view:>5} {:6.3}  {:6.3}  {:6.3} | {cpu:6.3} | {gpu} | {whole:7.2} | {:7.2} | {:8.1} | {:11}",
         median(&|times| times.read),
         median(&|times| times.upload),
         median(&|times| times.encode),
+        median(&|times| times.busy),
         1e3 / whole,
         resident_megabytes().map_or("unknown".to_owned(), |megabytes| format!("{megabytes:.0}")),
     );
@@ -200,6 +207,15 @@ fn resident_megabytes() -> Option<f64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find(|line| line.starts_with("VmRSS:"))?;
     Some(line.split_whitespace().nth(1)?.parse::<f64>().ok()? / 1024.0)
+}
+
+/// Processor time of this process so far, to a hundredth of a second; not a number where the system doesn't say.
+fn busy_seconds() -> f64 {
+    let stat = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
+    // The name in brackets may hold spaces.
+    let fields = stat.rsplit(')').next().unwrap_or_default().split_whitespace().skip(11).take(2);
+    let ticks = fields.map(|field| field.parse::<f64>().unwrap_or(f64::NAN)).reduce(|user, system| user + system);
+    ticks.map_or(f64::NAN, |ticks| ticks / 100.0)
 }
 
 /// A fleet that drives along straight lanes.

@@ -73,7 +73,7 @@ impl Default for Camera {
 impl Camera {
     /// Looks at a rectangle of the ground from an angle, all of it in the picture.
     pub fn fit(bounds: Bounds, aspect: f32) -> Self {
-        Self { pitch: 0.85, ..Self::default() }.fitted(bounds, aspect)
+        Self { pitch: 0.95, ..Self::default() }.fitted(bounds, aspect)
     }
 
     /// Looks straight down at a rectangle of the ground, north up, all of it in the picture.
@@ -94,23 +94,36 @@ impl Camera {
     #[must_use]
     pub fn fitted(self, bounds: Bounds, aspect: f32) -> Self {
         let size = (bounds.high - bounds.low).max(Vec2::splat(1.0));
-        let mut camera = Self { target: bounds.centre().extend(0.0), ..self };
         let corners = [Vec2::ZERO, Vec2::X, Vec2::Y, Vec2::ONE].map(|corner| bounds.low + corner * size);
+        let mut camera = Self { target: bounds.centre().extend(0.0), ..self };
+        // What is near takes more of the picture than what is far: the middle of it is not that of the rectangle.
+        for _ in 0..4 {
+            camera = camera.far_enough(&corners, aspect);
+            let seen = Bounds::around(
+                corners.iter().filter_map(|corner| camera.project(corner.extend(0.0), Vec2::new(aspect, 1.0))),
+            );
+            let middle = seen.and_then(|seen| camera.unproject(seen.centre(), Vec2::new(aspect, 1.0)));
+            camera.target = middle.unwrap_or(camera.target.truncate()).extend(0.0);
+        }
+        camera.far_enough(&corners, aspect).clamped()
+    }
+
+    /// At the least distance from which all of the points are in the picture.
+    fn far_enough(mut self, points: &[Vec2], aspect: f32) -> Self {
         let room = 1.0 - MARGIN;
         let fits = |camera: &Self| {
             let clip = camera.clip_from_world(aspect);
-            corners.iter().all(|corner| {
-                let at = clip * corner.extend(0.0).extend(1.0);
+            points.iter().all(|point| {
+                let at = clip * point.extend(0.0).extend(1.0);
                 at.w > 0.0 && at.x.abs() < at.w * room && at.y.abs() < at.w * room
             })
         };
         let (mut near, mut far) = DISTANCES;
         for _ in 0..40 {
-            camera.distance = (near * far).sqrt();
-            if fits(&camera) { far = camera.distance } else { near = camera.distance }
+            self.distance = (near * far).sqrt();
+            if fits(&self) { far = self.distance } else { near = self.distance }
         }
-        camera.distance = far;
-        camera.clamped()
+        Self { distance: far, ..self }
     }
 
     /// With yaw in (-π, π], pitch and distance in their ranges, and the eye above the ground.

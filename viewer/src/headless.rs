@@ -13,6 +13,7 @@ use crate::gpu::device::Gpu;
 use crate::gpu::frame::Renderer;
 use crate::options::Options;
 use crate::picture::{FORMAT, Offscreen, write_png};
+use crate::record::Film;
 use crate::stage::Stage;
 
 /// Between two looks for something new.
@@ -41,12 +42,16 @@ pub fn run(options: &Options) -> Result {
     let target = TargetKind { format: FORMAT, samples: options.look.samples.unwrap_or(4) };
     let offscreen = Offscreen::new(&gpu, options.size.0)?;
     let participant = Participant::join(&options.fleet, "viewer")?;
-    let renderer = Renderer::new(&gpu, target);
+    let mut renderer = Renderer::new(&gpu, target);
+    options.look.furnish(&mut renderer);
     let stage = Stage::new(&participant, renderer, options.look.scene())?;
     let mut studio = Studio { options, gpu, stage, offscreen, termination };
-    match &options.screenshot {
-        Some(path) => studio.screenshot(path),
-        None => Err(regatta_plugin::Error::new("--headless needs --screenshot FILE, --record FOLDER or --bench N")),
+    match (&options.screenshot, &options.record) {
+        (Some(path), _) => studio.screenshot(path),
+        (None, Some(path)) => studio.record(path),
+        (None, None) => {
+            Err(regatta_plugin::Error::new("--headless needs --screenshot FILE, --record FOLDER or --bench N"))
+        }
     }
 }
 
@@ -61,14 +66,63 @@ impl Studio<'_> {
         Ok(())
     }
 
+    /// Draws pictures in even steps of wall time, each of the fleet at its moment.
+    fn record(&mut self, path: &Path) -> Result {
+        let mut film = Film::create(path, self.options.fps, self.size())?;
+        if !self.wait_for_fleet()? {
+            return Ok(());
+        }
+        let started = Instant::now();
+        let step = Duration::from_secs(1) / self.options.fps;
+        let wanted = (self.options.record_for().as_secs_f64() * f64::from(self.options.fps)).ceil() as u32;
+        let mut late = 0;
+        while film.pictures() < wanted && !self.termination.requested() {
+            let due = started + step * film.pictures();
+            self.wait_until(due)?;
+            let picture = self.shoot(self.stage.alpha(Instant::now()))?;
+            film.add(&picture)?;
+            // Where drawing takes longer than a step, the same picture stands for the steps that it took.
+            let passed = (started.elapsed().as_secs_f64() * f64::from(self.options.fps)) as u32;
+            while film.pictures() < passed.min(wanted) {
+                film.add(&picture)?;
+                late += 1;
+            }
+        }
+        let pictures = film.finish()?;
+        if late > 0 {
+            eprintln!(
+                "{late} of {} pictures are repeats: this machine draws fewer than {} a second",
+                pictures, self.options.fps
+            );
+        }
+        Ok(())
+    }
+
+    /// Takes frames as they come until a picture is due.
+    fn wait_until(&mut self, due: Instant) -> Result {
+        loop {
+            self.stage.update(Instant::now())?;
+            let left = due.saturating_duration_since(Instant::now());
+            if left.is_zero() {
+                return Ok(());
+            }
+            std::thread::sleep(left.min(POLL));
+        }
+    }
+
     /// Waits for a world and a frame of the wanted time; false if asked to end.
     fn wait_for_fleet(&mut self) -> Result<bool> {
         let (started, mut said) = (Instant::now(), false);
         let from = self.options.at.map_or(Duration::ZERO, Into::into);
         while !self.termination.requested() {
-            self.stage.update(Instant::now())?;
+            let news = self.stage.update(Instant::now())?;
+            if news.frame && self.stage.scene.trails.points > 0 {
+                self.stage.collect_trails();
+            }
             let time = self.stage.feed.frame().map(|frame| frame.sim_time());
             if time.is_some_and(|time| time >= from) && self.stage.feed.world().is_some() {
+                let bounds = self.stage.bounds();
+                self.options.look.lay_floor(&mut self.stage.renderer, bounds);
                 return Ok(true);
             }
             if !said && time.is_none() && started.elapsed() > SILENCE {

@@ -6,12 +6,15 @@
 mod bench;
 pub mod camera;
 pub mod feed;
+pub mod floor_picture;
 pub mod gpu;
 mod headless;
 pub mod mesh;
+pub mod model;
 pub mod options;
 pub mod palette;
 pub mod picture;
+mod record;
 pub mod scene;
 pub mod stage;
 

@@ -53,15 +53,15 @@ impl Mesh {
     fn deck(outline: &dyn Fn(f32) -> Vec<Vec2>) -> Self {
         let mut mesh = Self::default();
         mesh.loft(&[(outline(0.05), 0.0), (outline(0.05), 0.14)], RUBBER);
-        mesh.loft(&[(outline(0.0), 0.14), (outline(0.0), 0.34)], SHELL);
-        mesh.loft(&[(outline(0.0), 0.34), (outline(0.0), 0.46)], OWN);
-        mesh.loft(&[(outline(0.0), 0.46), (outline(0.0), 0.80), (outline(0.035), 0.90)], SHELL);
+        mesh.loft(&[(outline(0.0), 0.14), (outline(0.0), 0.30)], SHELL);
+        mesh.loft(&[(outline(0.0), 0.30), (outline(0.0), 0.62)], OWN);
+        mesh.loft(&[(outline(0.0), 0.62), (outline(0.0), 0.80), (outline(0.035), 0.90)], SHELL);
         mesh.loft(&[(outline(0.05), 0.14), (outline(0.0), 0.14)], RUBBER);
         mesh.loft(&[(outline(0.035), 0.90), (outline(0.06), 0.90)], TRIM);
         mesh.cap(&outline(0.06), 0.90, OWN);
         // A plate on the deck, and the arrow that says where ahead is.
         mesh.cap(&[(-0.36, -0.30), (0.02, -0.30), (0.02, 0.30), (-0.36, 0.30)].map(Vec2::from), 0.905, OWN_DEEP);
-        mesh.cap(&[(0.10, -0.26), (0.40, 0.0), (0.10, 0.26), (0.19, 0.0)].map(Vec2::from), 0.906, MARKER);
+        mesh.cap(&[(0.19, 0.0), (0.10, -0.26), (0.40, 0.0), (0.10, 0.26)].map(Vec2::from), 0.906, MARKER);
         let puck = |radius: f32| circle(Vec2::new(0.31, 0.0), radius);
         mesh.loft(&[(puck(0.05), 0.906), (puck(0.05), 1.0)], TRIM);
         mesh.cap(&puck(0.05), 1.0, TRIM);
@@ -72,9 +72,9 @@ impl Mesh {
     pub fn block() -> Self {
         let mut mesh = Self::default();
         let square = [(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)].map(Vec2::from).to_vec();
-        mesh.loft(&[(square.clone(), 0.0), (square, 0.9)], [40, 43, 47, 120]);
+        mesh.loft(&[(square.clone(), 0.0), (square, 0.9)], [30, 32, 35, 190]);
         mesh.cap(&[(-0.5, -0.5), (0.18, -0.5), (0.18, 0.5), (-0.5, 0.5)].map(Vec2::from), 0.9, OWN);
-        mesh.cap(&[(0.18, -0.5), (0.5, -0.5), (0.5, 0.5), (0.18, 0.5)].map(Vec2::from), 0.9, [235, 240, 245, 90]);
+        mesh.cap(&[(0.18, -0.5), (0.5, -0.5), (0.5, 0.5), (0.18, 0.5)].map(Vec2::from), 0.9, [235, 240, 245, 70]);
         mesh
     }
 

@@ -9,8 +9,11 @@ use glam::{UVec2, Vec2, Vec3};
 use regatta_plugin::FleetName;
 
 use crate::camera::{Bounds, Camera};
+use crate::floor_picture::FloorPicture;
+use crate::gpu::frame::Renderer;
+use crate::model;
 use crate::palette::{Colouring, Theme};
-use crate::scene::{Light, MAX_LIGHTS, Scene};
+use crate::scene::{Light, MAX_LIGHTS, Scene, Trails};
 
 /// What `regatta viewer` takes.
 #[derive(Args, Clone, Debug)]
@@ -46,6 +49,7 @@ pub struct Options {
     /// Look at this robot, from behind
     #[arg(long, value_name = "ID", conflicts_with = "camera")]
     pub follow: Option<u32>,
+    /// What is drawn and how
     #[command(flatten)]
     pub look: LookOptions,
     /// Measure the speed of drawing so many robots (0: the running fleet); several numbers, several tables
@@ -68,12 +72,22 @@ pub struct LookOptions {
     /// Width and height of the floor in metres, around the origin [default: up to the horizon]
     #[arg(long, value_name = "W,H")]
     pub floor: Option<Pair>,
+    /// What lies on the floor: an image (PNG, JPEG, BMP), stretched over --floor or over the graph; or a ROS map
+    /// (map.yaml), which says itself where it lies
+    #[arg(long, value_name = "FILE")]
+    pub floor_image: Option<PathBuf>,
+    /// Draw robots as this mesh (STL, OBJ, glTF), scaled and lifted by z metres; those of one type or all
+    #[arg(long, value_name = "[TYPE=]FILE[,SCALE[,Z]]")]
+    pub mesh: Vec<ModelOption>,
     /// A lamp at x,y,z in metres, with red,green,blue (0 to 1 and above) if it isn't white; up to eight
     #[arg(long, value_name = "X,Y,Z[,R,G,B]", allow_hyphen_values = true)]
     pub light: Vec<LightOption>,
     /// Points of the trail behind each robot
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u32).range(0..=4096))]
     pub trails: u32,
+    /// Draw only the trails of the robots in --select
+    #[arg(long)]
+    pub trails_of_selected: bool,
     /// Samples of a pixel: 1 or 4 [default: 4; 1 for a window that the processor draws by itself]
     #[arg(long, value_name = "N", value_parser = samples)]
     pub samples: Option<u32>,
@@ -107,6 +121,19 @@ pub struct Pair(pub Vec2);
 /// A lamp, as x,y,z or x,y,z,r,g,b.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LightOption(pub Light);
+
+/// A mesh for robots, as `tug=tug.stl,0.001,0.1`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ModelOption {
+    /// Of which type; of all if none.
+    pub robot_type: Option<String>,
+    /// The file.
+    pub path: PathBuf,
+    /// Metres per unit of the file.
+    pub scale: f32,
+    /// How far it is lifted, in metres.
+    pub z: f32,
+}
 
 /// From where to look.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -166,6 +193,28 @@ impl FromStr for LightOption {
     }
 }
 
+impl FromStr for ModelOption {
+    type Err = OptionError;
+
+    fn from_str(text: &str) -> Result<Self, OptionError> {
+        let wanted = "a mesh such as box.stl, box.stl,0.001 or tug=box.stl,0.001,0.1";
+        let (robot_type, rest) = text.split_once('=').map_or((None, text), |(kind, rest)| (Some(kind), rest));
+        let mut parts = rest.split(',');
+        let path = parts.next().filter(|path| !path.is_empty());
+        let mut number = |default: f32, (low, high): (f32, f32)| {
+            let number = parts.next().map_or(Ok(default), |part| part.trim().parse());
+            number.ok().filter(|number| (low..=high).contains(number))
+        };
+        let (scale, z) = (number(1.0, (1e-6, 1e6)), number(0.0, (-100.0, 100.0)));
+        match (path, scale, z, parts.next()) {
+            (Some(path), Some(scale), Some(z), None) => {
+                Ok(Self { robot_type: robot_type.map(str::to_owned), path: path.into(), scale, z })
+            }
+            _ => Err(OptionError { text: text.to_owned(), wanted }),
+        }
+    }
+}
+
 impl FromStr for View {
     type Err = OptionError;
 
@@ -195,6 +244,28 @@ impl View {
 }
 
 impl LookOptions {
+    /// Gives a renderer the files that are named. One that can't be read is told, and what is built in stands in its
+    /// place.
+    pub fn furnish(&self, renderer: &mut Renderer) {
+        for option in &self.mesh {
+            match model::load(&option.path, option.scale, option.z) {
+                Ok(mesh) if renderer.add_model(option.robot_type.as_deref(), &mesh) => {}
+                Ok(_) => tracing::warn!("{}: too many meshes; it isn't used", option.path.display()),
+                Err(error) => tracing::warn!("{error}; the built-in robot stands in its place"),
+            }
+        }
+    }
+
+    /// Lays the picture that is named on the floor; over `bounds` if nothing else says where.
+    pub fn lay_floor(&self, renderer: &mut Renderer, bounds: Bounds) {
+        let Some(path) = &self.floor_image else { return };
+        let bounds = self.scene().floor.bounds.unwrap_or(bounds);
+        match FloorPicture::load(path, bounds, renderer.max_texture_size()) {
+            Ok(picture) => renderer.lay_picture(Some(&picture)),
+            Err(error) => tracing::warn!("{error}; the floor stays plain"),
+        }
+    }
+
     /// The scene that they describe.
     pub fn scene(&self) -> Scene {
         let mut scene = Scene { theme: self.theme, colouring: self.colour.clone(), ..Scene::default() };
@@ -205,6 +276,7 @@ impl LookOptions {
         if self.no_graph {
             (scene.layers.edges, scene.layers.arrows, scene.layers.nodes) = (false, false, false);
         }
+        scene.trails = Trails { points: self.trails, only_selected: self.trails_of_selected };
         scene.selected.clone_from(&self.select);
         scene
     }
@@ -239,5 +311,10 @@ mod tests {
             assert!(bad.parse::<View>().is_err(), "{bad}");
         }
         assert!("0,0".parse::<LightOption>().is_err());
+        let model: ModelOption = "tug=a/b.stl,0.001,0.1".parse().unwrap();
+        assert_eq!((model.robot_type.as_deref(), model.scale, model.z), (Some("tug"), 0.001, 0.1));
+        for bad in ["", "tug=", "a.stl,0", "a.stl,x", "a.stl,1,2,3"] {
+            assert!(bad.parse::<ModelOption>().is_err(), "{bad}");
+        }
     }
 }

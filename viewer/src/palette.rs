@@ -117,21 +117,21 @@ impl Theme {
                 sky: Rgb(0x0b0f14),
                 floor: Rgb(0x151b22),
                 grid: Rgb(0x2c3742),
-                edge: Rgb(0x5f7183),
+                edge: Rgb(0x6d8196),
                 two_way: Rgb(0x8a7fb0),
                 node: Rgb(0x93a5b5),
                 selection: YELLOW,
-                unknown: Rgb(0x9aa7b2),
+                unknown: Rgb(0x8fb4cc),
             },
             Self::Light => ThemeColours {
                 sky: Rgb(0xdfe5ea),
                 floor: Rgb(0xf4f6f8),
                 grid: Rgb(0xd3dae0),
-                edge: Rgb(0x98a5b1),
+                edge: Rgb(0x8f9dab),
                 two_way: Rgb(0xa497c6),
                 node: Rgb(0x6d7b88),
                 selection: Rgb(0x111111),
-                unknown: Rgb(0x7b8794),
+                unknown: Rgb(0x5a86a6),
             },
         }
     }
@@ -188,12 +188,16 @@ fn collisions(theme: Theme) -> Scale {
 
 impl Scale {
     /// The colours by number; past the end of categories the last one again.
-    pub fn colours(&self) -> [Rgb; COLOURS] {
+    pub fn colours(&self, theme: Theme) -> [Rgb; COLOURS] {
         match self {
             Self::Categories(categories) => std::array::from_fn(|i| {
                 categories.get(i).or(categories.last()).map_or(Rgb(0x999999), |(_, colour)| *colour)
             }),
-            Self::Ramp { .. } => RAMP.map(Rgb),
+            // Without the end that the floor hides.
+            Self::Ramp { .. } => std::array::from_fn(|i| {
+                let (first, last) = if theme == Theme::Dark { (4, COLOURS - 1) } else { (0, COLOURS - 3) };
+                Rgb(RAMP[first + i * (last - first) / (COLOURS - 1)])
+            }),
         }
     }
 }
@@ -229,7 +233,7 @@ mod tests {
     #[test]
     fn ramps_grow_in_lightness() {
         let scale = Scale::Ramp { low: 0.0, high: 1.0, unit: "" };
-        let lightness = scale.colours().map(|colour| colour.linear().dot(Vec3::new(0.2126, 0.7152, 0.0722)));
+        let lightness = scale.colours(Theme::Dark).map(|colour| colour.linear().dot(Vec3::new(0.2126, 0.7152, 0.0722)));
         assert!(lightness.is_sorted(), "{lightness:?}");
     }
 

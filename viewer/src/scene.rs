@@ -24,6 +24,8 @@ pub struct Scene {
     pub lights: Vec<Light>,
     /// From which size on robots are drawn how.
     pub detail: Detail,
+    /// Trails behind the robots.
+    pub trails: Trails,
     /// Ids of robots that are marked by a ring.
     pub selected: Vec<u32>,
 }
@@ -45,6 +47,15 @@ pub struct Layers {
     pub shadows: bool,
     /// Trails behind the robots, if there are any.
     pub trails: bool,
+}
+
+/// Trails behind robots. A point is taken every quarter of a simulated second.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Trails {
+    /// Points of each; 0 for none. Fewer if the adapter hasn't room for as many.
+    pub points: u32,
+    /// Only those of the selected robots are drawn.
+    pub only_selected: bool,
 }
 
 /// The floor.
@@ -103,6 +114,7 @@ impl Default for Scene {
             floor: Floor::default(),
             lights: Vec::new(),
             detail: Detail::default(),
+            trails: Trails::default(),
             selected: Vec::new(),
         }
     }

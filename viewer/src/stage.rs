@@ -3,6 +3,7 @@
 use std::time::Instant;
 
 use glam::{UVec2, Vec2};
+use regatta_plugin::world::EdgeRecord;
 use regatta_plugin::{Frame, Participant, Result, World};
 use wgpu::{CommandEncoder, TextureView};
 
@@ -129,6 +130,14 @@ impl Stage {
         self.playhead.alpha(now)
     }
 
+    /// Takes a point of the trails when nothing is drawn.
+    pub fn collect_trails(&mut self) {
+        let legend = self.legend();
+        let (camera, size) = (&Camera::default(), UVec2::ONE);
+        let picture = Picture { camera, scene: &self.scene, legend: &legend, size, alpha: 1.0 };
+        self.renderer.collect_trails(&picture);
+    }
+
     /// Draws the fleet as it is at the moment to show.
     pub fn draw(
         &mut self,
@@ -145,7 +154,14 @@ impl Stage {
 }
 
 fn bounds_of(world: &World<'_>) -> Option<Bounds> {
-    Bounds::around(world.edges().iter().flat_map(|edge| edge.control_points.map(Vec2::from)))
+    let along = |edge: &EdgeRecord| {
+        let [a, b, c, d] = edge.control_points.map(Vec2::from);
+        [0.0, 0.25, 0.5, 0.75, 1.0].map(|at: f32| {
+            let ends = [a.lerp(b, at), b.lerp(c, at), c.lerp(d, at)];
+            ends[0].lerp(ends[1], at).lerp(ends[1].lerp(ends[2], at), at)
+        })
+    };
+    Bounds::around(world.edges().iter().flat_map(along))
         .or_else(|| Bounds::around(world.nodes().iter().map(|node| Vec2::new(node.x, node.y))))
 }
 

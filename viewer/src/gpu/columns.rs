@@ -4,9 +4,10 @@
 use bytemuck::{Pod, Zeroable};
 use regatta_plugin::Frame;
 use regatta_plugin::world::{RobotTypeRecord, Shape};
-use wgpu::{Buffer, BufferUsages};
+use wgpu::{BindGroup, BindGroupLayout, Buffer, BufferUsages, ShaderStages};
 
 use super::device::Gpu;
+use super::layout::{Kind, bind, bindings};
 
 /// Robot types whose sizes are known; robots of later ones are drawn as the last.
 pub const TYPES: usize = 64;
@@ -33,6 +34,11 @@ impl TypeLook {
         let height = (0.5 * length.min(width)).clamp(0.05, 2.5);
         Self { length, width, height, look: if round { 1 | 1 << 8 } else { 0 } }
     }
+
+    /// The same, drawn as a mesh that has its own size.
+    pub fn with_mesh(self, mesh: usize) -> Self {
+        Self { look: self.look & 1 | 2 | (mesh as u32) << 8, ..self }
+    }
 }
 
 impl Default for TypeLook {
@@ -51,8 +57,10 @@ fn sane(metres: f32) -> f32 {
 pub struct Columns {
     poses: [Buffer; 2],
     attributes: Buffer,
-    /// The sizes of the robot types.
-    pub types: Buffer,
+    types: Buffer,
+    layout: BindGroupLayout,
+    /// One for either way round of the poses; made when needed.
+    groups: [Option<BindGroup>; 2],
     /// Which of the poses are the current ones.
     newest: usize,
     /// Rows that the buffers have room for.
@@ -73,10 +81,14 @@ impl Columns {
         let types = buffer(gpu, "robot types", TYPES * size_of::<TypeLook>(), BufferUsages::UNIFORM);
         gpu.queue.write_buffer(&types, 0, bytemuck::cast_slice(&[TypeLook::default(); TYPES]));
         let (poses, attributes) = make(gpu, LEAST_ROWS);
+        let kinds = [Kind::Read, Kind::Read, Kind::Read, Kind::Uniform];
+        let layout = bindings(gpu, "poses", ShaderStages::VERTEX | ShaderStages::COMPUTE, &kinds);
         Self {
             poses,
             attributes,
             types,
+            layout,
+            groups: [None, None],
             newest: 0,
             rows: LEAST_ROWS,
             robots: [0; 2],
@@ -96,9 +108,9 @@ impl Columns {
         gpu.queue.write_buffer(&self.types, 0, bytemuck::cast_slice(&all));
     }
 
-    /// Takes a frame; the one before becomes the previous one. Returns whether the buffers are other ones now.
-    pub fn push(&mut self, gpu: &Gpu, frame: &Frame<'_>) -> bool {
-        let remade = self.resize(gpu, frame.len());
+    /// Takes a frame; the one before becomes the previous one.
+    pub fn push(&mut self, gpu: &Gpu, frame: &Frame<'_>) {
+        self.resize(gpu, frame.len());
         self.newest = 1 - self.newest;
         // Nobody drives from one run into another.
         let before = if frame.run_id() == self.run { self.robots[0] } else { 0 };
@@ -114,7 +126,6 @@ impl Columns {
             gpu.queue.write_buffer(poses, self.column(place), bytemuck::cast_slice(column));
         }
         self.write_bytes(gpu, columns.state);
-        remade
     }
 
     /// Sets each robot's type.
@@ -149,25 +160,27 @@ impl Columns {
     }
 
     /// Makes room, or gives much of it back.
-    fn resize(&mut self, gpu: &Gpu, robots: usize) -> bool {
+    fn resize(&mut self, gpu: &Gpu, robots: usize) {
         if robots <= self.rows && robots * 8 + LEAST_ROWS >= self.rows {
-            return false;
+            return;
         }
         // A bit more than needed, in whole groups of rows.
         self.rows = (robots + robots / 8).next_multiple_of(LEAST_ROWS).max(LEAST_ROWS);
         (self.poses, self.attributes) = make(gpu, self.rows);
         (self.robots, self.known, self.has_kinds) = ([0; 2], 0, false);
-        true
+        self.groups = [None, None];
     }
 
-    /// Previous poses, current poses and attributes.
-    pub fn buffers(&self) -> [&Buffer; 3] {
-        [&self.poses[1 - self.newest], &self.poses[self.newest], &self.attributes]
+    /// What shaders see of the columns.
+    pub fn layout(&self) -> &BindGroupLayout {
+        &self.layout
     }
 
-    /// Which of two sets of bind groups fits: changes with every frame.
-    pub fn parity(&self) -> usize {
-        self.newest
+    /// The columns as they are now.
+    pub fn group(&mut self, gpu: &Gpu) -> BindGroup {
+        let [previous, current] = [&self.poses[1 - self.newest], &self.poses[self.newest]];
+        let buffers = [(0, previous), (1, current), (2, &self.attributes), (3, &self.types)];
+        self.groups[self.newest].get_or_insert_with(|| bind(gpu, &self.layout, &buffers)).clone()
     }
 
     /// Robots in the current and in the previous frame.

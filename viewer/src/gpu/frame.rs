@@ -1,6 +1,6 @@
 //! A whole picture: uploads, then the passes in order.
 
-use glam::UVec2;
+use glam::{UVec2, Vec2};
 use regatta_plugin::world::{EdgeRecord, NodeRecord, RobotTypeRecord};
 use regatta_plugin::{Frame, World};
 use wgpu::{
@@ -8,17 +8,21 @@ use wgpu::{
     ShaderStages, StoreOp, TextureUsages, TextureView,
 };
 
+use super::chosen::Chosen;
 use super::columns::{Columns, TypeLook, buffer};
 use super::device::Gpu;
 use super::floor::Floor;
 use super::graph::Graph;
 use super::layout::{DEPTH, Kind, TargetKind, bind, bindings};
+use super::pick::{Pick, Picked};
 use super::robots::Robots;
 use super::timer::Timer;
 use super::view::ViewUniform;
 use crate::camera::Camera;
+use crate::floor_picture::FloorPicture;
+use crate::mesh::Mesh;
 use crate::palette::Legend;
-use crate::scene::Scene;
+use crate::scene::{Layers, Scene};
 
 /// Draws a fleet into any texture view.
 #[derive(Debug)]
@@ -28,10 +32,18 @@ pub struct Renderer {
     columns: Columns,
     view: Buffer,
     view_group: BindGroup,
+    pick: Pick,
+    pick_view: Buffer,
+    pick_group: BindGroup,
+    /// Of the last picture.
+    drawn: Option<(ViewUniform, Layers)>,
     surfaces: Option<Surfaces>,
     floor: Floor,
     graph: Graph,
     robots: Robots,
+    chosen: Chosen,
+    /// Robot types that have meshes of their own, and which.
+    models: Vec<(Option<String>, usize)>,
     timer: Option<Timer>,
 }
 
@@ -48,17 +60,25 @@ impl Renderer {
     /// Prepares for targets of that kind.
     pub fn new(gpu: &Gpu, target: TargetKind) -> Self {
         let layout = view_layout(gpu);
-        let view = buffer(gpu, "view", size_of::<ViewUniform>(), BufferUsages::UNIFORM);
+        let [view, pick_view] =
+            ["view", "pick view"].map(|label| buffer(gpu, label, size_of::<ViewUniform>(), BufferUsages::UNIFORM));
+        let columns = Columns::new(gpu);
         Self {
             gpu: gpu.clone(),
             target,
-            columns: Columns::new(gpu),
-            view_group: bind(gpu, &layout, &[&view]),
+            view_group: bind(gpu, &layout, &[(0, &view)]),
             view,
+            pick: Pick::new(gpu),
+            pick_group: bind(gpu, &layout, &[(0, &pick_view)]),
+            pick_view,
+            drawn: None,
             surfaces: None,
             floor: Floor::new(gpu, target, &layout),
             graph: Graph::new(gpu, target, &layout),
-            robots: Robots::new(gpu, target, &layout),
+            robots: Robots::new(gpu, target, &layout, &columns),
+            chosen: Chosen::new(gpu, target, &layout, &columns),
+            columns,
+            models: Vec::new(),
             timer: None,
         }
     }
@@ -71,6 +91,23 @@ impl Renderer {
     /// Waits for the picture that was submitted last, and gives the GPU's time for it in seconds.
     pub fn gpu_seconds(&self) -> Option<f64> {
         self.timer.as_ref()?.read(&self.gpu)
+    }
+
+    /// Most pixels of a texture in either direction.
+    pub fn max_texture_size(&self) -> u32 {
+        self.gpu.device.limits().max_texture_dimension_2d
+    }
+
+    /// Lays a picture on the floor, or takes it away.
+    pub fn lay_picture(&mut self, picture: Option<&FloorPicture>) {
+        self.floor.lay(&self.gpu, picture);
+    }
+
+    /// Draws robots of the type of that name, or of all types, as this mesh. False if there are too many meshes.
+    pub fn add_model(&mut self, robot_type: Option<&str>, mesh: &Mesh) -> bool {
+        let number = self.robots.add_mesh(&self.gpu, mesh);
+        self.models.extend(number.map(|number| (robot_type.map(str::to_owned), number)));
+        number.is_some()
     }
 
     /// Takes a world: the graph and the robot types.
@@ -86,16 +123,22 @@ impl Renderer {
 
     /// Takes the robot types.
     pub fn set_types(&mut self, types: &[RobotTypeRecord]) {
-        let looks: Vec<_> = types.iter().map(TypeLook::of).collect();
+        let looks: Vec<_> = types
+            .iter()
+            .map(|record| {
+                let model =
+                    self.models.iter().rfind(|(name, _)| name.as_deref().is_none_or(|name| name == record.name()));
+                model.map_or(TypeLook::of(record), |(_, mesh)| TypeLook::of(record).with_mesh(*mesh))
+            })
+            .collect();
         self.robots.set_any_round(looks.iter().any(|look| look.look & 1 != 0));
         self.columns.set_types(&self.gpu, &looks);
     }
 
     /// Takes a new frame; what was the newest is kept as the previous one.
     pub fn push_frame(&mut self, frame: &Frame<'_>) {
-        if self.columns.push(&self.gpu, frame) {
-            self.robots.rebind(&self.gpu, &self.columns);
-        }
+        self.columns.push(&self.gpu, frame);
+        self.chosen.push(frame.run_id(), frame.header().sim_time_nanos);
     }
 
     /// Takes each robot's type.
@@ -120,8 +163,13 @@ impl Renderer {
     pub fn draw(&mut self, encoder: &mut CommandEncoder, target: &TextureView, picture: &Picture<'_>) {
         let view = self.view_uniform(picture);
         self.gpu.queue.write_buffer(&self.view, 0, bytemuck::bytes_of(&view));
+        self.floor.prepare(&self.gpu, Vec2::new(view.origin.z, view.origin.w));
+        self.drawn = Some((view, picture.scene.layers));
         let timer = self.timer.as_ref();
-        self.robots.sort(&self.gpu, encoder, &self.view_group, &self.columns, timer);
+        self.robots.sort(&self.gpu, encoder, &self.view_group, &mut self.columns, timer);
+        let (trails, selected) = (picture.scene.trails, &picture.scene.selected);
+        self.chosen.update(&self.gpu, encoder, &self.view_group, &mut self.columns, trails, selected);
+        let (poses, robots) = (self.columns.group(&self.gpu), view.robots);
         self.graph.sort(encoder, &self.view_group);
         self.fit_surfaces(picture.size);
         let Some(surfaces) = &self.surfaces else { return };
@@ -129,14 +177,48 @@ impl Renderer {
         pass.set_bind_group(0, &self.view_group, &[]);
         self.floor.draw(&mut pass);
         self.graph.draw(&mut pass, picture.scene.layers);
-        if picture.scene.layers.shadows {
+        let layers = picture.scene.layers;
+        if layers.trails {
+            self.chosen.draw_trails(&mut pass, &poses, robots, trails);
+        }
+        self.chosen.draw_rings(&mut pass, &poses);
+        if layers.robots && layers.shadows {
             self.robots.draw_shadows(&mut pass);
         }
-        self.robots.draw(&mut pass, picture.scene.layers);
+        if layers.robots {
+            self.robots.draw(&mut pass);
+        }
         drop(pass);
         if let Some(timer) = &self.timer {
             timer.finish(encoder);
         }
+    }
+
+    /// Takes a point of the trails when nothing is drawn. Drawing takes them too.
+    pub fn collect_trails(&mut self, picture: &Picture<'_>) {
+        let view = self.view_uniform(picture);
+        self.gpu.queue.write_buffer(&self.view, 0, bytemuck::bytes_of(&view));
+        let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        let (trails, selected) = (picture.scene.trails, &picture.scene.selected);
+        self.chosen.update(&self.gpu, &mut encoder, &self.view_group, &mut self.columns, trails, selected);
+        self.gpu.queue.submit([encoder.finish()]);
+    }
+
+    /// What the last picture shows at a pixel, counted from its top left. Waits for the GPU.
+    pub fn pick(&self, pixel: Vec2) -> Option<Picked> {
+        let (mut view, layers) = self.drawn?;
+        view.window = Pick::window(pixel, Vec2::new(view.viewport.x, view.viewport.y));
+        self.gpu.queue.write_buffer(&self.pick_view, 0, bytemuck::bytes_of(&view));
+        let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        self.graph.prepare_ids(&mut encoder);
+        let mut pass = self.pick.begin(&mut encoder);
+        pass.set_bind_group(0, &self.pick_group, &[]);
+        self.graph.draw_ids(&mut pass, layers);
+        if layers.robots {
+            self.robots.draw_ids(&mut pass);
+        }
+        drop(pass);
+        self.pick.read(&self.gpu, encoder)
     }
 
     fn view_uniform(&self, picture: &Picture<'_>) -> ViewUniform {
@@ -144,6 +226,9 @@ impl Renderer {
         [view.robots, view.previous_robots] = self.columns.robots();
         view.alpha = picture.alpha;
         view.jump = self.columns.jump();
+        // A small fleet has room for larger marks.
+        let room = (picture.size.as_vec2().element_product() / view.robots.max(1) as f32).sqrt() * 0.25;
+        view.detail.z = room.clamp(view.detail.z, view.detail.z * 3.2);
         view.detail.w = self.columns.known() as f32;
         view
     }

@@ -13,13 +13,13 @@ use super::layout::{Draw, IDS, Kind, Layering, TargetKind, bind, bindings, compu
 use crate::scene::Layers;
 
 /// Lists of what is drawn; the same as in graph.wgsl.
-const LISTS: usize = 5;
-const ARROWS: usize = 3;
-const NODES: usize = 4;
-/// Vertices of each list's instances: strips of 2, 9 and 33 points, two triangles, a strip of two triangles.
-const VERTICES: [u32; LISTS] = [4, 18, 66, 6, 4];
+const LISTS: usize = 6;
+const ARROWS: usize = 4;
+const NODES: usize = 5;
+/// Vertices of each list's instances: strips of 2, 9, 33 and 129 points, two triangles, a strip of two triangles.
+const VERTICES: [u32; LISTS] = [4, 18, 66, 258, 6, 4];
 /// Vertices of the widened strips that are picked.
-const PICK_VERTICES: [u32; LISTS] = [66, 66, 66, 6, 4];
+const PICK_VERTICES: [u32; LISTS] = [66, 66, 66, 66, 6, 4];
 /// Threads of a group of the sorting shaders.
 const GROUP: u32 = 64;
 
@@ -65,7 +65,7 @@ impl Graph {
         let records_layout =
             bindings(gpu, "graph", ShaderStages::VERTEX | ShaderStages::COMPUTE, &[Kind::Read, Kind::Read]);
         let lists_layout = bindings(gpu, "graph lists", ShaderStages::COMPUTE, &[Kind::Write, Kind::Write]);
-        let module = shader!(gpu, "graph.wgsl");
+        let module = shader(gpu, "graph");
         let attributes = vertex_attr_array![0 => Uint32];
         let index =
             [VertexBufferLayout { array_stride: 4, step_mode: VertexStepMode::Instance, attributes: &attributes }];
@@ -84,6 +84,7 @@ impl Graph {
                 make(target, "edge_straight", "ribbon_fill", strip),
                 make(target, "edge_bent", "ribbon_fill", strip),
                 make(target, "edge_curved", "ribbon_fill", strip),
+                make(target, "edge_near", "ribbon_fill", strip),
                 make(target, "arrow", "flat_fill", PrimitiveTopology::TriangleList),
                 make(target, "node", "disc_fill", strip),
             ],
@@ -124,8 +125,8 @@ impl Graph {
         self.loaded = Some(Loaded {
             edges: edges.len() as u32,
             nodes: nodes.len() as u32,
-            records: bind(gpu, &self.records_layout, &[&edge_records, &node_records]),
-            sorting: bind(gpu, &self.lists_layout, &[&lists, &draws]),
+            records: bind(gpu, &self.records_layout, &[(0, &edge_records), (1, &node_records)]),
+            sorting: bind(gpu, &self.lists_layout, &[(0, &lists), (1, &draws)]),
             lists,
             draws,
             blank_draws,
@@ -152,7 +153,7 @@ impl Graph {
     /// Draws what was sorted last.
     pub fn draw(&self, pass: &mut RenderPass<'_>, layers: Layers) {
         let Some(loaded) = &self.loaded else { return };
-        let shown = [layers.edges, layers.edges, layers.edges, layers.arrows, layers.nodes];
+        let shown = [layers.edges, layers.edges, layers.edges, layers.edges, layers.arrows, layers.nodes];
         pass.set_bind_group(1, &loaded.records, &[]);
         for (list, pipeline) in self.draws.iter().enumerate().filter(|(list, _)| shown[*list]) {
             pass.set_pipeline(pipeline);

@@ -14,18 +14,38 @@ pub const DEPTH: TextureFormat = TextureFormat::Depth32Float;
 /// Of the ids of things under the pointer.
 pub const IDS: TextureFormat = TextureFormat::R32Uint;
 
-/// A shader with `view.wgsl` before it.
-macro_rules! shader {
-    ($gpu:expr, $name:literal) => {
-        $gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
-            label: Some($name),
-            source: wgpu::ShaderSource::Wgsl(
-                concat!(include_str!("shaders/view.wgsl"), include_str!(concat!("shaders/", $name))).into(),
-            ),
-        })
-    };
+/// The shaders by name, each with all that it needs before it.
+pub const SHADERS: [(&str, &str); 5] = [
+    ("floor", concat!(include_str!("shaders/view.wgsl"), include_str!("shaders/floor.wgsl"))),
+    ("graph", concat!(include_str!("shaders/view.wgsl"), include_str!("shaders/graph.wgsl"))),
+    ("robots", concat!(include_str!("shaders/view.wgsl"), include_str!("shaders/robots.wgsl"))),
+    (
+        "sort",
+        concat!(
+            include_str!("shaders/view.wgsl"),
+            include_str!("shaders/poses.wgsl"),
+            include_str!("shaders/sort.wgsl")
+        ),
+    ),
+    (
+        "chosen",
+        concat!(
+            include_str!("shaders/view.wgsl"),
+            include_str!("shaders/poses.wgsl"),
+            include_str!("shaders/chosen.wgsl")
+        ),
+    ),
+];
+
+/// One of [`SHADERS`].
+///
+/// # Panics
+/// If there is none of that name.
+pub fn shader(gpu: &Gpu, name: &str) -> ShaderModule {
+    let (_, text) = SHADERS.iter().find(|(known, _)| *known == name).expect("a shader's name");
+    let source = wgpu::ShaderSource::Wgsl((*text).into());
+    gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some(name), source })
 }
-pub(super) use shader;
 
 /// What a binding is.
 #[derive(Clone, Copy)]
@@ -39,11 +59,17 @@ pub enum Kind {
 
 /// A layout with bindings 0, 1, 2 …
 pub fn bindings(gpu: &Gpu, label: &str, stages: ShaderStages, kinds: &[Kind]) -> BindGroupLayout {
+    let numbered: Vec<_> = (0..).zip(kinds.iter().copied()).collect();
+    layout_of(gpu, label, stages, &numbered)
+}
+
+/// A layout with numbered bindings.
+pub fn layout_of(gpu: &Gpu, label: &str, stages: ShaderStages, kinds: &[(u32, Kind)]) -> BindGroupLayout {
     let buffer = |ty| BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None };
-    let entries: Vec<_> = (0..)
-        .zip(kinds)
+    let entries: Vec<_> = kinds
+        .iter()
         .map(|(binding, kind)| BindGroupLayoutEntry {
-            binding,
+            binding: *binding,
             visibility: stages,
             ty: match kind {
                 Kind::Uniform => buffer(BufferBindingType::Uniform),
@@ -63,11 +89,11 @@ pub fn bindings(gpu: &Gpu, label: &str, stages: ShaderStages, kinds: &[Kind]) ->
     gpu.device.create_bind_group_layout(&descriptor)
 }
 
-/// Buffers as bindings 0, 1, 2 …
-pub fn bind(gpu: &Gpu, layout: &BindGroupLayout, buffers: &[&Buffer]) -> BindGroup {
-    let entries: Vec<_> = (0..)
-        .zip(buffers)
-        .map(|(binding, buffer)| BindGroupEntry { binding, resource: buffer.as_entire_binding() })
+/// Buffers as numbered bindings.
+pub fn bind(gpu: &Gpu, layout: &BindGroupLayout, buffers: &[(u32, &Buffer)]) -> BindGroup {
+    let entries: Vec<_> = buffers
+        .iter()
+        .map(|(binding, buffer)| BindGroupEntry { binding: *binding, resource: buffer.as_entire_binding() })
         .collect();
     gpu.device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries })
 }

@@ -11,7 +11,6 @@ use super::device::Gpu;
 use super::layout::{Draw, IDS, Kind, Layering, TargetKind, bind, bindings, compute, render, shader};
 use super::timer::Timer;
 use crate::mesh::{Mesh, Vertex};
-use crate::scene::Layers;
 
 /// Meshes that robots can have; the same as in sort.wgsl.
 pub const MESHES: usize = 8;
@@ -60,8 +59,8 @@ struct Pipelines {
 #[derive(Debug)]
 pub struct Robots {
     sort: ComputePipeline,
-    sort_layout: BindGroupLayout,
-    groups: Option<[BindGroup; 2]>,
+    lists_layout: BindGroupLayout,
+    lists: Option<BindGroup>,
     bodies: Buffer,
     marks: Buffer,
     draws: Buffer,
@@ -77,19 +76,17 @@ pub struct Robots {
 }
 
 impl Robots {
-    pub fn new(gpu: &Gpu, target: TargetKind, view: &BindGroupLayout) -> Self {
-        use Kind::{Read, Uniform, Write};
-        let kinds = [Read, Read, Read, Uniform, Write, Write, Write];
-        let sort_layout = bindings(gpu, "sort", ShaderStages::COMPUTE, &kinds);
-        let sorting = shader!(gpu, "sort.wgsl");
+    pub fn new(gpu: &Gpu, target: TargetKind, view: &BindGroupLayout, columns: &Columns) -> Self {
+        let lists_layout = bindings(gpu, "lists", ShaderStages::COMPUTE, &[Kind::Write; 3]);
+        let sorting = shader(gpu, "sort");
         let lists = BufferUsages::STORAGE | BufferUsages::VERTEX;
         let draws = BufferUsages::STORAGE | BufferUsages::INDIRECT | BufferUsages::COPY_SRC;
         let bytes = LISTS * size_of::<DrawArguments>();
         let index = BufferUsages::INDEX;
         let mut robots = Self {
-            sort: compute(gpu, &sorting, "sort", &[view, &sort_layout]),
-            sort_layout,
-            groups: None,
+            sort: compute(gpu, &sorting, "sort", &[view, columns.layout(), &lists_layout]),
+            lists_layout,
+            lists: None,
             bodies: buffer(gpu, "bodies", (MESHES * MESH_CAPACITY + BLOCK_CAPACITY) * INSTANCE_BYTES as usize, lists),
             marks: buffer(gpu, "marks", INSTANCE_BYTES as usize, lists),
             draws: buffer(gpu, "draws", bytes, draws),
@@ -133,25 +130,13 @@ impl Robots {
         gpu.queue.write_buffer(&self.shadow_draws, 0, bytemuck::cast_slice(&shadows));
     }
 
-    /// Makes what depends on the columns' buffers anew, when they are other ones.
-    pub fn rebind(&mut self, gpu: &Gpu, columns: &Columns) {
+    /// Makes room for as many marks as there may be robots.
+    fn fit(&mut self, gpu: &Gpu, columns: &Columns) {
         let bytes = columns.rows() as u64 * INSTANCE_BYTES;
         if self.marks.size() != bytes {
             self.marks = buffer(gpu, "marks", bytes as usize, BufferUsages::STORAGE | BufferUsages::VERTEX);
+            self.lists = None;
         }
-        self.groups = None;
-    }
-
-    fn make_groups(&self, gpu: &Gpu, columns: &Columns) -> [BindGroup; 2] {
-        let [previous, current, attributes] = columns.buffers();
-        let rest = [attributes, &columns.types, &self.bodies, &self.marks, &self.draws];
-        let group = |poses: [&Buffer; 2]| {
-            let buffers: Vec<_> = poses.into_iter().chain(rest).collect();
-            bind(gpu, &self.sort_layout, &buffers)
-        };
-        let now = group([previous, current]);
-        let next = group([current, previous]);
-        if columns.parity() == 0 { [now, next] } else { [next, now] }
     }
 
     /// Sorts the robots into lists.
@@ -160,21 +145,22 @@ impl Robots {
         gpu: &Gpu,
         encoder: &mut CommandEncoder,
         view: &BindGroup,
-        columns: &Columns,
+        columns: &mut Columns,
         timer: Option<&Timer>,
     ) {
-        if self.groups.is_none() {
-            self.groups = Some(self.make_groups(gpu, columns));
-        }
+        self.fit(gpu, columns);
+        let buffers = [(0, &self.bodies), (1, &self.marks), (2, &self.draws)];
+        let lists = self.lists.get_or_insert_with(|| bind(gpu, &self.lists_layout, &buffers)).clone();
+        let poses = columns.group(gpu);
         encoder.copy_buffer_to_buffer(&self.blank_draws, 0, &self.draws, 0, self.draws.size());
-        let Some(groups) = &self.groups else { return };
         {
             let timestamp_writes = timer.map(Timer::start);
             let mut pass =
                 encoder.begin_compute_pass(&wgpu::ComputePassDescriptor { label: Some("sort"), timestamp_writes });
             pass.set_pipeline(&self.sort);
             pass.set_bind_group(0, view, &[]);
-            pass.set_bind_group(1, &groups[columns.parity()], &[]);
+            pass.set_bind_group(1, &poses, &[]);
+            pass.set_bind_group(2, &lists, &[]);
             let needed = columns.robots()[0].div_ceil(GROUP);
             // No side of the grid may be longer than this.
             let across = needed.clamp(1, 32_768);
@@ -198,10 +184,7 @@ impl Robots {
     }
 
     /// Draws the robots.
-    pub fn draw(&self, pass: &mut RenderPass<'_>, layers: Layers) {
-        if !layers.robots {
-            return;
-        }
+    pub fn draw(&self, pass: &mut RenderPass<'_>) {
         let mark = if self.any_round { &self.pipelines.round_mark } else { &self.pipelines.mark };
         self.draw_with(pass, [&self.pipelines.body, &self.pipelines.block, mark]);
     }
@@ -253,7 +236,7 @@ fn upload(gpu: &Gpu, mesh: &Mesh) -> MeshBuffers {
 
 impl Pipelines {
     fn new(gpu: &Gpu, target: TargetKind, view: &BindGroupLayout) -> Self {
-        let module = shader!(gpu, "robots.wgsl");
+        let module = shader(gpu, "robots");
         let instance = |attributes| VertexBufferLayout {
             array_stride: INSTANCE_BYTES,
             step_mode: VertexStepMode::Instance,

@@ -94,7 +94,7 @@ impl ViewUniform {
 
     fn light(&mut self, camera: &Camera, scene: &Scene) {
         let dark = scene.theme == Theme::Dark;
-        self.sun = SUN.normalize().extend(if dark { 0.6 } else { 0.32 });
+        self.sun = SUN.normalize().extend(if dark { 0.65 } else { 0.42 });
         let (sun, above, below) = if dark { (0.75, 0.42, 0.16) } else { (0.72, 0.48, 0.30) };
         self.sun_colour = Vec4::new(1.0, 0.97, 0.92, 0.0) * sun;
         self.ambient_above = Vec4::new(0.95, 0.98, 1.0, 0.0) * above;
@@ -116,7 +116,7 @@ impl ViewUniform {
         self.node = solid(colours.node);
         self.selection = solid(colours.selection);
         self.unknown = solid(colours.unknown);
-        self.palette = legend.scale.colours().map(solid);
+        self.palette = legend.scale.colours(scene.theme).map(solid);
         self.source = match scene.colouring {
             Colouring::State => 1,
             Colouring::Type => 2,

@@ -27,7 +27,7 @@ const EDGE_METRES = 0.07;
 const ARROW_METRES = 0.34;
 const NODE_METRES = 0.11;
 // Pixels across, at least and at most.
-const EDGE_PIXELS = vec2f(1.0, 5.0);
+const EDGE_PIXELS = vec2f(1.2, 5.0);
 
 @group(1) @binding(0) var<storage, read> edges: array<Edge>;
 @group(1) @binding(1) var<storage, read> nodes: array<Node>;
@@ -50,9 +50,9 @@ struct Draw {
 }
 
 @group(2) @binding(0) var<storage, read_write> lists: array<u32>;
-@group(2) @binding(1) var<storage, read_write> draws: array<Draw, 5>;
+@group(2) @binding(1) var<storage, read_write> draws: array<Draw, 6>;
 
-// Lists: straight edges, bent ones, much bent ones, arrows, nodes. Each as long as there are edges, or nodes.
+// Lists: straight edges, bent ones, more bent ones, most bent ones, arrows, nodes. Each as long as there are edges, or nodes.
 fn put(list: u32, index: u32) {
     let place = atomicAdd(&draws[list].instances, 1u);
     lists[list * arrayLength(&edges) + place] = index;
@@ -80,10 +80,10 @@ fn sort_edges(@builtin(global_invocation_id) at: vec3u, @builtin(num_workgroups)
     let bend = max(abs(chord.x * aside_a.y - chord.y * aside_a.x), abs(chord.x * aside_b.y - chord.y * aside_b.x));
     let bent = bend * view.eye.w / nearest;
     if pixels > 0.4 {
-        put(select(select(2u, 1u, bent < 12.0), 0u, bent < 0.5), i);
+        put(u32(bent >= 0.5) + u32(bent >= 12.0) + u32(bent >= 120.0), i);
     }
     if pixels > 36.0 {
-        put(3u, i);
+        put(4u, i);
     }
 }
 
@@ -95,7 +95,7 @@ fn sort_nodes(@builtin(global_invocation_id) at: vec3u, @builtin(num_workgroups)
     }
     let local = vec2f(nodes[i].x, nodes[i].y) - view.origin.xy;
     if inside(local, 1.0) && metres_per_pixel(vec3f(local, 0.0)) < NODE_METRES {
-        put(4u, i);
+        put(5u, i);
     }
 }
 
@@ -162,6 +162,11 @@ fn edge_bent(@location(0) index: u32, @builtin(vertex_index) vertex: u32) -> Rib
 @vertex
 fn edge_curved(@location(0) index: u32, @builtin(vertex_index) vertex: u32) -> Ribbon {
     return ribbon(index, vertex, 33u, 0.0);
+}
+
+@vertex
+fn edge_near(@location(0) index: u32, @builtin(vertex_index) vertex: u32) -> Ribbon {
+    return ribbon(index, vertex, 129u, 0.0);
 }
 
 @fragment

@@ -27,14 +27,6 @@ struct Mark {
     id: u32,
 }
 
-struct RobotType {
-    length: f32,
-    width: f32,
-    height: f32,
-    // Bit 0: a circle. From bit 8 on: which mesh. Bit 1: the mesh has its own size.
-    look: u32,
-}
-
 struct Draw {
     indices: u32,
     instances: atomic<u32>,
@@ -48,31 +40,9 @@ const MESH_CAPACITY = 8192u;
 const BLOCKS = 8u;
 const MARKS = 9u;
 
-@group(1) @binding(0) var<storage, read> previous: array<f32>;
-@group(1) @binding(1) var<storage, read> current: array<f32>;
-// Values, types and states, each a column of `stride` words; four states in a word.
-@group(1) @binding(2) var<storage, read> attributes: array<u32>;
-@group(1) @binding(3) var<uniform> types: array<RobotType, 64>;
-@group(1) @binding(4) var<storage, read_write> bodies: array<Body>;
-@group(1) @binding(5) var<storage, read_write> marks: array<Mark>;
-@group(1) @binding(6) var<storage, read_write> draws: array<Draw, 10>;
-
-fn colour_of(value: f32, state: u32, kind: u32, known: bool) -> vec3f {
-    var at = value;
-    if view.source == 1u {
-        at = f32(state);
-    } else if view.source == 2u {
-        at = f32(kind % 16u);
-    } else if !known {
-        return view.unknown.rgb;
-    }
-    if view.categories == 1u {
-        return view.palette[u32(clamp(at, 0.0, 15.0))].rgb;
-    }
-    let place = clamp((at - view.low) * view.per_span, 0.0, 1.0) * 15.0;
-    let below = min(u32(place), 14u);
-    return mix(view.palette[below].rgb, view.palette[below + 1u].rgb, place - f32(below));
-}
+@group(2) @binding(0) var<storage, read_write> bodies: array<Body>;
+@group(2) @binding(1) var<storage, read_write> marks: array<Mark>;
+@group(2) @binding(2) var<storage, read_write> draws: array<Draw, 10>;
 
 // Takes a place in a list, if there is one.
 fn place_in(list: u32, capacity: u32) -> u32 {
@@ -89,26 +59,13 @@ fn sort(@builtin(global_invocation_id) at: vec3u, @builtin(num_workgroups) group
     if i >= view.robots {
         return;
     }
-    let stride = arrayLength(&current) / 3u;
-    let state = extractBits(attributes[2u * stride + i / 4u], (i % 4u) * 8u, 8u);
-    if state == 255u {
+    if state_of(i) == ABSENT {
         return;
     }
-    var position = vec2f(current[i], current[stride + i]);
-    var theta = current[2u * stride + i];
-    if i < view.previous_robots && view.alpha < 1.0 {
-        let before = vec2f(previous[i], previous[stride + i]);
-        let way = position - before;
-        if dot(way, way) < view.jump * view.jump {
-            position = before + way * view.alpha;
-            let turn = theta - previous[2u * stride + i];
-            // The short way round.
-            theta -= (turn - round(turn / 6.2831853) * 6.2831853) * (1.0 - view.alpha);
-        }
-    }
-    let local = vec3f(position - view.origin.xy, 0.0);
-    let kind = u32(bitcast<f32>(attributes[stride + i]));
-    let look = types[min(kind, 63u)];
+    let pose = pose_of(i);
+    let heading = vec2f(cos(pose.z), sin(pose.z));
+    let local = vec3f(pose.xy, 0.0);
+    let look = types[min(kind_of(i), 63u)];
     let depth = dot(local - view.eye.xyz, view.forward.xyz);
     let scale = view.eye.w / max(depth, 0.05);
     let pixels = look.length * scale;
@@ -120,10 +77,9 @@ fn sort(@builtin(global_invocation_id) at: vec3u, @builtin(num_workgroups) group
             return;
         }
     }
-    let colour = pack4x8unorm(vec4f(colour_of(bitcast<f32>(attributes[i]), state, kind, i < u32(view.detail.w)), 0.0));
-    let heading = vec2f(cos(theta), sin(theta));
+    let colour = pack4x8unorm(vec4f(colour_of(i), 0.0));
 
-    if pixels >= view.detail.y {
+    if pixels >= max(view.detail.y, view.detail.z) {
         var body = Body(local.x, local.y, pack2x16snorm(heading), colour, 0u, 0u, i);
         if pixels >= view.detail.x {
             let mesh = min(look.look >> 8u, MESHES - 1u);
@@ -150,7 +106,7 @@ fn sort(@builtin(global_invocation_id) at: vec3u, @builtin(num_workgroups) group
     }
     // Each at a height of its own, so that which one is in front doesn't change from picture to picture; those with
     // a higher colour's number above the others.
-    let rank = select(0.0, clamp((bitcast<f32>(attributes[i]) - view.low) * view.per_span, 0.0, 1.0), view.categories == 1u);
+    let rank = select(0.0, clamp((value_of(i) - view.low) * view.per_span, 0.0, 1.0), view.categories == 1u);
     let layer = look.height * (0.2 + 0.3 * fract(f32(i) * 0.6180339887) + 0.5 * rank);
     let clip = clip_from(vec3f(local.xy, layer));
     let tip = clip_from(vec3f(local.xy + heading * 0.5 * look.length, layer));
@@ -158,7 +114,8 @@ fn sort(@builtin(global_invocation_id) at: vec3u, @builtin(num_workgroups) group
     let half_size = view.viewport.xy * 0.5;
     var axis = (tip.xy / tip.w - clip.xy / clip.w) * half_size;
     let across = (side.xy / side.w - clip.xy / clip.w) * half_size;
-    let least = view.detail.z * 0.5;
+    // Robots that share pixels with many others are drawn finer.
+    let least = view.detail.z * mix(0.34, 0.5, clamp(pixels - 0.4, 0.0, 1.0));
     let reach = max(length(axis), 1e-6);
     let width = max(abs(axis.x * across.y - axis.y * across.x) / reach, least * 0.6);
     axis *= max(least / reach, 1.0);
