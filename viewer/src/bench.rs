@@ -112,7 +112,7 @@ impl Bench<'_> {
             renderer.set_values(Some(frame.speed()));
             times.upload = start.elapsed().as_secs_f64();
             let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-            let picture = Picture { camera: &camera, scene: &scene, legend: &legend, size, alpha: 0.5 };
+            let picture = Picture { camera: &camera, scene: &scene, legend: &legend, size, within: None, alpha: 0.5 };
             renderer.draw(&mut encoder, &self.offscreen.view, &picture);
             self.gpu.queue.submit([encoder.finish()]);
             times.encode = start.elapsed().as_secs_f64() - times.upload;

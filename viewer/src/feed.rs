@@ -151,6 +151,19 @@ impl Feed {
         self.frames.has_producer()
     }
 
+    /// Whether there is a frame that was not read yet.
+    ///
+    /// # Errors
+    /// [`ReadError::Receive`] if the connection to the producer is broken.
+    pub fn has_newer(&self) -> Result<bool, ReadError> {
+        self.frames.has_newer()
+    }
+
+    /// Forgets a producer that was killed: it counts as one until then.
+    pub fn forget_dead(&self) {
+        self.frames.forget_dead();
+    }
+
     /// How many frames were read and skipped.
     pub fn counts(&self) -> Counts {
         self.counts

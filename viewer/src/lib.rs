@@ -9,6 +9,8 @@ pub mod feed;
 pub mod floor_picture;
 pub mod gpu;
 mod headless;
+pub mod interface;
+mod link;
 pub mod mesh;
 pub mod model;
 pub mod options;
@@ -17,8 +19,9 @@ pub mod picture;
 mod record;
 pub mod scene;
 pub mod stage;
+mod window;
 
-use regatta_plugin::{Error, Result};
+use regatta_plugin::Result;
 
 pub use options::Options;
 
@@ -33,5 +36,5 @@ pub fn run(options: &Options) -> Result {
     if options.headless {
         return headless::run(options);
     }
-    Err(Error::new("there is no window yet; say --headless --screenshot FILE"))
+    window::run(options)
 }

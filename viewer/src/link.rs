@@ -6,9 +6,9 @@ use std::sync::mpsc::{self, Receiver, RecvTimeoutError, Sender, TryRecvError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use regatta_plugin::column::{ColumnName, column_names};
+use regatta_plugin::column::column_names;
 use regatta_plugin::control::{ControlKind, ControlRequest, ControlResponse};
-use regatta_plugin::{ColumnReader, Control, ControlError, FleetName, Participant, Result, Subscriber};
+use regatta_plugin::{ColumnName, ColumnReader, Control, ControlError, FleetName, Participant, Result, Subscriber};
 
 use crate::interface::rows::{RowQuery, Rows};
 

@@ -134,7 +134,7 @@ impl Stage {
     pub fn collect_trails(&mut self) {
         let legend = self.legend();
         let (camera, size) = (&Camera::default(), UVec2::ONE);
-        let picture = Picture { camera, scene: &self.scene, legend: &legend, size, alpha: 1.0 };
+        let picture = Picture { camera, scene: &self.scene, legend: &legend, size, within: None, alpha: 1.0 };
         self.renderer.collect_trails(&picture);
     }
 
@@ -147,8 +147,21 @@ impl Stage {
         size: UVec2,
         alpha: f32,
     ) {
+        self.draw_within(encoder, target, None, camera, size, alpha);
+    }
+
+    /// The same as a part of a larger target: `within` says where, and how large that is.
+    pub fn draw_within(
+        &mut self,
+        encoder: &mut CommandEncoder,
+        target: &TextureView,
+        within: Option<(UVec2, UVec2)>,
+        camera: &Camera,
+        size: UVec2,
+        alpha: f32,
+    ) {
         let legend = self.legend();
-        let picture = Picture { camera, scene: &self.scene, legend: &legend, size, alpha };
+        let picture = Picture { camera, scene: &self.scene, legend: &legend, size, within, alpha };
         self.renderer.draw(encoder, target, &picture);
     }
 }

@@ -29,7 +29,9 @@ pub struct Gpu {
     pub device: wgpu::Device,
     /// What takes uploads and commands.
     pub queue: wgpu::Queue,
-    /// The adapter: its name, driver and kind.
+    /// What the device was opened on: it knows what surfaces can do.
+    pub adapter: wgpu::Adapter,
+    /// The adapter's name, driver and kind.
     pub info: wgpu::AdapterInfo,
     lost: Arc<Mutex<Option<String>>>,
 }
@@ -69,7 +71,7 @@ impl Gpu {
                 *lost = Some(format!("{reason:?}: {message}"));
             }
         });
-        Ok(Self { device, queue, info, lost })
+        Ok(Self { device, queue, adapter, info, lost })
     }
 
     /// Opens the best adapter for drawing offscreen.

@@ -171,9 +171,13 @@ impl Renderer {
         self.chosen.update(&self.gpu, encoder, &self.view_group, &mut self.columns, trails, selected);
         let (poses, robots) = (self.columns.group(&self.gpu), view.robots);
         self.graph.sort(encoder, &self.view_group);
-        self.fit_surfaces(picture.size);
+        self.fit_surfaces(picture.within.map_or(picture.size, |(_, target)| target));
         let Some(surfaces) = &self.surfaces else { return };
         let mut pass = begin(encoder, surfaces, target, view.sky, self.timer.as_ref());
+        if let Some((at, _)) = picture.within {
+            let (at, size) = (at.as_vec2(), picture.size.as_vec2());
+            pass.set_viewport(at.x, at.y, size.x, size.y, 0.0, 1.0);
+        }
         pass.set_bind_group(0, &self.view_group, &[]);
         self.floor.draw(&mut pass);
         self.graph.draw(&mut pass, picture.scene.layers);
@@ -257,6 +261,8 @@ pub struct Picture<'a> {
     pub legend: &'a Legend,
     /// Width and height in pixels.
     pub size: UVec2,
+    /// Where it is in a larger target: its top left there, and the target's size.
+    pub within: Option<(UVec2, UVec2)>,
     /// How far from the previous frame (0) to the newest (1).
     pub alpha: f32,
 }

@@ -46,12 +46,11 @@ impl Interface {
     }
 
     fn views(&mut self, ui: &mut Ui, facts: &Facts<'_>) {
-        let aspect = ui.ctx().content_rect().aspect_ratio();
         if ui.button("Fit").on_hover_text("All in the picture (Home)").clicked() {
-            self.rig.fit(facts.bounds, aspect);
+            self.rig.fit(facts.bounds, self.aspect);
         }
         if ui.button("Top").on_hover_text("From above (T)").clicked() {
-            self.rig.top(facts.bounds, aspect);
+            self.rig.top(facts.bounds, self.aspect);
         }
         let follows = self.rig.followed().is_some();
         let text = "Follow the selected robot: behind, above, not (F)";

@@ -1,6 +1,6 @@
 //! What the keys do.
 
-use egui::{Context, ViewportCommand};
+use egui::Context;
 use regatta_plugin::frame::RobotState;
 
 use super::Interface;
@@ -11,13 +11,11 @@ use super::settings::{Left, Right};
 impl Interface {
     pub(super) fn keys(&mut self, context: &Context, facts: &Facts<'_>, actions: &mut Vec<Action>) {
         for deed in keys::pressed(context) {
-            self.carry_out(deed, context, facts, actions);
+            self.carry_out(deed, facts, actions);
         }
     }
 
-    fn carry_out(&mut self, deed: Deed, context: &Context, facts: &Facts<'_>, actions: &mut Vec<Action>) {
-        let rect = context.content_rect();
-        let aspect = rect.aspect_ratio();
+    fn carry_out(&mut self, deed: Deed, facts: &Facts<'_>, actions: &mut Vec<Action>) {
         match deed {
             Deed::Pause => actions.push(self.pause_or_resume(facts)),
             Deed::Step => actions.extend(self.step(facts)),
@@ -25,8 +23,8 @@ impl Interface {
             Deed::Faster => actions.push(self.times_speed(facts, 2.0)),
             Deed::FewerRobots => actions.push(self.times_robots(facts, 0.8)),
             Deed::MoreRobots => actions.push(self.times_robots(facts, 1.25)),
-            Deed::Fit => self.rig.fit(facts.bounds, aspect),
-            Deed::Top => self.rig.top(facts.bounds, aspect),
+            Deed::Fit => self.rig.fit(facts.bounds, self.aspect),
+            Deed::Top => self.rig.top(facts.bounds, self.aspect),
             Deed::Follow => self.follow_selected(),
             Deed::Fly => self.fly_to_selected(facts),
             Deed::Find => {
@@ -52,10 +50,7 @@ impl Interface {
             Deed::PageDown => self.page(1.0),
             Deed::Help => self.help = !self.help,
             Deed::FullScreen => actions.push(Action::FullScreen),
-            Deed::Quit => {
-                context.send_viewport_cmd(ViewportCommand::Close);
-                actions.push(Action::Quit);
-            }
+            Deed::Quit => actions.push(Action::Quit),
         }
     }
 

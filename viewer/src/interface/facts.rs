@@ -1,7 +1,7 @@
 //! What the interface shows, and what it asks for in return. It knows nothing of windows and graphics cards.
 
 use glam::Vec2;
-use regatta_plugin::column::ColumnName;
+use regatta_plugin::ColumnName;
 use regatta_plugin::contact::Contacts;
 use regatta_plugin::control::{ControlRequest, ControlResponse};
 use regatta_plugin::frame::{ClockState, Frame};
@@ -12,6 +12,7 @@ use super::rig::Pose;
 use super::rows::{RowQuery, Rows};
 use crate::camera::Bounds;
 use crate::feed::Counts;
+use crate::gpu::pick::Picked;
 use crate::palette::Legend;
 
 /// How the fleet's producer is.
@@ -126,5 +127,15 @@ impl Facts<'_> {
         let (frame, row) = (self.frame?, robot as usize);
         let place = Vec2::new(*frame.x().get(row)?, *frame.y().get(row)?) + offset;
         Some(Pose { place, theta: *frame.theta().get(row)? })
+    }
+}
+
+impl From<Picked> for Thing {
+    fn from(picked: Picked) -> Self {
+        match picked {
+            Picked::Robot(id) => Self::Robot(id),
+            Picked::Edge(index) => Self::Edge(index),
+            Picked::Node(index) => Self::Node(index),
+        }
     }
 }

@@ -96,9 +96,9 @@ fn header(ui: &mut Ui, query: &mut RowQuery, tones: &Tones) {
         let right = area.left() + (area.width() - 10.0) * end;
         let rect = Rect::from_min_max(pos2(left, area.top()), pos2(right, area.bottom()));
         left = right;
-        let response = ui.interact(rect, ui.id().with(name), Sense::click());
+        let response = ui.interact(rect, ui.scope_id().with(name), Sense::click());
         let chosen = query.sort == sort;
-        response.widget_info(|| egui::WidgetInfo::selected(egui::WidgetType::Button, true, chosen, format!("sort by {name}")));
+        response.widget_info(|| egui::WidgetInfo::selected(egui::Role::Button, true, chosen, format!("sort by {name}")));
         if response.clicked() {
             *query = RowQuery { sort, descending: chosen && !query.descending, filter: query.filter.clone() };
         }

@@ -17,7 +17,7 @@ const ZOOM: f32 = 1.4;
 impl Interface {
     /// Lets the hands that are on the picture move the camera.
     pub(super) fn hands(&mut self, ui: &Ui, picture: Rect, actions: &mut Vec<Action>) {
-        let response = ui.interact(picture, ui.id().with("picture"), Sense::click_and_drag());
+        let response = ui.interact(picture, ui.scope_id().with("picture"), Sense::click_and_drag());
         let size = glam(picture.size());
         self.drag(ui, &response, picture, size);
         if response.contains_pointer() {

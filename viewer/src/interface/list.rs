@@ -36,7 +36,7 @@ impl Scroll {
     /// Shows the rows that are in sight in all the room that is left: `row` draws one into its rectangle.
     pub fn show(&mut self, ui: &mut Ui, name: &str, tones: &Tones, rows: usize, mut row: impl FnMut(&mut Ui, Rect, usize)) {
         let (area, _) = ui.allocate_exact_size(ui.available_size().max(vec2(40.0, ROW)), Sense::hover());
-        let id = Id::new(name);
+        let id = Id::unique(name);
         self.visible = f64::from(area.height() / ROW);
         let most = (rows as f64 - self.visible).max(0.0);
         if ui.rect_contains_pointer(area) {
@@ -77,13 +77,13 @@ impl Scroll {
 }
 
 /// A row that can be clicked, with the look of one that is chosen or pointed at.
-pub fn clickable(ui: &Ui, rect: Rect, id: u32, chosen: bool, tones: &Tones, name: impl FnOnce() -> String) -> Response {
-    let response = ui.interact(rect, ui.id().with(id), Sense::click());
+pub fn clickable(ui: &Ui, rect: Rect, id: u32, chosen: bool, tones: &Tones, name: impl Fn() -> String) -> Response {
+    let response = ui.interact(rect, ui.scope_id().with(id), Sense::click());
     if chosen {
         ui.painter().rect_filled(rect, 4.0, tones.accent.gamma_multiply(0.25));
     } else if response.hovered() {
         ui.painter().rect_filled(rect, 4.0, tones.field);
     }
-    response.widget_info(|| egui::WidgetInfo::selected(egui::WidgetType::SelectableLabel, true, chosen, name()));
+    response.widget_info(|| egui::WidgetInfo::selected(egui::Role::Button, true, chosen, name()));
     response
 }

@@ -53,6 +53,8 @@ pub struct Interface {
     history: History,
     drafts: Drafts,
     help: bool,
+    /// Width over height of the picture.
+    aspect: f32,
     /// Messages, and when they go.
     notices: Vec<(String, Option<f64>)>,
     styled: Option<(Theme, f32)>,
@@ -70,9 +72,16 @@ impl Interface {
             history: History::default(),
             drafts: Drafts::default(),
             help: false,
+            aspect: 16.0 / 9.0,
             notices: Vec::new(),
             styled: None,
         }
+    }
+
+    /// To be shown by another context: that has to be told again how things look.
+    #[must_use]
+    pub fn undressed(self) -> Self {
+        Self { styled: None, ..self }
     }
 
     /// Tells something, for some seconds.
@@ -134,8 +143,9 @@ impl Interface {
     fn move_camera(&mut self, ui: &Ui, picture: Rect, facts: &Facts<'_>) {
         let seconds = ui.input(|input| input.stable_dt).min(0.1);
         self.rig.advance(seconds.into(), facts.followed);
-        if self.rig.is_untouched() && picture.is_positive() {
-            self.rig.fit(facts.bounds, picture.aspect_ratio());
+        if picture.is_positive() {
+            self.rig.keep_fitted(facts.bounds, picture.aspect_ratio());
+            self.aspect = picture.aspect_ratio();
         }
         if self.rig.is_flying() {
             ui.ctx().request_repaint();

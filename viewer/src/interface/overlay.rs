@@ -27,7 +27,7 @@ impl Interface {
             return;
         }
         let at = place.pos_in_rect(&inside);
-        Area::new(Id::new(name)).order(Order::Background).pivot(place).fixed_pos(at).interactable(false).show(
+        Area::new(Id::unique(name)).order(Order::Background).pivot(place).fixed_pos(at).interactable(false).show(
             context,
             |ui| {
                 style::floating(self.settings.theme()).show(ui, show);
@@ -52,7 +52,7 @@ impl Interface {
                 }
                 Scale::Ramp { low, high, unit } => {
                     let (ramp, _) = ui.allocate_exact_size(vec2(140.0, 10.0), Sense::hover());
-                    let colours = facts.legend.scale.colours();
+                    let colours = facts.legend.scale.colours(theme);
                     let width = ramp.width() / colours.len() as f32;
                     for (i, colour) in colours.into_iter().enumerate() {
                         let left = ramp.left() + i as f32 * width;

@@ -47,6 +47,15 @@ pub struct Rig {
     beside: f32,
     /// Still where it was put by itself: whoever hasn't touched it wants to see all.
     untouched: bool,
+    /// As long as it is untouched, it looks straight down.
+    from_above: bool,
+}
+
+impl Default for Rig {
+    /// Shows all there is, from an angle, until somebody moves it.
+    fn default() -> Self {
+        Self::new(Camera::default(), false)
+    }
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -60,7 +69,19 @@ struct Flight {
 impl Rig {
     /// Starts with a camera. One that was `chosen` stays there.
     pub fn new(camera: Camera, chosen: bool) -> Self {
-        Self { camera: camera.clamped(), flight: None, follow: None, beside: 0.0, untouched: !chosen }
+        Self { camera: camera.clamped(), flight: None, follow: None, beside: 0.0, untouched: !chosen, from_above: false }
+    }
+
+    /// Shows all there is from straight above, until somebody moves it.
+    pub fn top_view() -> Self {
+        Self { from_above: true, ..Self::default() }
+    }
+
+    /// Shows all there is as long as nobody has moved the camera.
+    pub fn keep_fitted(&mut self, bounds: Bounds, aspect: f32) {
+        if self.untouched {
+            self.camera = if self.from_above { Camera::top(bounds, aspect) } else { Camera::fit(bounds, aspect) };
+        }
     }
 
     /// The camera as it is now.
@@ -143,20 +164,17 @@ impl Rig {
         self.flight = None;
     }
 
-    /// Looks at all there is, from an angle. At once as long as nobody has moved the camera.
+    /// Flies to where all there is can be seen, from an angle.
     pub fn fit(&mut self, bounds: Bounds, aspect: f32) {
         let camera = Camera { pitch: self.camera.pitch.clamp(0.5, 1.1), ..self.camera };
-        self.show(camera.fitted(bounds, aspect));
-    }
-
-    /// Looks straight down at all there is, north up.
-    pub fn top(&mut self, bounds: Bounds, aspect: f32) {
-        self.show(Camera::top(bounds, aspect));
-    }
-
-    fn show(&mut self, camera: Camera) {
         self.follow = None;
-        if self.untouched { self.camera = camera } else { self.fly(camera) }
+        self.fly(camera.fitted(bounds, aspect));
+    }
+
+    /// Flies to where all there is can be seen from straight above, north up.
+    pub fn top(&mut self, bounds: Bounds, aspect: f32) {
+        self.follow = None;
+        self.fly(Camera::top(bounds, aspect));
     }
 
     /// Flies to a place on the ground, and near it if it was far away.

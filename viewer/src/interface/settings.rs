@@ -234,7 +234,7 @@ impl Settings {
         scene.layers.grid = self.grid;
         (scene.layers.edges, scene.layers.arrows, scene.layers.nodes) = (self.edges, self.edges, self.nodes);
         scene.layers.shadows = self.shadows;
-        scene.layers.trails = self.trails > 0;
+        scene.trails.points = self.trails;
     }
 }
 

@@ -45,13 +45,13 @@ impl Interface {
                 let (sign, name) = if facts.is_paused() { ("▶", "Resume") } else { ("⏸", "Pause") };
                 let button = egui::Button::new(RichText::new(sign).size(16.0)).min_size(vec2(38.0, 28.0));
                 let response = ui.add(button).on_hover_text(format!("{name} (Space)"));
-                response.widget_info(|| egui::WidgetInfo::labeled(egui::WidgetType::Button, alive, name));
+                response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, alive, name));
                 if response.clicked() {
                     actions.push(self.pause_or_resume(facts));
                 }
                 let button = egui::Button::new(RichText::new("⏭").size(14.0)).min_size(vec2(32.0, 28.0));
                 let response = ui.add(button).on_hover_text("One tick (.)");
-                response.widget_info(|| egui::WidgetInfo::labeled(egui::WidgetType::Button, alive, "Step"));
+                response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, alive, "Step"));
                 if response.clicked() {
                     actions.extend(self.step(facts));
                 }

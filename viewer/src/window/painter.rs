@@ -30,8 +30,10 @@ impl Painter {
 
     /// Takes what changed of the textures. To be done even where nothing is drawn: changes come once.
     pub fn upload(&mut self, gpu: &Gpu, changes: &TexturesDelta) {
-        for (id, change) in &changes.set {
-            self.renderer.update_texture(&gpu.device, &gpu.queue, *id, change);
+        for (id, changes) in &changes.set {
+            for change in changes {
+                self.renderer.update_texture(&gpu.device, &gpu.queue, *id, change);
+            }
         }
     }
 
