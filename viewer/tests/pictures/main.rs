@@ -19,7 +19,7 @@ fn main() -> std::process::ExitCode {
     let arguments = Arguments::from_args();
     let gpu = Gpu::software().ok();
     let tests = references::TESTS.iter().chain(picking::TESTS).chain(motion::TESTS);
-    let trials = tests
+    let mut trials: Vec<_> = tests
         .map(|(name, test)| {
             let device = gpu.clone();
             let run = move || {
@@ -29,5 +29,9 @@ fn main() -> std::process::ExitCode {
             Trial::test(*name, run).with_ignored_flag(gpu.is_none()).with_kind("needs a software adapter")
         })
         .collect();
+    trials.push(Trial::test("references_are_told_apart", || {
+        references::references_are_told_apart();
+        Ok(())
+    }));
     libtest_mimic::run(&arguments, trials).exit_code()
 }
