@@ -78,6 +78,16 @@ impl Mesh {
         mesh
     }
 
+    /// The same for a round robot: a cylinder with a lighter stripe.
+    pub fn round_block() -> Self {
+        let rim = circle(Vec2::ZERO, 0.5);
+        let mut mesh = Self::default();
+        mesh.loft(&[(rim.clone(), 0.0), (rim.clone(), 0.9)], [30, 32, 35, 190]);
+        mesh.cap(&rim, 0.9, OWN);
+        mesh.cap(&[(0.15, -0.4), (0.4, -0.2), (0.4, 0.2), (0.15, 0.4)].map(Vec2::from), 0.905, [235, 240, 245, 70]);
+        mesh
+    }
+
     /// Walls between rings of equal length, each at its height. Normals are those of the walls, smooth around.
     fn loft(&mut self, rings: &[(Vec<Vec2>, f32)], paint: Paint) {
         for pair in rings.windows(2) {
@@ -150,7 +160,7 @@ mod tests {
 
     #[test]
     fn built_in_meshes_fit_their_box_and_look_outwards() {
-        for mesh in [Mesh::amr(), Mesh::round_amr(), Mesh::block()] {
+        for mesh in [Mesh::amr(), Mesh::round_amr(), Mesh::block(), Mesh::round_block()] {
             assert!(mesh.indices.len().is_multiple_of(3));
             for vertex in &mesh.vertices {
                 let [x, y, z] = vertex.position;

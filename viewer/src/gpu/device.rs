@@ -53,7 +53,21 @@ impl Gpu {
     /// # Errors
     /// [`DeviceError`] if there is none, or it lacks something.
     pub fn open(instance: &wgpu::Instance, surface: Option<&wgpu::Surface<'_>>) -> Result<Self, DeviceError> {
-        let adapter = choose(instance, surface)?;
+        Self::from_adapter(&choose(instance, surface)?)
+    }
+
+    /// Opens an adapter that draws on the processor: all of them draw the same.
+    ///
+    /// # Errors
+    /// As [`open`](Self::open).
+    pub fn software() -> Result<Self, DeviceError> {
+        let options =
+            wgpu::RequestAdapterOptions { force_fallback_adapter: true, ..wgpu::RequestAdapterOptions::default() };
+        let adapter = pollster::block_on(instance().request_adapter(&options)).map_err(|_| DeviceError::NoAdapter)?;
+        Self::from_adapter(&adapter)
+    }
+
+    fn from_adapter(adapter: &wgpu::Adapter) -> Result<Self, DeviceError> {
         let info = adapter.get_info();
         let optional = Features::TIMESTAMP_QUERY;
         let descriptor = wgpu::DeviceDescriptor {

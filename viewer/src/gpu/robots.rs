@@ -16,10 +16,11 @@ use crate::mesh::{Mesh, Vertex};
 pub const MESHES: usize = 8;
 /// Robots that are drawn as each of them.
 const MESH_CAPACITY: usize = 8_192;
-/// Robots that are drawn as blocks.
+/// Robots that are drawn as boxes, and as round blocks.
 const BLOCK_CAPACITY: usize = 131_072;
-/// Lists: one for each mesh, one of blocks, one of marks.
-const LISTS: usize = MESHES + 2;
+/// Lists: one for each mesh, one of boxes, one of round blocks, one of marks.
+const LISTS: usize = MESHES + 3;
+const MARKS: usize = MESHES + 2;
 /// Threads of a group of the sorting shader.
 const GROUP: u32 = 64;
 /// Bytes of the shaders' `Body` and `Mark`.
@@ -69,7 +70,7 @@ pub struct Robots {
     /// Shadows: as many as there are meshes and blocks.
     shadow_draws: Buffer,
     meshes: Vec<MeshBuffers>,
-    block: MeshBuffers,
+    blocks: [MeshBuffers; 2],
     quad: Buffer,
     pipelines: Pipelines,
     any_round: bool,
@@ -87,13 +88,18 @@ impl Robots {
             sort: compute(gpu, &sorting, "sort", &[view, columns.layout(), &lists_layout]),
             lists_layout,
             lists: None,
-            bodies: buffer(gpu, "bodies", (MESHES * MESH_CAPACITY + BLOCK_CAPACITY) * INSTANCE_BYTES as usize, lists),
+            bodies: buffer(
+                gpu,
+                "bodies",
+                (MESHES * MESH_CAPACITY + 2 * BLOCK_CAPACITY) * INSTANCE_BYTES as usize,
+                lists,
+            ),
             marks: buffer(gpu, "marks", INSTANCE_BYTES as usize, lists),
             draws: buffer(gpu, "draws", bytes, draws),
             blank_draws: buffer(gpu, "blank draws", bytes, BufferUsages::COPY_SRC),
             shadow_draws: buffer(gpu, "shadow draws", bytes, BufferUsages::INDIRECT),
             meshes: [Mesh::amr(), Mesh::round_amr()].iter().map(|mesh| upload(gpu, mesh)).collect(),
-            block: upload(gpu, &Mesh::block()),
+            blocks: [Mesh::block(), Mesh::round_block()].map(|mesh| upload(gpu, &mesh)),
             quad: init(gpu, bytemuck::cast_slice(&[0_u32, 1, 2, 2, 1, 3]), index),
             pipelines: Pipelines::new(gpu, target, view),
             any_round: false,
@@ -119,12 +125,11 @@ impl Robots {
 
     fn write_draws(&mut self, gpu: &Gpu) {
         let mut draws = [DrawArguments::default(); LISTS];
-        for (draw, mesh) in draws.iter_mut().zip(&self.meshes) {
-            draw.indices = mesh.count;
+        for (list, mesh) in self.lists_of_bodies() {
+            draws[list].indices = mesh.count;
         }
-        draws[MESHES].indices = self.block.count;
         // Not indexed: corners.
-        draws[MESHES + 1].indices = 3;
+        draws[MARKS].indices = 3;
         gpu.queue.write_buffer(&self.blank_draws, 0, bytemuck::cast_slice(&draws));
         let shadows = draws.map(|draw| DrawArguments { indices: 6, ..draw });
         gpu.queue.write_buffer(&self.shadow_draws, 0, bytemuck::cast_slice(&shadows));
@@ -167,7 +172,7 @@ impl Robots {
             pass.dispatch_workgroups(across, needed.div_ceil(across).max(1), 1);
         }
         let stride = size_of::<DrawArguments>() as u64;
-        for list in 0..=MESHES as u64 {
+        for list in 0..MARKS as u64 {
             let count = list * stride + 4;
             encoder.copy_buffer_to_buffer(&self.draws, count, &self.shadow_draws, count, 4);
         }
@@ -177,7 +182,7 @@ impl Robots {
     pub fn draw_shadows(&self, pass: &mut RenderPass<'_>) {
         pass.set_pipeline(&self.pipelines.shadow);
         pass.set_index_buffer(self.quad.slice(..), IndexFormat::Uint32);
-        for list in (0..self.meshes.len()).chain([MESHES]) {
+        for (list, _) in self.lists_of_bodies() {
             pass.set_vertex_buffer(0, self.bodies_of(list));
             pass.draw_indexed_indirect(&self.shadow_draws, draw_at(list));
         }
@@ -200,10 +205,12 @@ impl Robots {
             self.draw_bodies(pass, list, mesh);
         }
         pass.set_pipeline(block);
-        self.draw_bodies(pass, MESHES, &self.block);
+        for (list, mesh) in (MESHES..).zip(&self.blocks) {
+            self.draw_bodies(pass, list, mesh);
+        }
         pass.set_pipeline(mark);
         pass.set_vertex_buffer(0, self.marks.slice(..));
-        pass.draw_indirect(&self.draws, draw_at(MESHES + 1));
+        pass.draw_indirect(&self.draws, draw_at(MARKS));
     }
 
     fn draw_bodies(&self, pass: &mut RenderPass<'_>, list: usize, mesh: &MeshBuffers) {
@@ -213,8 +220,14 @@ impl Robots {
         pass.draw_indexed_indirect(&self.draws, draw_at(list));
     }
 
+    /// The lists that are used, and what stands in each.
+    fn lists_of_bodies(&self) -> impl Iterator<Item = (usize, &MeshBuffers)> {
+        self.meshes.iter().enumerate().chain((MESHES..).zip(&self.blocks))
+    }
+
     fn bodies_of(&self, list: usize) -> wgpu::BufferSlice<'_> {
-        self.bodies.slice((list * MESH_CAPACITY) as u64 * INSTANCE_BYTES..)
+        let start = list.min(MESHES) * MESH_CAPACITY + list.saturating_sub(MESHES) * BLOCK_CAPACITY;
+        self.bodies.slice(start as u64 * INSTANCE_BYTES..)
     }
 }
 

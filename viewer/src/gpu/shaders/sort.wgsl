@@ -37,12 +37,14 @@ struct Draw {
 
 const MESHES = 8u;
 const MESH_CAPACITY = 8192u;
+// After the meshes: boxes, round blocks, marks.
 const BLOCKS = 8u;
-const MARKS = 9u;
+const BLOCK_CAPACITY = 131072u;
+const MARKS = 10u;
 
 @group(2) @binding(0) var<storage, read_write> bodies: array<Body>;
 @group(2) @binding(1) var<storage, read_write> marks: array<Mark>;
-@group(2) @binding(2) var<storage, read_write> draws: array<Draw, 10>;
+@group(2) @binding(2) var<storage, read_write> draws: array<Draw, 11>;
 
 // Takes a place in a list, if there is one.
 fn place_in(list: u32, capacity: u32) -> u32 {
@@ -92,12 +94,12 @@ fn sort(@builtin(global_invocation_id) at: vec3u, @builtin(num_workgroups) group
                 return;
             }
         }
-        let capacity = arrayLength(&bodies) - MESHES * MESH_CAPACITY;
-        let place = place_in(BLOCKS, capacity);
-        if place < capacity {
+        let is_round = look.look & 1u;
+        let place = place_in(BLOCKS + is_round, BLOCK_CAPACITY);
+        if place < BLOCK_CAPACITY {
             body.size = pack2x16float(vec2f(look.length, look.width));
             body.height = pack2x16float(vec2f(look.height, 0.0));
-            bodies[MESHES * MESH_CAPACITY + place] = body;
+            bodies[MESHES * MESH_CAPACITY + is_round * BLOCK_CAPACITY + place] = body;
             return;
         }
     }
