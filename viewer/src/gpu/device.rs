@@ -85,7 +85,7 @@ impl Gpu {
                 *lost = Some(format!("{reason:?}: {message}"));
             }
         });
-        Ok(Self { device, queue, adapter, info, lost })
+        Ok(Self { device, queue, adapter: adapter.clone(), info, lost })
     }
 
     /// Opens the best adapter for drawing offscreen.

@@ -17,12 +17,17 @@ const PARTS: [&str; 5] = ["reading", "uploads", "encoding", "interface", "waitin
 #[derive(Clone, Debug, Default)]
 pub struct Timing {
     /// The adapter, for a person.
-    pub adapter: String,
+    adapter: String,
     /// Seconds of one picture: what the parts took, and from one picture to the next.
     pictures: VecDeque<([f32; 5], f32)>,
 }
 
 impl Timing {
+    /// Without pictures yet.
+    pub fn new(adapter: String) -> Self {
+        Self { adapter, pictures: VecDeque::new() }
+    }
+
     /// Takes one picture: seconds of its parts, and since the one before.
     pub fn push(&mut self, parts: [f32; 5], period: f32) {
         if self.pictures.len() == PICTURES {

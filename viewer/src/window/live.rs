@@ -136,7 +136,7 @@ impl Live {
             known: Known::default(),
             link: Link::open(&options.fleet)?,
             udp: Udp::default(),
-            timing: Timing { adapter, ..Timing::default() },
+            timing: Timing::new(adapter),
             look: options.look.clone(),
             fleet: options.fleet.clone(),
             hidden: false,
