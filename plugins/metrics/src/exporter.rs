@@ -2,7 +2,7 @@
 
 use std::ffi::OsString;
 use std::io::{self, Write};
-use std::net::SocketAddr;
+use std::net::{SocketAddr, ToSocketAddrs};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread;
@@ -28,7 +28,7 @@ const ROW_PERIOD: Duration = Duration::from_secs(1);
 #[command(about = "Shows a fleet's figures to Prometheus, and writes them as CSV")]
 pub struct Cli {
     /// Where to serve http://IP:PORT/metrics; port 0 takes a free one
-    #[arg(long, value_name = "IP:PORT", default_value = "127.0.0.1:9464")]
+    #[arg(long, value_name = "IP:PORT", default_value = "127.0.0.1:9464", value_parser = address)]
     pub listen: SocketAddr,
     /// Add a row of figures a second to this file
     #[arg(long, value_name = "FILE")]
@@ -36,6 +36,11 @@ pub struct Cli {
     /// What every plugin takes.
     #[command(flatten)]
     pub options: Options,
+}
+
+fn address(text: &str) -> Result<SocketAddr, String> {
+    let mut addresses = text.to_socket_addrs().map_err(|_| "give IP:PORT, 127.0.0.1:9464 say".to_owned())?;
+    addresses.next().ok_or_else(|| "that name has no address".to_owned())
 }
 
 /// Runs the plugin with a command line, whose first argument is the program.

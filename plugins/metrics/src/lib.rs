@@ -19,5 +19,6 @@ pub mod sheet;
 pub mod snapshot;
 #[cfg(test)]
 mod testing;
+pub mod top;
 
 pub use exporter::run_from;

@@ -29,8 +29,25 @@ fn full_page() -> String {
 fn names_and_units_are_clean() {
     let (page, mut seen) = (full_page(), BTreeSet::new());
     let no_base_units = [
-        "milliseconds", "microseconds", "nanoseconds", "minutes", "hours", "ms", "us", "ns", "sec", "kilobytes",
-        "megabytes", "kb", "mb", "km", "m", "mm", "percent", "celsius", "fahrenheit",
+        "milliseconds",
+        "microseconds",
+        "nanoseconds",
+        "minutes",
+        "hours",
+        "ms",
+        "us",
+        "ns",
+        "sec",
+        "kilobytes",
+        "megabytes",
+        "kb",
+        "mb",
+        "km",
+        "m",
+        "mm",
+        "percent",
+        "celsius",
+        "fahrenheit",
     ];
     for (name, help, kind) in families(&page) {
         assert!(seen.insert(name), "{name} twice");

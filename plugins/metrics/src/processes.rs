@@ -139,7 +139,8 @@ mod tests {
             occupant("regatta/ff/producer", 14, true, 8),
             occupant("other", 15, true, 8),
         ];
-        let members: Vec<_> = members(&occupants, &fleet).into_iter().map(|p| (p.name, p.pid, p.shared_bytes)).collect();
+        let members: Vec<_> =
+            members(&occupants, &fleet).into_iter().map(|p| (p.name, p.pid, p.shared_bytes)).collect();
         assert_eq!(members, [("control".to_owned(), 12, 3), ("zebra".to_owned(), 11, 4)]);
     }
 

@@ -21,10 +21,10 @@ const BREATH: Duration = Duration::from_millis(100);
 
 /// Why the exporter can't listen.
 #[derive(Debug, thiserror::Error)]
-#[error("can't listen on {address} ({source}); if another exporter does, choose another port with --listen IP:PORT")]
+#[error("can't listen on {address} ({reason}); if another exporter does, choose another port with --listen IP:PORT")]
 pub struct ListenError {
     address: SocketAddr,
-    source: io::Error,
+    reason: io::Error,
 }
 
 /// What the server shows.
@@ -44,7 +44,7 @@ pub fn start(address: SocketAddr, pages: Arc<impl Pages>) -> Result<SocketAddr, 
         thread::Builder::new().name("exporter".to_owned()).spawn(move || accept(&listener, &pages))?;
         Ok(address)
     };
-    listen().map_err(|source| ListenError { address, source })
+    listen().map_err(|reason| ListenError { address, reason })
 }
 
 fn accept(listener: &TcpListener, pages: &Arc<impl Pages>) {

@@ -35,12 +35,12 @@ struct Open {
 #[derive(Debug, thiserror::Error)]
 pub enum SheetError {
     /// The file can't be opened, read or written.
-    #[error("can't write {path} ({source}); rows are lost until it can be written")]
+    #[error("can't write {path} ({reason}); rows are lost until it can be written")]
     Io {
         /// The file.
         path: PathBuf,
         /// Why.
-        source: io::Error,
+        reason: io::Error,
     },
     /// The file is something else.
     #[error("{path} has other columns; move it away, or name another file with --csv: rows are lost until then")]
@@ -87,7 +87,7 @@ impl Sheet {
 
     fn write(&mut self, row: &str) -> Result<(), SheetError> {
         let Self { path, file, .. } = self;
-        let failed = |source| SheetError::Io { path: path.clone(), source };
+        let failed = |reason| SheetError::Io { path: path.clone(), reason };
         let open = match file {
             Some(open) => open,
             None => file.insert(open(path)?),
@@ -98,7 +98,7 @@ impl Sheet {
 
 /// Opens a file for more rows. Writes the header into an empty one.
 fn open(path: &Path) -> Result<Open, SheetError> {
-    let failed = |source| SheetError::Io { path: path.to_owned(), source };
+    let failed = |reason| SheetError::Io { path: path.to_owned(), reason };
     let file = OpenOptions::new().append(true).create(true).open(path).map_err(failed)?;
     let metadata = file.metadata().map_err(failed)?;
     let mut open = Open { file, length: metadata.len() };
