@@ -63,7 +63,7 @@ impl Terminal {
     }
 
     /// Waits until the screen fulfils a condition.
-    pub fn shows_that(&self, what: &str, condition: impl Fn(&str) -> bool) {
+    pub fn shows_that(&self, what: &str, mut condition: impl FnMut(&str) -> bool) {
         let shown = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| {
             eventually(what, || condition(&self.text()).then_some(()));
         }));

@@ -19,7 +19,9 @@ fn a_fleet_is_seen_paused_stepped_and_left() {
     for text in ["running", "×1", "tick cost", "real time", "frame age", "robots", "driving", "producer", "q quit"] {
         top.shows(text);
     }
-    top.shows_that("all 30 robots", |screen| screen.lines().any(|line| line.contains("robots") && line.contains(" 30 ")));
+    top.shows_that("all 30 robots", |screen| {
+        screen.lines().any(|line| line.contains("robots") && line.contains(" 30 "))
+    });
 
     top.press(" ");
     top.shows("● paused");
@@ -103,24 +105,26 @@ fn collisions_are_listed_and_scroll() {
         ContactPublisher::open_on(&Participant::join(&fleet.name, "checker").expect("joined")).expect("contacts");
     let mut frames = fleet.subscriber();
     let (run_id, tick) = eventually("a frame", || frames.latest().ok()?.map(|frame| (frame.run_id(), frame.tick())));
-    let pair = |k: u32| ContactRecord { robots: [100 + k, 200 + k], level: if k < 3 { 2 } else { 1 }, ..Default::default() };
+    let pair =
+        |k: u32| ContactRecord { robots: [100 + k, 200 + k], level: if k < 3 { 2 } else { 1 }, ..Default::default() };
     let pairs: Vec<_> = (0..40).map(pair).collect();
     let header = ContactHeader { run_id, tick, touching: 3, possible: 37, ..ContactHeader::default() };
     let top = top(&fleet.name);
-    let mut publish = || checker.publish(&header, &pairs).expect("published");
-    top.shows("Nobody checks");
-    publish();
-    top.shows("3 touching, 37 possible");
-    top.shows("100 200");
-    publish();
+    // Again and again, as a checker does: what is old is not shown.
+    let mut shows = |text: &str| {
+        top.shows_that(text, |screen| {
+            checker.publish(&header, &pairs).expect("published");
+            screen.contains(text)
+        });
+    };
+    shows("3 touching, 37 possible");
+    shows("100 200");
     top.press("\x1b[F");
-    top.shows("139 239");
-    publish();
+    shows("139 239");
     top.press("\x1b[H");
-    top.shows("100 200");
+    shows("100 200");
     top.resize(120, 40);
-    publish();
-    top.shows("115 215");
+    shows("115 215");
     top.press("q");
     assert_eq!(top.finish().code(), Some(0));
 }

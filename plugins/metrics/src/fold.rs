@@ -112,7 +112,8 @@ impl Fold {
             self.stride.note(gap);
         }
         let stride = self.stride.ticks();
-        self.totals.frames_skipped += stride.map_or(0, |stride| gap.div_ceil(stride) - 1);
+        let skipped = stride.map_or(0, |stride| gap.div_ceil(stride) - 1);
+        self.totals.frames_skipped = self.totals.frames_skipped.saturating_add(skipped);
         if last.in_step && steady && stride == Some(gap) {
             self.note_jitter(&last.header, header, simulated);
         }

@@ -78,7 +78,7 @@ impl RealTimeFactor {
     /// few to tell.
     pub fn at(&self, now: u64) -> Option<f64> {
         let (first, last) = (self.moments.front()?, self.moments.back()?);
-        if now.saturating_sub(last.wall) > 2 * SECOND.max(self.spacing()?) {
+        if now.saturating_sub(last.wall) > SECOND.max(self.spacing()?).saturating_mul(2) {
             return Some(0.0);
         }
         let wall = last.wall.checked_sub(first.wall).filter(|wall| *wall > 0)?;

@@ -1,7 +1,7 @@
 //! Robots by state, and the run's figures.
 
 use ratatui::Frame;
-use ratatui::layout::{Constraint, Layout, Rect};
+use ratatui::layout::{Constraint, Flex, Layout, Rect};
 use ratatui::style::{Color, Style};
 use ratatui::text::{Line, Span};
 use ratatui::widgets::Paragraph;
@@ -16,6 +16,9 @@ const STATE_COLOURS: [Color; STATES] = [theme::QUIET, theme::GOOD, theme::WAITIN
 
 /// The states by what a person looks for first.
 const ORDER: [usize; STATES] = [1, 0, 2, 3, 4];
+
+/// Columns between the name of a figure and the end of its value: more, and the eye can't follow.
+const WIDEST: u16 = 34;
 
 /// Ends of a bar, in eighths of a column.
 const EIGHTHS: [&str; 8] = ["", "▏", "▎", "▍", "▌", "▋", "▊", "▉"];
@@ -52,7 +55,7 @@ type Figure = (&'static str, Span<'static>);
 /// Two columns of figures.
 pub fn draw_figures(frame: &mut Frame<'_>, area: Rect, view: &View, run: &Run) {
     let area = heading(frame, area, "run", Span::styled(format!("{:016x}", run.run_id), theme::quiet()));
-    let columns: [Rect; 2] = Layout::horizontal([Constraint::Fill(1); 2]).spacing(3).areas(area);
+    let columns: [Rect; 2] = Layout::horizontal([Constraint::Max(WIDEST); 2]).spacing(3).flex(Flex::Start).areas(area);
     for (area, figures) in columns.into_iter().zip([time_figures(view, run), way_figures(view, run)]) {
         let width = usize::from(area.width);
         let line = |(name, value): Figure| {

@@ -22,6 +22,10 @@ pub struct Slot {
     pub frame_age: Option<(f64, f64)>,
     /// Simulated seconds per wall second.
     pub real_time_factor: Option<f64>,
+    /// The wanted ones; infinite for as fast as possible.
+    pub wanted: f64,
+    /// Wall time that there was for a tick, in seconds; 0 if it was to be as fast as possible.
+    pub budget: f64,
 }
 
 /// The slots, oldest first.
@@ -36,11 +40,15 @@ impl History {
         if self.slots.len() == KEPT {
             self.slots.pop_front();
         }
+        let speed = snapshot.run.map_or(1.0, |run| f64::from(run.speed));
+        let period = snapshot.run.map_or(0.0, |run| run.tick_period.as_secs_f64());
         self.slots.push_back(Slot {
             tick_cost: lap.tick_cost.mean_and_max(),
             jitter: lap.jitter.mean_and_max(),
             frame_age: lap.frame_age.mean_and_max(),
             real_time_factor: snapshot.run.and_then(|run| run.real_time_factor),
+            wanted: speed,
+            budget: period / speed,
         });
     }
 
@@ -49,11 +57,8 @@ impl History {
         self.slots.back().copied().unwrap_or_default()
     }
 
-    /// One figure of all slots, newest first.
-    pub fn newest_first<'a>(
-        &'a self,
-        figure: impl Fn(&Slot) -> Option<f64> + 'a,
-    ) -> impl Iterator<Item = Option<f64>> + 'a {
-        self.slots.iter().rev().map(figure)
+    /// All slots, newest first.
+    pub fn newest_first(&self) -> impl Iterator<Item = &Slot> {
+        self.slots.iter().rev()
     }
 }

@@ -1,7 +1,7 @@
 //! The current collisions, and the processes of the fleet.
 
 use ratatui::Frame;
-use ratatui::layout::{Alignment, Constraint, Rect};
+use ratatui::layout::{Alignment, Constraint, Flex, Layout, Rect};
 use ratatui::text::{Line, Span, Text};
 use ratatui::widgets::{Cell, Paragraph, Row, Scrollbar, ScrollbarOrientation, ScrollbarState, Table, Wrap};
 use regatta_plugin::contact::{ContactHeader, ContactLevel, ContactRecord};
@@ -10,33 +10,40 @@ use super::screen::{View, heading};
 use super::{format, theme};
 use crate::snapshot::{Process, Run, Snapshot};
 
-/// Pairs that touch or may touch, from the `scroll`th on.
-pub fn draw_collisions(frame: &mut Frame<'_>, area: Rect, snapshot: &Snapshot, run: &Run, scroll: usize) {
+/// Columns of text that a pair takes at most. A wide list has several pairs side by side.
+const COLUMN: u16 = 64;
+
+/// Pairs that touch or may touch, from the `scroll`th on, or from the last that fills the list. Gives which that is.
+pub fn draw_collisions(frame: &mut Frame<'_>, area: Rect, snapshot: &Snapshot, run: &Run, scroll: usize) -> usize {
     let collisions = &snapshot.collisions;
     let note = collisions.pairs.as_ref().map(totals).unwrap_or_default();
     let area = heading(frame, area, "collisions", note);
     if collisions.pairs.is_none() {
-        return hint(frame, area, "Nobody checks: start `regatta plugin collision`.");
+        hint(frame, area, "Nobody checks: start `regatta plugin collision`.");
+        return 0;
     }
     if collisions.list.is_empty() {
-        return hint(frame, area, "No robots touch, or are about to.");
+        hint(frame, area, "No robots touch, or are about to.");
+        return 0;
     }
+    let columns = usize::from((area.width / COLUMN).max(1));
     let rows = usize::from(area.height.saturating_sub(1));
-    let furthest = furthest(collisions.list.len(), rows);
+    let furthest = collisions.list.len().saturating_sub(rows * columns);
     let scroll = scroll.min(furthest);
-    let shown = &collisions.list[scroll..collisions.list.len().min(scroll + rows)];
-    let header = Row::new([left("level"), left("robots"), right("x, y (m)"), right("m/s"), right("since")]);
-    let widths =
-        [Constraint::Length(8), Constraint::Fill(1), Constraint::Fill(1), Constraint::Length(5), Constraint::Length(7)];
-    let table = Table::new(shown.iter().map(|pair| collision(pair, run)), widths);
-    let list = Rect { width: area.width.saturating_sub(2), ..area };
-    frame.render_widget(table.header(header.style(theme::quiet())), list);
+    let places = Layout::horizontal(vec![Constraint::Fill(1); columns])
+        .split(Rect { width: area.width.saturating_sub(2), ..area });
+    for (place, pairs) in places.iter().zip(collisions.list[scroll..].chunks(rows.max(1))) {
+        draw_column(frame, *place, pairs, run);
+    }
     draw_scrollbar(frame, area, scroll, furthest);
+    scroll
 }
 
-/// How far a list of so many can be scrolled, if it has that many rows.
-fn furthest(length: usize, rows: usize) -> usize {
-    length.saturating_sub(rows)
+fn draw_column(frame: &mut Frame<'_>, area: Rect, pairs: &[ContactRecord], run: &Run) {
+    let header = Row::new([left("level"), left("robots"), right("x, y (m)"), right("m/s"), right("since")]);
+    let widths = [8, 17, 17, 5, 7].map(Constraint::Max);
+    let rows = pairs.iter().take(area.height.into()).map(|pair| collision(pair, run));
+    frame.render_widget(Table::new(rows, widths).header(header.style(theme::quiet())).flex(Flex::Start), area);
 }
 
 /// How many there are.
@@ -51,6 +58,7 @@ fn totals(pairs: &ContactHeader) -> Line<'static> {
 /// Which part of a list is shown, at its right edge, if there is more.
 fn draw_scrollbar(frame: &mut Frame<'_>, area: Rect, scroll: usize, furthest: usize) {
     if furthest > 0 {
+        let area = Rect { y: area.y + 1, height: area.height.saturating_sub(1), ..area };
         let mut state = ScrollbarState::new(furthest + 1).position(scroll);
         let bar = Scrollbar::new(ScrollbarOrientation::VerticalRight).begin_symbol(None).end_symbol(None);
         frame.render_stateful_widget(bar.style(theme::quiet()).track_symbol(Some("│")), area, &mut state);

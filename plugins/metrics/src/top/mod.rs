@@ -23,6 +23,8 @@ use screen::View;
 use steering::{Command, Steering};
 use terminal::Taken;
 
+/// The name that this process goes by in its fleet.
+const NAME: &str = "top";
 /// Between two drawings, unless a key is pressed.
 const REDRAW: Duration = Duration::from_millis(100);
 /// Longest sleep between two looks for a key.
@@ -51,7 +53,7 @@ pub fn run(fleet: &FleetName) -> Result {
         reader.read(next_drawing.saturating_duration_since(Instant::now()))?;
         if touched || Instant::now() >= next_drawing {
             reader.show(&mut view);
-            terminal.screen.draw(|frame| screen::draw(frame, &view))?;
+            terminal.screen.draw(|frame| screen::draw(frame, &mut view))?;
             next_drawing = Instant::now() + REDRAW;
         }
     }
@@ -73,7 +75,7 @@ struct Reader {
 
 impl Reader {
     fn open(fleet: &FleetName) -> Result<Self> {
-        let participant = Participant::join(fleet, "top")?;
+        let participant = Participant::join(fleet, NAME)?;
         Ok(Self {
             fleet: fleet.clone(),
             frames: Subscriber::open_on(&participant)?,

@@ -67,8 +67,8 @@ const KEYS: [(&str, &str); 9] = [
     ("q  Esc  Ctrl-C", "end"),
 ];
 
-/// Draws all of it.
-pub fn draw(frame: &mut Frame<'_>, view: &View) {
+/// Draws all of it. Scrolls back what was scrolled too far for this screen.
+pub fn draw(frame: &mut Frame<'_>, view: &mut View) {
     let area = frame.area();
     if area.width < SMALLEST.0 || area.height < SMALLEST.1 {
         return centred(frame, area, vec![Line::from("This window is too small."), Line::from("80 × 24 shows all.")]);
@@ -76,8 +76,8 @@ pub fn draw(frame: &mut Frame<'_>, view: &View) {
     let [head, body, foot] =
         Layout::vertical([Constraint::Length(1), Constraint::Min(0), Constraint::Length(1)]).areas(area);
     frame.render_widget(head_line(view), head);
-    match &view.snapshot.run {
-        Some(run) => draw_run(frame, body, view, run),
+    match view.snapshot.run {
+        Some(run) => view.scroll = draw_run(frame, body, view, &run),
         None => draw_waiting(frame, body, view),
     }
     frame.render_widget(foot_line(view), foot);
@@ -86,21 +86,22 @@ pub fn draw(frame: &mut Frame<'_>, view: &View) {
     }
 }
 
-fn draw_run(frame: &mut Frame<'_>, area: Rect, view: &View, run: &Run) {
+/// All of a fleet that has an engine. Gives how far its collisions are scrolled.
+fn draw_run(frame: &mut Frame<'_>, area: Rect, view: &View, run: &Run) -> usize {
     let graphs = (area.height / 5).clamp(5, 14);
     let [above, middle, below] =
         Layout::vertical([Constraint::Length(graphs), Constraint::Length(6), Constraint::Min(0)])
             .spacing(1)
             .areas(inset(area));
     graphs::draw(frame, above, &view.history, run);
-    let [left, right] = halves(middle);
+    let [left, right] = Layout::horizontal([Constraint::Fill(2), Constraint::Fill(3)]).spacing(2).areas(middle);
     figures::draw_robots(frame, left, &run.census);
     figures::draw_figures(frame, right, view, run);
     let processes = (area.width / 4).clamp(31, 60);
     let [left, right] =
         Layout::horizontal([Constraint::Fill(1), Constraint::Length(processes)]).spacing(2).areas(below);
-    lists::draw_collisions(frame, left, &view.snapshot, run, view.scroll);
     lists::draw_processes(frame, right, view);
+    lists::draw_collisions(frame, left, &view.snapshot, run, view.scroll)
 }
 
 /// Without an engine there is nothing to show but who else waits for it.
@@ -153,7 +154,10 @@ fn foot_line(view: &View) -> Line<'_> {
 fn draw_help(frame: &mut Frame<'_>, area: Rect) {
     let lines = KEYS.into_iter().map(|(key, what)| Line::from(vec![format!("{key:<15}").bold(), what.into()]));
     let place = area.centered(Constraint::Length(46), Constraint::Length(KEYS.len() as u16 + 4));
-    let block = Block::bordered().border_style(theme::quiet()).title(" keys ".bold()).padding(Padding::new(2, 2, 1, 1));
+    let block = Block::bordered()
+        .border_style(theme::quiet())
+        .title(Span::styled(" keys ", theme::strong()))
+        .padding(Padding::new(2, 2, 1, 1));
     frame.render_widget(Clear, place);
     frame.render_widget(Paragraph::new(lines.collect::<Vec<_>>()).block(block), place);
 }
@@ -165,7 +169,7 @@ fn centred(frame: &mut Frame<'_>, area: Rect, lines: Vec<Line<'_>>) {
 
 /// A rule with a title at its left and a note at its right; gives what is below it.
 pub fn heading<'a>(frame: &mut Frame<'_>, area: Rect, title: impl Into<Span<'a>>, note: impl Into<Line<'a>>) -> Rect {
-    let title = Line::from(vec![title.into().bold(), " ".into()]);
+    let title = Line::from(vec![title.into().style(theme::strong()), " ".into()]);
     let mut note: Line<'_> = note.into();
     if note.width() > 0 {
         note.spans.insert(0, " ".into());
@@ -179,10 +183,6 @@ pub fn heading<'a>(frame: &mut Frame<'_>, area: Rect, title: impl Into<Span<'a>>
 
 fn inset(area: Rect) -> Rect {
     Rect { x: area.x + 1, width: area.width.saturating_sub(2), ..area }
-}
-
-fn halves(area: Rect) -> [Rect; 2] {
-    Layout::horizontal([Constraint::Fill(2), Constraint::Fill(3)]).spacing(2).areas(area)
 }
 
 #[cfg(test)]

@@ -26,7 +26,7 @@ fn view(snapshot: Snapshot) -> View {
 }
 
 /// The screen as text.
-fn drawn(view: &View, width: u16, height: u16) -> String {
+fn drawn(view: &mut View, width: u16, height: u16) -> String {
     let mut terminal = Terminal::new(TestBackend::new(width, height)).expect("a terminal");
     terminal.draw(|frame| draw(frame, view)).expect("drawn");
     let buffer = terminal.backend().buffer();
@@ -42,7 +42,7 @@ fn shows(screen: &str, wanted: &[&str]) {
 
 #[test]
 fn everything_is_seen_at_80_by_24() {
-    let screen = drawn(&view(testing::snapshot()), 80, 24);
+    let screen = drawn(&mut view(testing::snapshot()), 80, 24);
     shows(&screen, &["running", "×1", "t 20:34.56", "tick 123,456", "tick cost", "real time", "frame age", "█"]);
     shows(
         &screen,
@@ -58,29 +58,31 @@ fn everything_is_seen_at_80_by_24() {
 fn the_list_of_collisions_scrolls_to_its_end_and_no_further() {
     let mut view = view(testing::snapshot());
     view.scroll_by(10);
-    let screen = drawn(&view, 80, 24);
+    let screen = drawn(&mut view, 80, 24);
     shows(&screen, &["10 10010", "possible"]);
     assert!(!screen.contains("9 10009"), "{screen}");
     view.scroll_by(isize::MAX);
-    shows(&drawn(&view, 80, 24), &["41 10041"]);
-    view.snapshot.collisions = testing::collisions(1, 0);
-    shows(&drawn(&view, 80, 24), &["0 10000"]);
+    shows(&drawn(&mut view, 80, 24), &["41 10041"]);
     view.scroll_by(-1);
+    let screen = drawn(&mut view, 80, 24);
+    assert!(!screen.contains("41 10041"), "one line up is one line up:\n{screen}");
+    view.snapshot.collisions = testing::collisions(1, 0);
+    shows(&drawn(&mut view, 80, 24), &["0 10000"]);
     assert_eq!(view.scroll, 0);
 }
 
 #[test]
 fn what_is_missing_is_told_with_what_to_do() {
     let mut lonely = view(testing::without_engine());
-    shows(&drawn(&lonely, 80, 24), &["No engine runs the fleet 'default'", "regatta run ", "producer"]);
+    shows(&drawn(&mut lonely, 80, 24), &["No engine runs the fleet 'default'", "regatta run ", "producer"]);
     lonely.process_error = Some("can't list processes".to_owned());
-    shows(&drawn(&lonely, 80, 24), &["can't list processes"]);
+    shows(&drawn(&mut lonely, 80, 24), &["can't list processes"]);
     let mut unchecked = view(testing::snapshot());
     unchecked.snapshot.collisions = Collisions::default();
-    shows(&drawn(&unchecked, 80, 24), &["Nobody checks", "regatta plugin"]);
+    shows(&drawn(&mut unchecked, 80, 24), &["Nobody checks", "regatta plugin"]);
     unchecked.snapshot.collisions = testing::collisions(0, 0);
-    shows(&drawn(&unchecked, 80, 24), &["0 touching, 0 possible", "No robots touch"]);
-    shows(&drawn(&unchecked, 60, 12), &["too small"]);
+    shows(&drawn(&mut unchecked, 80, 24), &["0 touching, 0 possible", "No robots touch"]);
+    shows(&drawn(&mut unchecked, 60, 12), &["too small"]);
 }
 
 #[test]
@@ -88,7 +90,7 @@ fn outcomes_and_help_are_shown() {
     let mut view = view(testing::snapshot());
     view.outcome = Some(Err("the engine has not answered".to_owned()));
     view.help = true;
-    let screen = drawn(&view, 80, 24);
+    let screen = drawn(&mut view, 80, 24);
     shows(&screen, &["the engine has not answered", "pause or resume", "scroll the collisions"]);
 }
 
@@ -100,6 +102,6 @@ proptest! {
         view.help = help;
         view.snapshot.collisions = testing::collisions(touching, 5);
         view.scroll = 40;
-        drawn(&view, width, height);
+        drawn(&mut view, width, height);
     }
 }

@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use regatta_plugin::control::{ControlKind, ControlRequest, ControlResponse};
 use regatta_plugin::frame::ClockState;
-use regatta_plugin::{Control, ControlError, FleetName};
+use regatta_plugin::{Control, ControlError, FleetName, Participant};
 
 /// How long to wait for the engine's answer.
 const PATIENCE: Duration = Duration::from_secs(1);
@@ -94,7 +94,11 @@ fn carry_out_all(fleet: &FleetName, commands: &Receiver<Command>, outcomes: &Sen
 fn open<'a>(control: &'a mut Option<Control>, fleet: &FleetName) -> Result<&'a mut Control, String> {
     match control {
         Some(control) => Ok(control),
-        None => Ok(control.insert(Control::open(fleet).map_err(|error| error.to_string())?)),
+        None => {
+            // By the name that the process goes by already.
+            let opened = Participant::join(fleet, super::NAME).and_then(|place| Control::open_on(&place));
+            Ok(control.insert(opened.map_err(|error| error.to_string())?))
+        }
     }
 }
 

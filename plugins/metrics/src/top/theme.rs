@@ -23,7 +23,7 @@ pub fn text(colour: Color) -> Style {
 
 /// Figures and titles.
 pub fn strong() -> Style {
-    Style::new().add_modifier(Modifier::BOLD)
+    text(Color::Reset).add_modifier(Modifier::BOLD)
 }
 
 /// Names of figures.
