@@ -1,6 +1,8 @@
 //! What reading a frame costs the metrics plugin and `top`, and what a page costs the exporter.
 
-use criterion::{BenchmarkId, Criterion, Throughput, black_box, criterion_group, criterion_main};
+use std::hint::black_box;
+
+use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use regatta_metrics::fold::Fold;
 use regatta_metrics::page::page;
 use regatta_metrics::snapshot::Collisions;
