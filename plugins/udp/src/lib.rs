@@ -1,0 +1,4 @@
+//! `udp`
+pub mod fixed;
+pub mod line;
+pub mod packer;
