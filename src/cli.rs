@@ -50,6 +50,13 @@ pub enum Command {
         #[command(flatten)]
         target: Target,
     },
+    /// Go to a simulated time of a replay.
+    Seek {
+        /// Since the start of the run: 12.5s, 3min …
+        time: humantime::Duration,
+        #[command(flatten)]
+        target: Target,
+    },
     /// Change the number of robots while the fleet runs.
     Robots {
         /// The wanted number.

@@ -1,6 +1,7 @@
 //! `regatta pause | resume | step | speed | robots | status`: talking to a running fleet.
 
 use std::process::ExitCode;
+use std::time::Duration;
 
 use regatta_engine::clock::Speed;
 use regatta_plugin::control::ControlResponse;
@@ -23,6 +24,10 @@ pub fn step(ticks: u64, target: &Target) -> Result<ExitCode, Failure> {
 
 pub fn speed(speed: Speed, target: &Target) -> Result<ExitCode, Failure> {
     tell(target, |control| control.speed(speed.as_f32()))
+}
+
+pub fn seek(time: Duration, target: &Target) -> Result<ExitCode, Failure> {
+    tell(target, |control| control.seek(time))
 }
 
 pub fn robots(robots: u32, target: &Target) -> Result<ExitCode, Failure> {

@@ -48,6 +48,7 @@ fn dispatch(cli: Cli) -> Result<ExitCode, Failure> {
         Command::Resume(target) => control::resume(&target),
         Command::Step { ticks, target } => control::step(ticks, &target),
         Command::Speed { speed, target } => control::speed(speed, &target),
+        Command::Seek { time, target } => control::seek(*time, &target),
         Command::Robots { robots, target } => control::robots(robots, &target),
         Command::Status { json, target } => control::status(json, &target),
         Command::Report { command } => report::run(command),

@@ -9,6 +9,7 @@ use regatta_engine::graph::generate::Warehouse;
 use regatta_engine::graph::{EdgeIndex, ReadOptions, RouteGraph, parse};
 use regatta_engine::motion::Isa;
 use regatta_plugin::frame::{ColumnsMut, Line, frame_lines};
+use regatta_plugin::world::Shape;
 
 /// Simulated time a tick: 60 Hz.
 pub const TICK: Duration = Duration::from_nanos(16_666_667);
@@ -39,8 +40,14 @@ impl World {
     /// # Panics
     /// If this machine can't run the instruction set.
     pub fn fleet(&self, robots: usize, isa: Isa, threads: usize, max_acceleration: f32) -> Fleet {
-        let kind =
-            RobotType { name: "cart".into(), length: 1.0, width: 0.7, max_speed: f32::INFINITY, max_acceleration };
+        let kind = RobotType {
+            name: "cart".into(),
+            shape: Shape::Rectangle,
+            length: 1.0,
+            width: 0.7,
+            max_speed: f32::INFINITY,
+            max_acceleration,
+        };
         let config =
             FleetConfig { types: vec![kind], tick_period: TICK, seed: 1, isa, threads, most_robots: robots as u32 };
         let mut fleet = Fleet::new(self.graph.clone(), self.tracks.clone(), config).expect("a sound fleet");

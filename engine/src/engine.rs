@@ -107,6 +107,8 @@ pub struct Engine {
     kinds: Vec<u16>,
     tracks: Arc<Tracks>,
     orders: Vec<(OrderHeader, Vec<OrderRecord>)>,
+    /// The orders of this tick, if anybody reads the order log.
+    order_log: Vec<OrderRecord>,
     digest: Option<Digest>,
     pending: Vec<control::Pending>,
     next_ticket: u64,
@@ -147,6 +149,7 @@ impl Engine {
             kinds: Vec::new(),
             tracks,
             orders: Vec::new(),
+            order_log: Vec::new(),
             pending: Vec::new(),
             next_ticket: 0,
             options,
@@ -258,20 +261,22 @@ impl Engine {
     /// Applies the orders that came since the last tick; in lockstep by sender, so that the order in which
     /// processes were scheduled doesn't count.
     fn take_orders(&mut self) -> Result<(), EngineError> {
-        let Self { producer, fleet, events, orders, options, .. } = self;
+        let logged = self.producer.has_order_log_readers();
+        let Self { producer, fleet, events, orders, order_log, options, .. } = self;
         let mut came = false;
+        let mut apply = |records: &[OrderRecord]| {
+            came = true;
+            fleet.apply(records, events);
+            if logged {
+                order_log.extend_from_slice(records);
+            }
+        };
         if options.lockstep.is_empty() {
-            producer.take_orders(|_, records| {
-                came = true;
-                fleet.apply(records, events);
-            })?;
+            producer.take_orders(|_, records| apply(records))?;
         } else {
             producer.take_orders(|header, records| orders.push((*header, records.to_vec())))?;
             orders.sort_by_key(|(header, _)| header.sender);
-            for (_, records) in orders.drain(..) {
-                came = true;
-                fleet.apply(&records, events);
-            }
+            orders.drain(..).for_each(|(_, records)| apply(&records));
         }
         if !came || self.fleet.kinds() == self.kinds { Ok(()) } else { self.publish_types() }
     }
@@ -281,6 +286,10 @@ impl Engine {
             let header = EventHeader { tick: self.tick, dropped: self.events.dropped(), ..EventHeader::default() };
             self.producer.publish_events(&header, self.events.records())?;
             self.events.clear();
+        }
+        if !self.order_log.is_empty() {
+            self.producer.publish_order_log(self.tick, &self.order_log)?;
+            self.order_log.clear();
         }
         Ok(())
     }

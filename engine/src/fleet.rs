@@ -23,6 +23,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use regatta_plugin::frame::{BYTES_PER_LINE, ColumnsMut, RobotState, WORDS_PER_LINE, stride_lines};
+use regatta_plugin::world::Shape;
 
 use self::columns::FleetColumns;
 use self::crew::Crew;
@@ -39,7 +40,9 @@ use crate::motion::{Isa, Motion, Pace, Roads};
 pub struct RobotType {
     /// Name, for people.
     pub name: String,
-    /// Metres along the heading.
+    /// Footprint.
+    pub shape: Shape,
+    /// Metres along the heading; of a circle, its diameter.
     pub length: f32,
     /// Metres across it.
     pub width: f32,

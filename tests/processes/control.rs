@@ -1,5 +1,7 @@
 //! Pause, resume, step, speed and the number of robots, on a running engine.
 
+use regatta_plugin::{OrderLogReader, Participant, ReadError};
+
 use crate::fleet::{Fleet, PATIENCE, eventually, regatta, unique};
 
 #[test]
@@ -51,6 +53,10 @@ fn refused_requests_and_absent_fleets_say_why() {
     assert!(!output.status.success());
     assert!(String::from_utf8_lossy(&output.stderr).contains("at most"), "{output:?}");
 
+    let output = regatta().args(["seek", "2s", "--fleet", &name]).output().unwrap();
+    assert!(!output.status.success());
+    assert!(String::from_utf8_lossy(&output.stderr).contains("a replay can"), "{output:?}");
+
     let nobody = unique("nobody").to_string();
     let output = regatta().args(["status", "--fleet", &nobody]).output().unwrap();
     let message = String::from_utf8_lossy(&output.stderr).into_owned();
@@ -66,4 +72,28 @@ fn frames_are_published_at_their_own_rate() {
         ticks.extend(reader.wait(PATIENCE).expect("readable").map(|frame| frame.tick()));
     }
     assert!(ticks.iter().all(|tick| tick.is_multiple_of(10)), "{ticks:?}");
+}
+
+#[test]
+fn the_order_log_tells_readers_which_orders_the_engine_took() {
+    let fleet = Fleet::start("order-log", "thirty.yaml", &[]);
+    let participant = Participant::join(&fleet.name, "recorder").unwrap();
+    let mut log = OrderLogReader::open_on(&participant).unwrap();
+    let mut orders = participant.orders().unwrap();
+    let token = orders.hold(3);
+    orders.hold(4_000);
+    let before = fleet.tick();
+    orders.send().unwrap();
+    let (tick, records) = eventually("the orders are logged", || {
+        let mut seen = None;
+        log.take(|log| {
+            seen = Some((log.header.tick, log.records.to_vec()));
+            Ok::<_, ReadError>(())
+        })
+        .unwrap();
+        seen
+    });
+    assert!(tick > before && tick <= fleet.tick());
+    assert_eq!((records[0].token, records[0].robot), (token, 3));
+    assert_eq!(records[1].robot, 4_000, "a refused order was taken too");
 }

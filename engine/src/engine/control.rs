@@ -67,6 +67,8 @@ impl Engine {
             self.change_speed(request.speed)
         } else if is(ControlKind::Robots) {
             self.change_robots(request.count)?
+        } else if is(ControlKind::Seek) {
+            Err("an engine can't go to another time; a replay can".to_owned())
         } else {
             Err(format!("request {} is unknown to this engine", request.kind))
         };

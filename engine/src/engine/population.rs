@@ -91,14 +91,9 @@ fn edge_record(edge: &crate::graph::Edge, length: f32) -> EdgeRecord {
 }
 
 fn robot_type_record(robot_type: &RobotType) -> RobotTypeRecord {
-    let mut name = [0; 48];
-    let mut end = robot_type.name.len().min(name.len());
-    while !robot_type.name.is_char_boundary(end) {
-        end -= 1;
-    }
-    name[..end].copy_from_slice(&robot_type.name.as_bytes()[..end]);
     RobotTypeRecord {
-        name,
+        name: RobotTypeRecord::padded_name(&robot_type.name),
+        shape: robot_type.shape as u32,
         length: robot_type.length,
         width: robot_type.width,
         max_speed: robot_type.max_speed,

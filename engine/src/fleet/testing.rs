@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use glam::DVec2;
 use regatta_plugin::frame::{Columns, ColumnsMut, Line, frame_lines};
+use regatta_plugin::world::Shape;
 
 use super::{Events, Fleet, FleetConfig, RobotType};
 use crate::graph::arc_length::Tracks;
@@ -71,7 +72,7 @@ pub fn reverse(edge: u32) -> Leg {
 }
 
 pub fn robot_type(max_speed: f32, max_acceleration: f32) -> RobotType {
-    RobotType { name: "test".into(), length: 1.0, width: 0.6, max_speed, max_acceleration }
+    RobotType { name: "test".into(), shape: Shape::Rectangle, length: 1.0, width: 0.6, max_speed, max_acceleration }
 }
 
 pub fn config(types: Vec<RobotType>) -> FleetConfig {

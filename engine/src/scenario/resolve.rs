@@ -1,11 +1,15 @@
 //! From names to things: the second half of reading a scenario.
 
+use std::collections::BTreeSet;
 use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
+use regatta_plugin::world::Shape;
+
 use super::yaml::{
     LegName, PluginCommand, PluginEntry, RepeatEntry, RobotTypeEntry, RobotsEntry, RoutesEntry, ScenarioFile,
+    ShapeEntry,
 };
 use super::{MAX_ROBOTS, Overrides, RobotGroup, Scenario, ScenarioError, Start};
 use crate::fleet::{Repeat, RobotType};
@@ -29,8 +33,20 @@ pub(super) fn resolve(
     let publish_rate = overrides.publish_rate.or(file.publish_rate).unwrap_or(rate);
     let (tick_period, ticks_per_frame) = clock(rate, publish_rate).map_err(|message| invalid("rate", message))?;
 
+    let exact_rate = rate / f64::from(ticks_per_frame);
+    if (publish_rate - exact_rate).abs() > 1e-6 * publish_rate {
+        warnings.push(format!(
+            "{}: publish_rate {publish_rate} doesn't divide the rate of {rate}: frames come at {exact_rate:.3}",
+            path.display()
+        ));
+    }
+
     let robot_types = file.robot_types.into_iter().map(robot_type).collect::<Result<Vec<_>, _>>();
     let mut robot_types = robot_types.map_err(|message| invalid("robot_types", message))?;
+    let names: BTreeSet<_> = robot_types.iter().map(|robot_type| &robot_type.name).collect();
+    if names.len() < robot_types.len() || robot_types.len() > usize::from(u16::MAX) {
+        return Err(invalid("robot_types", format!("give each a name of its own, and at most {}", u16::MAX)));
+    }
     if robot_types.is_empty() {
         robot_types.push(default_robot_type());
     }
@@ -81,7 +97,14 @@ fn clock(rate: f64, publish_rate: f64) -> Result<(Duration, u32), Complaint> {
 
 /// What drives when a scenario lists no robot types.
 fn default_robot_type() -> RobotType {
-    RobotType { name: "amr".into(), length: 0.9, width: 0.6, max_speed: f32::INFINITY, max_acceleration: f32::INFINITY }
+    RobotType {
+        name: "amr".into(),
+        shape: Shape::Rectangle,
+        length: 0.9,
+        width: 0.6,
+        max_speed: f32::INFINITY,
+        max_acceleration: f32::INFINITY,
+    }
 }
 
 fn robot_type(entry: RobotTypeEntry) -> Result<RobotType, Complaint> {
@@ -89,9 +112,21 @@ fn robot_type(entry: RobotTypeEntry) -> Result<RobotType, Complaint> {
         let sane = value.is_finite() && value > 0.0;
         if sane { Ok(value) } else { Err(format!("{}: {name} is {value}; it must be above 0", entry.name)) }
     };
+    let length = positive("length", entry.length)?;
+    let width = entry.width.map(|width| positive("width", width)).transpose()?;
+    let (shape, width) = match (entry.shape, width) {
+        (ShapeEntry::Rectangle, Some(width)) => (Shape::Rectangle, width),
+        (ShapeEntry::Rectangle, None) => return Err(format!("{}: width is missing (a circle needs none)", entry.name)),
+        (ShapeEntry::Circle, None) => (Shape::Circle, length),
+        (ShapeEntry::Circle, Some(width)) if width == length => (Shape::Circle, length),
+        (ShapeEntry::Circle, Some(_)) => {
+            return Err(format!("{}: length is a circle's diameter; leave width out", entry.name));
+        }
+    };
     Ok(RobotType {
-        length: positive("length", entry.length)?,
-        width: positive("width", entry.width)?,
+        shape,
+        length,
+        width,
         max_speed: entry.max_speed.map_or(Ok(f32::INFINITY), |value| positive("max_speed", value))?,
         max_acceleration: entry
             .max_acceleration

@@ -41,14 +41,28 @@ fn default_rate() -> f64 {
 pub struct RobotTypeEntry {
     /// What `type:` refers to.
     pub name: String,
-    /// Metres along the heading.
+    /// Footprint; a rectangle if left out.
+    #[serde(default)]
+    pub shape: ShapeEntry,
+    /// Metres along the heading; of a circle, its diameter.
     pub length: f32,
-    /// Metres across it.
-    pub width: f32,
+    /// Metres across it; needed for a rectangle.
+    pub width: Option<f32>,
     /// Metres per second; no limit if left out.
     pub max_speed: Option<f32>,
     /// Metres per second squared; speed changes at once if left out.
     pub max_acceleration: Option<f32>,
+}
+
+/// The footprint of a robot type.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum ShapeEntry {
+    /// `length` times `width`.
+    #[default]
+    Rectangle,
+    /// Of diameter `length`.
+    Circle,
 }
 
 /// One robot with a listed route, or `count` robots alike.

@@ -10,7 +10,7 @@ use crate::world::{padded, text};
 #[repr(C)]
 #[type_name("regatta_ControlRequest")]
 pub struct ControlRequest {
-    /// `Step`: ticks. `Robots`: the wanted number.
+    /// `Step`: ticks. `Robots`: the wanted number. `Seek`: simulated time in nanoseconds.
     pub count: u64,
     /// A [`ControlKind`].
     pub kind: u32,
@@ -34,6 +34,8 @@ pub enum ControlKind {
     Speed = 4,
     /// Change the number of robots: new ones are spawned as the scenario says, surplus ones (highest ids first) removed.
     Robots = 5,
+    /// Go to a simulated time: a replay does.
+    Seek = 6,
 }
 
 /// The answer: whether the request was carried out, and the status after it.
@@ -85,8 +87,8 @@ impl ControlRequest {
 
     /// What is asked for; `None` for a kind that this contract doesn't have.
     pub fn kind(&self) -> Option<ControlKind> {
-        use ControlKind::{Pause, Resume, Robots, Speed, Status, Step};
-        [Status, Pause, Resume, Step, Speed, Robots].into_iter().find(|kind| *kind as u32 == self.kind)
+        use ControlKind::{Pause, Resume, Robots, Seek, Speed, Status, Step};
+        [Status, Pause, Resume, Step, Speed, Robots, Seek].into_iter().find(|kind| *kind as u32 == self.kind)
     }
 }
 

@@ -147,6 +147,15 @@ impl Control {
         self.request(ControlRequest { count: count.into(), ..ControlRequest::new(ControlKind::Robots) }, TIMEOUT)
     }
 
+    /// Goes to a simulated time. A replay can; an engine refuses.
+    ///
+    /// # Errors
+    /// [`ControlError`].
+    pub fn seek(&mut self, sim_time: Duration) -> Result<ControlResponse, ControlError> {
+        let count = u64::try_from(sim_time.as_nanos()).unwrap_or(u64::MAX);
+        self.request(ControlRequest { count, ..ControlRequest::new(ControlKind::Seek) }, TIMEOUT)
+    }
+
     /// Sends a request and waits for its answer.
     ///
     /// # Errors

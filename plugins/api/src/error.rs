@@ -89,6 +89,14 @@ pub enum OpenError {
         /// Its publisher: executable and process id.
         owner: String,
     },
+    /// Another plugin publishes the fleet's contacts.
+    #[error("contacts of fleet '{fleet}' are already published by {owner}; stop that one first")]
+    ContactsTaken {
+        /// The fleet.
+        fleet: FleetName,
+        /// Their publisher: executable and process id.
+        owner: String,
+    },
     /// All places at a service are taken.
     #[error(
         "{service} has all of its {limit} places taken; stop a reader, or run `regatta doctor --clean` if some have died"

@@ -26,8 +26,7 @@ pub struct Events<'sample> {
 #[derive(Debug)]
 pub struct EventReader {
     events: Subscriber<Ipc, [EventRecord], EventHeader>,
-    run_id: u64,
-    sequence: u64,
+    gaps: qos::Gaps,
 }
 
 impl EventReader {
@@ -47,7 +46,7 @@ impl EventReader {
         let service = qos::events(&participant.node, participant.fleet())?;
         let events =
             service.subscriber_builder().create().map_err(|e| qos::full_or(service.name(), qos::MAX_READERS, e))?;
-        Ok(Self { events, run_id: 0, sequence: 0 })
+        Ok(Self { events, gaps: qos::Gaps::default() })
     }
 
     /// Hands over all ticks' events that have arrived, oldest first.
@@ -59,17 +58,10 @@ impl EventReader {
         for _ in 0..2 * qos::EVENT_BUFFER {
             let Some(sample) = self.events.receive().map_err(|e| receive_error("events", e))? else { break };
             let header = sample.user_header();
-            let missed = self.missed(header);
+            let missed = self.gaps.before(header.run_id, header.sequence);
             each(&Events { header, records: sample.payload(), missed })?;
         }
         Ok(())
-    }
-
-    fn missed(&mut self, header: &EventHeader) -> u64 {
-        let gap = header.sequence.saturating_sub(self.sequence + 1);
-        let missed = if header.run_id == self.run_id { gap } else { 0 };
-        (self.run_id, self.sequence) = (header.run_id, header.sequence);
-        missed
     }
 }
 

@@ -5,6 +5,8 @@
 //! [`run`], or any program that opens a [`Subscriber`] itself.
 
 pub mod column;
+pub mod contact;
+mod contact_ports;
 pub mod control;
 mod control_client;
 mod error;
@@ -18,6 +20,7 @@ pub mod health;
 pub mod inbox;
 pub mod lockstep;
 pub mod order;
+pub mod order_log;
 mod order_sender;
 mod participant;
 mod plugin;
@@ -30,11 +33,13 @@ mod wake;
 pub mod world;
 
 pub use column::{ColumnPublisher, ColumnReader, ColumnValues, column_names};
+pub use contact::{ContactEventReader, ContactPublisher, ContactReader};
 pub use control_client::{Control, ControlError, TIMEOUT as CONTROL_TIMEOUT};
 pub use error::{Error, OpenError, PublishError, ReadError, Result};
 pub use event_reader::{EventReader, Events};
 pub use fleet_name::{ColumnName, FleetName, MAX_NAME_BYTES, NameError};
 pub use frame::Frame;
+pub use order_log::OrderLogReader;
 pub use order_sender::{OrderError, Orders};
 pub use participant::{Participant, set_verbosity};
 pub use plugin::{Plugin, Rate, RateError};

@@ -19,6 +19,8 @@ use crate::frame_loan::wall_time_nanos;
 use crate::health;
 use crate::inbox::{OrderInbox, RequestInbox};
 use crate::lockstep::Collector;
+use crate::order::OrderRecord;
+use crate::order_log::OrderLogPublisher;
 use crate::participant::Participant;
 use crate::qos::{self, Ipc};
 use crate::world::{EdgeRecord, NodeRecord, RobotTypeRecord, WorldHeader, WorldLayout};
@@ -55,6 +57,7 @@ pub struct Producer {
     world: Publisher<Ipc, [Line], WorldHeader>,
     events: Publisher<Ipc, [EventRecord], EventHeader>,
     events_sent: u64,
+    order_log: OrderLogPublisher,
     columns: BTreeMap<ColumnName, ColumnPublisher>,
     events_service: qos::Events,
     frames_service: qos::Frames,
@@ -109,6 +112,7 @@ impl Producer {
                 .create()
                 .map_err(|e| qos::full_or(events_service.name(), 1, e))?,
             events_sent: 0,
+            order_log: OrderLogPublisher::open_on(&participant)?,
             columns: BTreeMap::new(),
             events_service,
             frames_service,
@@ -123,6 +127,13 @@ impl Producer {
     /// The run: differs between any two starts of a producer. It stands in every header that this one sends.
     pub fn run_id(&self) -> u64 {
         self.run_id
+    }
+
+    /// Begins another run: what is sent from here on carries a new [run id](Self::run_id). For a replay that goes back
+    /// in time, say: readers then start afresh. The world must be published again.
+    pub fn begin_run(&mut self) {
+        self.run_id = new_run_id();
+        self.revision = 0;
     }
 
     /// The place in the fleet that this producer is opened on.
@@ -236,6 +247,7 @@ impl Producer {
     /// tick, and every now and then while the clock stands. Cheap when nobody has joined.
     pub fn update(&self) {
         self.columns.values().for_each(ColumnPublisher::update);
+        self.order_log.update();
         // A reader that died half connected is cleaned up by the next one to join.
         for result in
             [self.world.update_connections(), self.frames.update_connections(), self.events.update_connections()]
@@ -249,6 +261,19 @@ impl Producer {
     /// Whether anybody reads events; if not, there is no need to collect any.
     pub fn has_event_readers(&self) -> bool {
         self.events_service.dynamic_config().number_of_subscribers() > 0
+    }
+
+    /// Whether anybody reads the order log; if not, there is no need to keep one.
+    pub fn has_order_log_readers(&self) -> bool {
+        self.order_log.has_readers()
+    }
+
+    /// Tells readers of the order log which orders took effect in a tick.
+    ///
+    /// # Errors
+    /// [`PublishError`] when shared memory is full.
+    pub fn publish_order_log(&mut self, tick: u64, orders: &[OrderRecord]) -> Result<(), PublishError> {
+        self.order_log.publish(self.run_id, tick, orders)
     }
 
     /// How many processes read frames.

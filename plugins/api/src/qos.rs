@@ -11,6 +11,8 @@
 //! | events | 16 | 64 | 1 | 0 | 1 | 1041 | 24 B an event, 64 events to begin with: 1.6 MB |
 //! | orders, per sender | 1 | 256 | 1 | 0 | 1 | 258 | 40 B a record, 64 to begin with: 0.7 MB |
 //! | columns, each | 16 | 1 | 1 | 1 | 1 | 34 | 4.0 MB |
+//! | contacts | 16 | 1 | 1 | 1 | 1 | 34 | 48 B a pair, 64 pairs to begin with: 0.1 MB |
+//! | contact events, order log | 16 | 64 | 1 | 0 | 1 | 1041 | 56 and 40 B each, 64 to begin with: 3.7 and 2.7 MB |
 //! | done, per reader | 1 | 1 | 1 | 0 | 1 | 3 | 88 B |
 //!
 //! Resident for frames: the newest frame (history; its readers share it), the one being written, and one more
@@ -25,6 +27,7 @@ use iceoryx2::service::attribute::{AttributeKey, AttributeValue};
 use iceoryx2::service::port_factory::{event, publish_subscribe, request_response};
 
 use crate::column::ColumnHeader;
+use crate::contact::{ContactEvent, ContactEventHeader, ContactHeader, ContactRecord};
 use crate::control::{ControlRequest, ControlResponse};
 use crate::error::OpenError;
 use crate::event::{EventHeader, EventRecord};
@@ -32,6 +35,7 @@ use crate::fleet_name::{ColumnName, FleetName};
 use crate::frame::{CONTRACT_VERSION, FrameHeader, Line};
 use crate::lockstep::Done;
 use crate::order::{OrderHeader, OrderRecord};
+use crate::order_log::OrderLogHeader;
 use crate::world::WorldHeader;
 
 /// Chunks of the frames' segment that are written to with a reader or two, of the many that it has room for: the
@@ -69,6 +73,9 @@ pub(crate) type World = publish_subscribe::PortFactory<Ipc, [Line], WorldHeader>
 pub(crate) type Events = publish_subscribe::PortFactory<Ipc, [EventRecord], EventHeader>;
 pub(crate) type Orders = publish_subscribe::PortFactory<Ipc, [OrderRecord], OrderHeader>;
 pub(crate) type Column = publish_subscribe::PortFactory<Ipc, [Line], ColumnHeader>;
+pub(crate) type Contacts = publish_subscribe::PortFactory<Ipc, [ContactRecord], ContactHeader>;
+pub(crate) type ContactEvents = publish_subscribe::PortFactory<Ipc, [ContactEvent], ContactEventHeader>;
+pub(crate) type OrderLogs = publish_subscribe::PortFactory<Ipc, [OrderRecord], OrderLogHeader>;
 pub(crate) type Dones = publish_subscribe::PortFactory<Ipc, Done, ()>;
 pub(crate) type Control = request_response::PortFactory<Ipc, ControlRequest, (), ControlResponse, ()>;
 
@@ -105,16 +112,31 @@ pub(crate) fn column(node: &Node<Ipc>, fleet: &FleetName, column: &ColumnName) -
 /// What happened to robots.
 pub(crate) fn events(node: &Node<Ipc>, fleet: &FleetName) -> Result<Events, OpenError> {
     open(node, fleet, "events", MessagingPattern::PublishSubscribe, |builder, version| {
-        builder
-            .publish_subscribe::<[EventRecord]>()
-            .user_header::<EventHeader>()
-            .enable_safe_overflow(true)
-            .history_size(0)
-            .subscriber_max_buffer_size(EVENT_BUFFER)
-            .subscriber_max_borrowed_samples(1)
-            .max_publishers(1)
-            .max_subscribers(MAX_READERS)
-            .max_nodes(MAX_PARTICIPANTS)
+        recent(builder.publish_subscribe::<[EventRecord]>().user_header::<EventHeader>())
+            .open_or_create_with_attributes(version)
+    })
+}
+
+/// Which robots touch or may.
+pub(crate) fn contacts(node: &Node<Ipc>, fleet: &FleetName) -> Result<Contacts, OpenError> {
+    open(node, fleet, "contacts", MessagingPattern::PublishSubscribe, |builder, version| {
+        newest_only(builder.publish_subscribe::<[ContactRecord]>().user_header::<ContactHeader>())
+            .open_or_create_with_attributes(version)
+    })
+}
+
+/// What changed in contacts.
+pub(crate) fn contact_events(node: &Node<Ipc>, fleet: &FleetName) -> Result<ContactEvents, OpenError> {
+    open(node, fleet, "contact_events", MessagingPattern::PublishSubscribe, |builder, version| {
+        recent(builder.publish_subscribe::<[ContactEvent]>().user_header::<ContactEventHeader>())
+            .open_or_create_with_attributes(version)
+    })
+}
+
+/// The orders that the producer took.
+pub(crate) fn order_log(node: &Node<Ipc>, fleet: &FleetName) -> Result<OrderLogs, OpenError> {
+    open(node, fleet, "order_log", MessagingPattern::PublishSubscribe, |builder, version| {
+        recent(builder.publish_subscribe::<[OrderRecord]>().user_header::<OrderLogHeader>())
             .open_or_create_with_attributes(version)
     })
 }
@@ -196,10 +218,14 @@ pub(crate) fn listener(service: &event::PortFactory<Ipc>) -> Result<Listener<Ipc
     service.listener_builder().create().map_err(|e| full_or(service.name(), MAX_READERS, e))
 }
 
+type Builder<P, H> = iceoryx2::service::builder::publish_subscribe::Builder<[P], H, Ipc>;
+
 /// One publisher; readers, late ones too, get the newest sample and are never waited for.
-fn newest_only<H: core::fmt::Debug + ZeroCopySend>(
-    builder: iceoryx2::service::builder::publish_subscribe::Builder<[Line], H, Ipc>,
-) -> iceoryx2::service::builder::publish_subscribe::Builder<[Line], H, Ipc> {
+fn newest_only<P, H>(builder: Builder<P, H>) -> Builder<P, H>
+where
+    P: core::fmt::Debug + ZeroCopySend,
+    H: core::fmt::Debug + ZeroCopySend,
+{
     builder
         .enable_safe_overflow(true)
         .history_size(1)
@@ -208,6 +234,39 @@ fn newest_only<H: core::fmt::Debug + ZeroCopySend>(
         .max_publishers(1)
         .max_subscribers(MAX_READERS)
         .max_nodes(MAX_PARTICIPANTS)
+}
+
+/// One publisher; readers get the last [`EVENT_BUFFER`] samples since they joined, and are never waited for.
+fn recent<P, H>(builder: Builder<P, H>) -> Builder<P, H>
+where
+    P: core::fmt::Debug + ZeroCopySend,
+    H: core::fmt::Debug + ZeroCopySend,
+{
+    builder
+        .enable_safe_overflow(true)
+        .history_size(0)
+        .subscriber_max_buffer_size(EVENT_BUFFER)
+        .subscriber_max_borrowed_samples(1)
+        .max_publishers(1)
+        .max_subscribers(MAX_READERS)
+        .max_nodes(MAX_PARTICIPANTS)
+}
+
+/// Finds gaps in the numbers of a run's samples.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Gaps {
+    run_id: u64,
+    sequence: u64,
+}
+
+impl Gaps {
+    /// How many samples are missing before this one.
+    pub(crate) fn before(&mut self, run_id: u64, sequence: u64) -> u64 {
+        let gap = sequence.saturating_sub(self.sequence + 1);
+        let missed = if run_id == self.run_id { gap } else { 0 };
+        *self = Self { run_id, sequence };
+        missed
+    }
 }
 
 /// Attempts to open a service, 50 ms apart: services come and go while other processes start and stop.

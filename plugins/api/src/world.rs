@@ -69,8 +69,10 @@ pub struct EdgeRecord {
 #[type_name("regatta_RobotTypeRecord")]
 pub struct RobotTypeRecord {
     /// Name in UTF-8, padded with zeros.
-    pub name: [u8; 48],
-    /// Metres along the heading.
+    pub name: [u8; 44],
+    /// A [`Shape`].
+    pub shape: u32,
+    /// Metres along the heading; of a circle, its diameter.
     pub length: f32,
     /// Metres across it.
     pub width: f32,
@@ -78,6 +80,17 @@ pub struct RobotTypeRecord {
     pub max_speed: f32,
     /// Metres per second squared; `f32::INFINITY` for no limit.
     pub max_acceleration: f32,
+}
+
+/// The footprint of a robot, about its pose.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[repr(u32)]
+pub enum Shape {
+    /// `length` along the heading, `width` across it.
+    #[default]
+    Rectangle = 0,
+    /// A circle of diameter `length`.
+    Circle = 1,
 }
 
 /// Where the sections of a world lie in its block of lines: each starts on a whole line.
@@ -188,8 +201,13 @@ impl RobotTypeRecord {
         text(&self.name)
     }
 
-    /// `name` as the record holds it: cut to 48 bytes, padded with zeros.
-    pub fn padded_name(name: &str) -> [u8; 48] {
+    /// The footprint; one that this contract doesn't have counts as a rectangle.
+    pub fn shape(&self) -> Shape {
+        if self.shape == Shape::Circle as u32 { Shape::Circle } else { Shape::Rectangle }
+    }
+
+    /// `name` as the record holds it: cut to 44 bytes, padded with zeros.
+    pub fn padded_name(name: &str) -> [u8; 44] {
         padded(name)
     }
 }

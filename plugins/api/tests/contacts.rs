@@ -1,0 +1,95 @@
+//! Contacts and the order log, there and back.
+
+use std::sync::atomic::{AtomicU32, Ordering};
+
+use regatta_plugin::contact::{ContactChange, ContactEvent, ContactHeader, ContactLevel, ContactRecord};
+use regatta_plugin::order::{OrderKind, OrderRecord};
+use regatta_plugin::publish::Producer;
+use regatta_plugin::{
+    ContactEventReader, ContactPublisher, ContactReader, FleetName, OpenError, OrderLogReader, Participant, ReadError,
+    qos,
+};
+
+static NEXT: AtomicU32 = AtomicU32::new(0);
+
+/// A fleet name that no other test has.
+fn fleet() -> FleetName {
+    format!("contacts-{}-{}", std::process::id(), NEXT.fetch_add(1, Ordering::Relaxed)).parse().unwrap()
+}
+
+fn pair(a: u32, b: u32) -> ContactRecord {
+    ContactRecord { robots: [a, b], level: ContactLevel::Touching as u32, ..ContactRecord::default() }
+}
+
+#[test]
+fn a_late_reader_gets_all_pairs_and_nobody_else_may_publish_them() {
+    let participant = Participant::join(&fleet(), "checker").unwrap();
+    let mut publisher = ContactPublisher::open_on(&participant).unwrap();
+    let pairs: Vec<_> = (0..1_000).map(|robot| pair(robot, robot + 1)).collect();
+    publisher.publish(&ContactHeader { tick: 7, touching: 1_000, ..ContactHeader::default() }, &pairs).unwrap();
+
+    let mut reader = ContactReader::open_on(&participant).unwrap();
+    publisher.update();
+    let contacts = reader.latest().unwrap().expect("contacts");
+    assert_eq!((contacts.header.tick, contacts.header.touching), (7, 1_000));
+    assert_eq!(contacts.pairs, pairs);
+    assert!(reader.latest().unwrap().is_none(), "read already");
+    assert_eq!(reader.current().expect("kept").header.tick, 7);
+
+    publisher.publish(&ContactHeader { tick: 8, ..ContactHeader::default() }, &[]).unwrap();
+    assert!(reader.latest().unwrap().expect("contacts").pairs.is_empty());
+    assert!(matches!(ContactPublisher::open_on(&participant), Err(OpenError::ContactsTaken { .. })));
+    assert!(reader.has_publisher());
+}
+
+#[test]
+fn changes_arrive_in_order_and_gaps_are_told() {
+    let participant = Participant::join(&fleet(), "checker").unwrap();
+    let mut publisher = ContactPublisher::open_on(&participant).unwrap();
+    let mut reader = ContactEventReader::open_on(&participant).unwrap();
+    let last = 10 + qos::EVENT_BUFFER as u64;
+    for tick in 1..=last {
+        let began = ContactEvent { tick, change: ContactChange::Began as u32, ..ContactEvent::default() };
+        publisher.publish_events(3, tick, &[began]).unwrap();
+    }
+    let mut seen = Vec::new();
+    reader
+        .take(|events| {
+            assert_eq!((events.header.run_id, events.records.len()), (3, 1));
+            seen.push((events.records[0].tick, events.missed));
+            Ok::<_, ReadError>(())
+        })
+        .unwrap();
+    // The first ten overflowed; which run they belonged to, nobody can know.
+    assert_eq!(seen.iter().map(|(tick, _)| *tick).collect::<Vec<_>>(), (11..=last).collect::<Vec<_>>());
+}
+
+#[test]
+fn the_order_log_tells_what_was_taken_and_when() {
+    let fleet = fleet();
+    let mut producer = Producer::create(&fleet, 1).unwrap();
+    assert!(!producer.has_order_log_readers());
+    let mut reader = OrderLogReader::open_on(&Participant::join(&fleet, "recorder").unwrap()).unwrap();
+    assert!(producer.has_order_log_readers());
+    let hold = OrderRecord { kind: OrderKind::Hold as u32, robot: 5, ..OrderRecord::default() };
+    producer.publish_order_log(9, &[hold; 100]).unwrap();
+    let mut seen = Vec::new();
+    reader
+        .take(|log| {
+            seen.push((log.header.run_id, log.header.tick, log.records.to_vec()));
+            Ok::<_, ReadError>(())
+        })
+        .unwrap();
+    assert_eq!(seen, [(producer.run_id(), 9, vec![hold; 100])]);
+}
+
+#[test]
+fn another_run_has_another_id_and_counts_its_worlds_afresh() {
+    let mut producer = Producer::create(&fleet(), 1).unwrap();
+    let first = producer.run_id();
+    assert_eq!(producer.publish_world(&[], &[], &[]).unwrap(), 1);
+    producer.begin_run();
+    assert_ne!(producer.run_id(), first);
+    assert_eq!(producer.loan(1).unwrap().header_mut().run_id, producer.run_id());
+    assert_eq!(producer.publish_world(&[], &[], &[]).unwrap(), 1);
+}
