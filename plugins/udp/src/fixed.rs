@@ -16,8 +16,7 @@ const LIMIT: f64 = 1e18;
 /// If `decimals` is over [`MAX_DECIMALS`].
 pub fn write(out: &mut Vec<u8>, value: f32, decimals: usize) {
     let scaled = (f64::from(value).abs() * POWERS[decimals]).round_ties_even();
-    // The other way round would let NaN through.
-    if !(scaled < LIMIT) {
+    if scaled.is_nan() || scaled >= LIMIT {
         return write_slowly(out, value, decimals);
     }
     if value.is_sign_negative() {
