@@ -6,6 +6,7 @@ mod demo;
 mod doctor;
 mod engine;
 mod graph;
+mod pipe;
 mod plugin;
 mod report;
 mod run;
@@ -26,15 +27,21 @@ fn plugin_failure(error: regatta_plugin::Error) -> Failure {
 }
 
 fn main() -> ExitCode {
-    let cli = Cli::parse();
+    pipe::hush_broken();
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => return cli::explain(&error),
+    };
     cli::start_logging(cli.verbose);
     let verbose = cli.verbose > 0;
-    match dispatch(cli) {
-        Ok(code) => code,
-        Err(failure) => {
+    match std::panic::catch_unwind(|| dispatch(cli)) {
+        Ok(Ok(code)) => code,
+        Ok(Err(failure)) => {
             cli::print_failure(&*failure, verbose);
             ExitCode::FAILURE
         }
+        Err(panic) if pipe::is_broken(&*panic) => pipe::exit_code(&*panic),
+        Err(panic) => std::panic::resume_unwind(panic),
     }
 }
 

@@ -94,6 +94,44 @@ fn each_heavy_dependency_has_one_owner() {
     }
 }
 
+/// Rows of the README's table of dependencies: crates, and who may use them.
+fn table_of_dependencies() -> Vec<(Vec<String>, String)> {
+    let text = fs::read_to_string(root().join("README.md")).expect("README.md");
+    let table = text.split("| crate | used by | why |").nth(1).expect("the table");
+    let rows = table.lines().skip(2).take_while(|line| line.starts_with('|'));
+    rows.map(|row| {
+        let cells: Vec<_> = row.split('|').map(str::trim).collect();
+        (cells[1].split(", ").map(str::to_owned).collect(), cells[2].to_owned())
+    })
+    .collect()
+}
+
+#[test]
+fn the_table_of_dependencies_is_true() {
+    let table = table_of_dependencies();
+    let mut used = Vec::new();
+    for folder in crates().iter().map(String::as_str).chain(["."]) {
+        for dependency in dependencies(folder).iter().filter(|name| !name.starts_with("regatta")) {
+            let row = table.iter().find(|(names, _)| names.contains(dependency));
+            let users = row.map_or("nobody", |(_, users)| users);
+            let place = match folder {
+                "." => "the command line",
+                folder => folder,
+            };
+            let any_plugin = folder.starts_with("plugins/") && users.contains("plugins") && !users.contains("plugins/");
+            assert!(
+                users == "all" || users.split(", ").any(|user| user == place) || any_plugin,
+                "{folder} depends on {dependency}, which the README gives to {users}"
+            );
+            used.push(dependency.clone());
+        }
+    }
+    for (names, users) in table.iter().filter(|(_, users)| !users.ends_with("alone")) {
+        let unused = names.iter().find(|name| !used.contains(name));
+        assert_eq!(unused, None, "given to {users}, but nobody depends on it");
+    }
+}
+
 #[test]
 fn versions_are_pinned_once_in_the_workspace() {
     for folder in crates() {

@@ -59,7 +59,8 @@ pub trait Plugin {
     }
 
     /// Called with the newest frame, at the plugin's [rate](Self::rate). Frames in between are skipped if this
-    /// takes longer than a tick.
+    /// takes longer than a tick. A frame comes again, with the same tick, when the clock or the number of robots was
+    /// changed between two ticks (not in lockstep).
     ///
     /// # Errors
     /// Whatever keeps the plugin from going on.
