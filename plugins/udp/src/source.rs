@@ -14,7 +14,7 @@ use regatta_plugin::column::ColumnHeader;
 use regatta_plugin::frame::{ClockState, FrameHeader};
 use regatta_plugin::publish::Producer;
 use regatta_plugin::world::{RobotTypeRecord, Shape};
-use regatta_plugin::{FleetName, Participant, Result, Termination, set_verbosity};
+use regatta_plugin::{FleetName, NAME_VARIABLE, Participant, Result, Termination, set_verbosity};
 
 use crate::line::{LineFormat, Separator};
 use crate::options::{self, Form, Offset};
@@ -70,9 +70,9 @@ struct Options {
     /// Print the closing figures as JSON too, on standard output
     #[arg(long)]
     json: bool,
-    /// The name to go by in `regatta doctor`
-    #[arg(long, value_name = "NAME", default_value = "udp-source")]
-    name: String,
+    /// The name to go by in `regatta doctor` [default: the program's name]
+    #[arg(long, value_name = "NAME")]
+    name: Option<String>,
     /// Tell the figures once a second; twice for the log of shared memory (iceoryx2)
     #[arg(short, long, action = clap::ArgAction::Count)]
     verbose: u8,
@@ -131,7 +131,9 @@ impl Source {
         let format = LineFormat::new(Separator::Space, options.form.decimals, unit);
         let answers = options.echo_to.as_ref().map(|to| Answers::open(resolve(to)?, format, options.form.mtu));
         let answers = answers.transpose()?;
-        let mut producer = Producer::create_on(Participant::join(&options.fleet, &options.name)?, 0)?;
+        let name = options.name.clone().or_else(|| std::env::var(NAME_VARIABLE).ok());
+        let participant = Participant::join(&options.fleet, name.as_deref().unwrap_or("udp-source"))?;
+        let mut producer = Producer::create_on(participant, 0)?;
         producer.check_room(options.max_robots as usize)?;
         let kinds: Vec<_> = robot_type(options).into_iter().collect();
         producer.publish_world(&[], &[], &kinds)?;
