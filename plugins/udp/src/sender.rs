@@ -23,7 +23,7 @@ const FORGOTTEN_AFTER: Duration = Duration::from_secs(10);
 /// Sends a fleet's poses as text in UDP datagrams: lines `id,x,y,theta`
 #[derive(Parser, Debug)]
 #[command(name = "udp", bin_name = "regatta plugin udp", max_term_width = 100)]
-struct Options {
+struct SenderOptions {
     /// Where to send to
     #[arg(long, value_name = "HOST:PORT")]
     to: String,
@@ -59,7 +59,7 @@ struct Options {
 /// # Errors
 /// If an option is wrong, a socket can't be had, or the fleet can't be read.
 pub fn run(args: impl IntoIterator<Item: Into<OsString> + Clone>) -> Result {
-    let Some(options) = options::parse::<Options>(args)? else { return Ok(()) };
+    let Some(options) = options::parse::<SenderOptions>(args)? else { return Ok(()) };
     let sender = Sender::open(&options)?;
     options.plugin.run(sender, "udp")
 }
@@ -106,7 +106,7 @@ struct Outlet {
 }
 
 impl Sender {
-    fn open(options: &Options) -> Result<Self> {
+    fn open(options: &SenderOptions) -> Result<Self> {
         let unit = options.form.unit();
         let format = LineFormat::new(Separator::Comma, options.form.decimals, unit);
         let to = resolve(&options.to)?;

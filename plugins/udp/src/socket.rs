@@ -24,28 +24,28 @@ const SEND_PATIENCE: Duration = Duration::from_millis(20);
 #[derive(Debug, thiserror::Error)]
 pub enum SocketError {
     /// The name has no address.
-    #[error("can't find '{address}': {source}; give HOST:PORT, 127.0.0.1:9001 say")]
+    #[error("can't find '{address}': {reason}; give HOST:PORT, 127.0.0.1:9001 say")]
     Resolve {
         /// What was asked for.
         address: String,
         /// The system's reason.
-        source: io::Error,
+        reason: io::Error,
     },
     /// The address can't be listened on.
-    #[error("can't listen on {address}: {source}; is another program listening there? choose another port")]
+    #[error("can't listen on {address}: {reason}; is another program listening there? choose another port")]
     Listen {
         /// What was asked for.
         address: SocketAddr,
         /// The system's reason.
-        source: io::Error,
+        reason: io::Error,
     },
     /// The address can't be sent to.
-    #[error("can't send to {address}: {source}")]
+    #[error("can't send to {address}: {reason}")]
     Send {
         /// What was asked for.
         address: SocketAddr,
         /// The system's reason.
-        source: io::Error,
+        reason: io::Error,
     },
 }
 
@@ -67,7 +67,7 @@ impl FromStr for Listen {
 /// # Errors
 /// [`SocketError::Resolve`].
 pub fn resolve(address: &str) -> Result<SocketAddr, SocketError> {
-    let failed = |source| SocketError::Resolve { address: address.to_owned(), source };
+    let failed = |reason| SocketError::Resolve { address: address.to_owned(), reason };
     let mut found = address.to_socket_addrs().map_err(failed)?;
     found.next().ok_or_else(|| failed(io::Error::from(ErrorKind::AddrNotAvailable)))
 }
@@ -103,7 +103,7 @@ impl Socket {
             let _ = SockRef::from(&socket).set_recv_buffer_size(KERNEL_BUFFER_BYTES);
             Ok(Self { socket, state })
         };
-        open().map_err(|source| SocketError::Listen { address, source })
+        open().map_err(|reason| SocketError::Listen { address, reason })
     }
 
     /// A socket that sends to one address, and receives from nowhere else.
@@ -122,7 +122,7 @@ impl Socket {
             let _ = SockRef::from(&socket).set_send_buffer_size(KERNEL_BUFFER_BYTES);
             Ok(Self { socket, state })
         };
-        open().map_err(|source| SocketError::Send { address, source })
+        open().map_err(|reason| SocketError::Send { address, reason })
     }
 
     /// The address that it listens on; with the port that the system chose, if it was to choose one.

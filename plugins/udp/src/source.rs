@@ -34,7 +34,7 @@ const MOST_ROBOTS: i64 = 1 << 24;
 /// Makes a fleet of the poses that arrive in UDP datagrams, as lines `id,x,y,theta`
 #[derive(Parser, Debug)]
 #[command(name = "udp-source", bin_name = "regatta plugin udp-source", max_term_width = 100)]
-struct Options {
+struct SourceOptions {
     /// Where to receive; a port alone is one of this machine's own
     #[arg(long, value_name = "[HOST:]PORT")]
     listen: Listen,
@@ -84,7 +84,7 @@ struct Options {
 /// If an option is wrong, the address can't be listened on, the fleet has a producer already, or shared memory
 /// fails.
 pub fn run(args: impl IntoIterator<Item: Into<OsString> + Clone>) -> Result {
-    let Some(options) = options::parse::<Options>(args)? else { return Ok(()) };
+    let Some(options) = options::parse::<SourceOptions>(args)? else { return Ok(()) };
     set_verbosity(options.verbose);
     let termination = Termination::watch()?;
     let mut source = Source::open(&options)?;
@@ -125,7 +125,7 @@ struct Trouble {
 }
 
 impl Source {
-    fn open(options: &Options) -> Result<Self> {
+    fn open(options: &SourceOptions) -> Result<Self> {
         let socket = Socket::listen(&options.listen)?;
         let unit = options.form.unit();
         let format = LineFormat::new(Separator::Space, options.form.decimals, unit);
@@ -346,7 +346,7 @@ impl Trouble {
     }
 }
 
-fn robot_type(options: &Options) -> Option<RobotTypeRecord> {
+fn robot_type(options: &SourceOptions) -> Option<RobotTypeRecord> {
     Some(RobotTypeRecord {
         name: RobotTypeRecord::padded_name("udp"),
         shape: Shape::Rectangle as u32,
