@@ -192,6 +192,8 @@ mod tests {
     }
 
     proptest! {
+        #![proptest_config(ProptestConfig::with_cases(if cfg!(miri) { 4 } else { 256 }))]
+
         #[test]
         fn strong_components_are_mutual_reachability(
             edges in prop::collection::vec((0u32..9, 0u32..9, any::<bool>()), 0..20),
