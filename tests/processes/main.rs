@@ -9,3 +9,4 @@ mod lockstep;
 mod own_plugin;
 mod readers;
 mod restart;
+mod udp;
