@@ -208,8 +208,8 @@ impl Socket {
         Ok(received > 0)
     }
 
-    /// Datagrams that the system threw away because the receive buffer was full, since the socket was opened;
-    /// `None` where it doesn't say.
+    /// Packets that the system threw away because the receive buffer was full, since the socket was opened; up to
+    /// 64 datagrams that came together are one packet. `None` where it doesn't say.
     pub fn dropped(&self) -> Option<u64> {
         #[cfg(target_os = "linux")]
         {

@@ -317,7 +317,7 @@ impl Source {
         }
         let Intake { lines, datagrams, bytes, faults, .. } = self.intake;
         let json = serde_json::json!({
-            "lines": lines, "datagrams": datagrams, "bytes": bytes, "dropped_datagrams": self.socket.dropped(),
+            "lines": lines, "datagrams": datagrams, "bytes": bytes, "dropped_packets": self.socket.dropped(),
             "receive_buffer_bytes": self.socket.receive_buffer_bytes(),
             "malformed": faults.malformed, "negative_ids": faults.negative_id, "ids_too_large": faults.id_too_large,
             "not_finite": faults.not_finite, "oversized_datagrams": faults.oversized,
@@ -333,7 +333,7 @@ impl Trouble {
     fn text(&self) -> String {
         let mut text = self.faults.to_string();
         for (count, what) in [
-            (self.dropped, "datagrams dropped by the system (the receive buffer was full)"),
+            (self.dropped, "packets dropped by the system, of up to 64 datagrams each (the receive buffer was full)"),
             (self.orders_refused, "orders refused (robots are driven by whoever sends the poses)"),
             (self.answers_refused, "answers not sent"),
             (self.receive_errors, "errors of the socket"),
