@@ -53,12 +53,20 @@ pub enum SocketError {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Listen(String);
 
+impl Listen {
+    /// A port of this machine's own (loopback); any free one for 0.
+    pub fn loopback(port: u16) -> Self {
+        Self(format!("127.0.0.1:{port}"))
+    }
+}
+
 impl FromStr for Listen {
     type Err = core::convert::Infallible;
 
     fn from_str(text: &str) -> Result<Self, Self::Err> {
         let is_port = !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
-        Ok(Self(if is_port { format!("127.0.0.1:{text}") } else { text.to_owned() }))
+        let port = if is_port { text.parse().ok() } else { None };
+        Ok(port.map_or_else(|| Self(text.to_owned()), Self::loopback))
     }
 }
 
