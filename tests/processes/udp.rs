@@ -4,6 +4,7 @@
 use std::io::{BufRead, BufReader, Read};
 use std::net::{SocketAddr, UdpSocket};
 use std::process::ChildStderr;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use regatta_plugin::frame::{NO_EDGE, RobotState};
@@ -317,4 +318,44 @@ fn mistakes_of_the_command_line_are_one_line() {
         assert!(!output.status.success() && message.contains(wanted), "{args:?}: {message}");
         assert_eq!(message.lines().count(), 1, "{message}");
     }
+}
+
+/// Does something at the end, however it comes.
+struct OnDrop<F: Fn()>(F);
+
+impl<F: Fn()> Drop for OnDrop<F> {
+    fn drop(&mut self) {
+        (self.0)();
+    }
+}
+
+#[test]
+fn a_flood_of_nonsense_takes_neither_time_nor_memory() {
+    let (program, _) = socket();
+    let second = Second::start("udp-flood", &["--max-robots", "1000"]);
+    let before = second.fleet.status()["resident_bytes"].as_u64().expect("a size");
+    let over = AtomicBool::new(false);
+    std::thread::scope(|scope| {
+        scope.spawn(|| {
+            let nonsense = "-1,2,3,4\n5000000,1,2,3\nnan,nan,nan,nan\n,,,,,,,,,\n".repeat(1_000);
+            while !over.load(Ordering::Relaxed) {
+                program.send_to(nonsense.as_bytes(), second.address).expect("sent");
+            }
+        });
+        let _end = OnDrop(|| over.store(true, Ordering::Relaxed));
+        second.fleet.let_ticks_pass(50);
+        let mut frames = second.fleet.subscriber();
+        eventually("a good line", || {
+            let (program, _) = socket();
+            program.send_to(b"7,1,2,3\n", second.address).expect("sent");
+            frames.latest().expect("readable").filter(|frame| frame.len() == 8).map(|_| ())
+        });
+    });
+    let after = second.fleet.status()["resident_bytes"].as_u64().expect("a size");
+    assert!(after < before + (64 << 20), "{before} bytes have become {after}");
+    let (figures, said) = second.interrupt();
+    assert!(figures["malformed"].as_u64() > Some(1_000), "{figures}");
+    // The first is that it listens; a line a second, whatever comes.
+    let seconds = figures["wall_secs"].as_f64().expect("a time");
+    assert!((said.lines().count() as f64) < seconds + 3.0, "{seconds} s: {said}");
 }

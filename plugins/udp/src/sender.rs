@@ -23,6 +23,8 @@ const FORGOTTEN_AFTER: Duration = Duration::from_secs(10);
 /// Sends a fleet's poses as text in UDP datagrams: lines `id,x,y,theta`
 #[derive(Parser, Debug)]
 #[command(name = "udp", bin_name = "regatta plugin udp", max_term_width = 100)]
+#[command(mut_arg("rate", |rate| rate.help("Frames per second to send, or 'all' [default: 50]")))]
+#[command(mut_arg("verbose", |verbose| verbose.help("Tell the figures once a second, and warnings of shared memory (iceoryx2); twice for all of its log")))]
 struct SenderOptions {
     /// Where to send to
     #[arg(long, value_name = "HOST:PORT")]

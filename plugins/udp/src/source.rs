@@ -73,7 +73,7 @@ struct SourceOptions {
     /// The name to go by in `regatta doctor` [default: the program's name]
     #[arg(long, value_name = "NAME")]
     name: Option<String>,
-    /// Tell the figures once a second; twice for the log of shared memory (iceoryx2)
+    /// Tell the figures once a second, and warnings of shared memory (iceoryx2); twice for all of its log
     #[arg(short, long, action = clap::ArgAction::Count)]
     verbose: u8,
 }
