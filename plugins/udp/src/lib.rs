@@ -11,6 +11,7 @@ pub mod echo;
 pub mod fixed;
 pub mod line;
 mod options;
+mod outlet;
 mod pacer;
 pub mod packer;
 mod sender;

@@ -1,7 +1,6 @@
 //! `regatta plugin udp`: a fleet's poses as lines in datagrams.
 
 use std::ffi::OsString;
-use std::net::SocketAddr;
 use std::time::{Duration, Instant};
 
 use clap::Parser;
@@ -12,13 +11,10 @@ use crate::answer_thread::EchoListener;
 use crate::echo::EchoRules;
 use crate::line::{AngleUnit, LineFormat, PoseLine, Separator};
 use crate::options::{self, Form, Offset, RobotRange};
-use crate::pacer::Pacer;
-use crate::packer::{Batch, Packer};
+use crate::outlet::{Outlet, Sent};
+use crate::packer::Packer;
 use crate::socket::{Listen, Socket, resolve};
 use crate::tally::{Effort, EverySecond};
-
-/// When nobody has been missed for so long, it is told again.
-const FORGOTTEN_AFTER: Duration = Duration::from_secs(10);
 
 /// Sends a fleet's poses as text in UDP datagrams: lines `id,x,y,theta`
 #[derive(Parser, Debug)]
@@ -66,19 +62,6 @@ pub fn run(args: impl IntoIterator<Item: Into<OsString> + Clone>) -> Result {
     options.plugin.run(sender, "udp")
 }
 
-/// What became of lines.
-#[derive(Clone, Copy, Debug, Default)]
-struct Sent {
-    frames: u64,
-    lines: u64,
-    datagrams: u64,
-    bytes: u64,
-    /// Lines that the system didn't take.
-    refused: u64,
-    /// Poses that no line can tell, since they are NaN or infinite.
-    not_finite: u64,
-}
-
 /// The plugin.
 #[derive(Debug)]
 struct Sender {
@@ -91,20 +74,6 @@ struct Sender {
     second: EverySecond,
     verbose: bool,
     json: bool,
-}
-
-/// Where batches go.
-#[derive(Debug)]
-struct Outlet {
-    socket: Socket,
-    to: SocketAddr,
-    pacer: Pacer,
-    sent: Sent,
-    /// Batches of this frame and of the one before.
-    batches: [usize; 2],
-    /// When nobody listened there, last.
-    unheard_at: Option<Instant>,
-    failure: Option<std::io::Error>,
 }
 
 impl Sender {
@@ -124,15 +93,7 @@ impl Sender {
             robots: options.robots.clone(),
             unit,
             packer: Packer::new(format, options.form.mtu),
-            outlet: Outlet {
-                socket: Socket::towards(to)?,
-                to,
-                pacer: Pacer::new(options.pace),
-                sent: Sent::default(),
-                batches: [0; 2],
-                unheard_at: None,
-                failure: None,
-            },
+            outlet: Outlet::open("udp", to, options.pace)?,
             echo: echo.transpose()?,
             effort: Effort::start(),
             second: EverySecond::new(Instant::now()),
@@ -240,40 +201,6 @@ impl Plugin for Sender {
 
     fn rate(&self) -> Rate {
         Rate::PerSecond(50.0)
-    }
-}
-
-impl Outlet {
-    fn start_frame(&mut self, now: Instant, hurry: bool) {
-        self.batches = [0, self.batches[0]];
-        self.pacer.start_frame(now, self.batches[1], hurry);
-    }
-
-    fn send(&mut self, batch: Batch<'_>) {
-        std::thread::sleep(self.pacer.next_pause(Instant::now()));
-        self.batches[0] += 1;
-        match self.socket.send(self.to, batch.bytes, batch.datagram_bytes) {
-            Ok(heard) => {
-                if !heard {
-                    self.tell_unheard(Instant::now());
-                }
-                self.sent.lines += batch.lines;
-                self.sent.datagrams += batch.bytes.len().div_ceil(batch.datagram_bytes) as u64;
-                self.sent.bytes += batch.bytes.len() as u64;
-            }
-            Err(error) => {
-                self.sent.refused += batch.lines;
-                self.failure = Some(error);
-            }
-        }
-    }
-
-    /// Says that nobody listens, once until somebody has listened for a while.
-    fn tell_unheard(&mut self, now: Instant) {
-        if self.unheard_at.is_none_or(|before| now - before > FORGOTTEN_AFTER) {
-            eprintln!("udp: nobody listens at {}; sending goes on", self.to);
-        }
-        self.unheard_at = Some(now);
     }
 }
 

@@ -2,8 +2,10 @@
 
 use proptest::prelude::*;
 
+use std::time::Duration;
+
 use super::*;
-use crate::line::Separator;
+use crate::line::{AngleUnit, LineFormat, Separator};
 
 const DEADLINE: Duration = Duration::from_secs(1);
 const PERIOD: Duration = Duration::from_millis(20);

@@ -3,19 +3,16 @@
 use std::net::SocketAddr;
 
 use crate::line::{LineFormat, PoseLine};
+use crate::outlet::Outlet;
 use crate::packer::Packer;
-use crate::socket::{Socket, SocketError};
+use crate::socket::SocketError;
 
 /// Sends a line `id x y theta` back for each line that was used, with positions as drawn: the offset added.
 #[derive(Debug)]
 pub struct Answers {
-    socket: Socket,
-    to: SocketAddr,
     packer: Packer,
-    /// Lines sent.
-    pub sent: u64,
-    /// Lines that the system didn't take.
-    pub refused: u64,
+    /// Where they go.
+    pub outlet: Outlet,
 }
 
 impl Answers {
@@ -24,25 +21,18 @@ impl Answers {
     /// # Errors
     /// [`SocketError::Send`].
     pub fn open(to: SocketAddr, format: LineFormat, datagram_bytes: usize) -> Result<Self, SocketError> {
-        let packer = Packer::new(format, datagram_bytes);
-        Ok(Self { socket: Socket::towards(to)?, to, packer, sent: 0, refused: 0 })
+        Ok(Self { packer: Packer::new(format, datagram_bytes), outlet: Outlet::open("udp-source", to, 0.0)? })
     }
 
     /// Answers a line, when there are enough of them or when [`flush`](Self::flush) is called.
     pub fn push(&mut self, line: &PoseLine) {
-        let Self { socket, to, packer, sent, refused } = self;
-        packer.push(line, |batch| match socket.send(*to, batch.bytes, batch.datagram_bytes) {
-            Ok(_) => *sent += batch.lines,
-            Err(_) => *refused += batch.lines,
-        });
+        let Self { packer, outlet } = self;
+        packer.push(line, |batch| outlet.send(batch));
     }
 
     /// Sends what is left.
     pub fn flush(&mut self) {
-        let Self { socket, to, packer, sent, refused } = self;
-        packer.flush(|batch| match socket.send(*to, batch.bytes, batch.datagram_bytes) {
-            Ok(_) => *sent += batch.lines,
-            Err(_) => *refused += batch.lines,
-        });
+        let Self { packer, outlet } = self;
+        packer.flush(|batch| outlet.send(batch));
     }
 }
