@@ -37,13 +37,18 @@ impl Form {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Offset(pub [f64; 2]);
 
-impl FromStr for Offset {
-    type Err = String;
+/// A text that is no [`Offset`].
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("give X,Y in metres, 1.5,-2 say")]
+pub struct ParseOffsetError;
 
-    fn from_str(text: &str) -> Result<Self, String> {
+impl FromStr for Offset {
+    type Err = ParseOffsetError;
+
+    fn from_str(text: &str) -> Result<Self, ParseOffsetError> {
         let number = |text: &str| text.trim().parse::<f64>().ok().filter(|number| number.is_finite());
         let both = text.split_once(',').and_then(|(x, y)| Some(Self([number(x)?, number(y)?])));
-        both.ok_or_else(|| "give X,Y in metres, 1.5,-2 say".to_owned())
+        both.ok_or(ParseOffsetError)
     }
 }
 
@@ -51,16 +56,18 @@ impl FromStr for Offset {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct RobotRange(pub Range<u32>);
 
-impl FromStr for RobotRange {
-    type Err = String;
+/// A text that is no [`RobotRange`].
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("give A..B, the first robot and the one after the last: 0..100 say, or 100..")]
+pub struct ParseRangeError;
 
-    fn from_str(text: &str) -> Result<Self, String> {
+impl FromStr for RobotRange {
+    type Err = ParseRangeError;
+
+    fn from_str(text: &str) -> Result<Self, ParseRangeError> {
         let end = |text: &str, open: u32| if text.is_empty() { Some(open) } else { text.parse().ok() };
         let range = text.split_once("..").and_then(|(a, b)| Some(end(a, 0)?..end(b, u32::MAX)?));
-        range
-            .filter(|range| !range.is_empty())
-            .map(Self)
-            .ok_or_else(|| "give A..B, the first robot and the one after the last: 0..100 say, or 100..".to_owned())
+        range.filter(|range| !range.is_empty()).map(Self).ok_or(ParseRangeError)
     }
 }
 

@@ -11,23 +11,26 @@ use regatta_plugin::order::OrderKind;
 use super::Source;
 
 impl Source {
-    /// Carries out what was asked since the last call.
+    /// Carries out what was asked since the last call, and answers it.
     pub(super) fn answer_requests(&mut self) -> Result {
-        let status = self.status();
-        let mut pause = None;
+        let mut outcomes = Vec::new();
         self.producer.take_requests(|request| {
-            let outcome = carry_out(request);
-            if let Ok(Some(paused)) = outcome {
-                pause = Some(paused);
-            }
-            let clock = pause.map_or(status.clock, |paused| clock_state(paused) as u32);
-            let status = ControlResponse { clock, ..status };
-            Answer::Now(outcome.map_or_else(|reason| status.refuse(reason), |_| status.accept()))
+            outcomes.push(carry_out(request));
+            Answer::Later(outcomes.len() as u64 - 1)
         })?;
-        match pause {
-            Some(paused) => self.set_paused(paused),
-            None => Ok(()),
+        // The status takes a look at every robot.
+        if outcomes.is_empty() {
+            return Ok(());
         }
+        if let Some(paused) = outcomes.iter().filter_map(|outcome| outcome.ok().flatten()).next_back() {
+            self.set_paused(paused)?;
+        }
+        let status = self.status();
+        self.producer.answer_waiting(|ticket| match outcomes.get(ticket as usize)? {
+            Ok(_) => Some(status.accept()),
+            Err(reason) => Some(status.refuse(reason)),
+        });
+        Ok(())
     }
 
     /// Refuses all orders, by an event for each.
