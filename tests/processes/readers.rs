@@ -11,7 +11,7 @@ use crate::fleet::{Fleet, eventually};
 const ATTEMPTS: usize = 6;
 
 /// Runs something beside an engine, and asserts that not a single tick is late for it.
-fn costs_no_late_tick(test: &str, disturb: impl Fn(&Fleet)) {
+pub fn costs_no_late_tick(test: &str, disturb: impl Fn(&Fleet)) {
     // A deadline of 20 ms: far above what a reader costs, far below how long one is stopped.
     let fleet = Fleet::start(test, "thirty.yaml", &["--rate", "50"]);
     fleet.let_ticks_pass(20);

@@ -1,10 +1,11 @@
 //! The bar at the top: which fleet, which panels, from where to look.
 
-use egui::{Align, Button, Layout, RichText, Ui};
+use egui::{Align, Button, Layout, RichText, Ui, vec2};
 
 use super::Interface;
 use super::facts::Facts;
 use super::fleet_list::dot;
+use super::icons::{self, Icon};
 use super::settings::{Left, Right};
 
 impl Interface {
@@ -16,8 +17,11 @@ impl Interface {
             ui.label(RichText::new(words).color(colour).size(12.0));
             ui.separator();
             let touching = facts.contacts.map_or(0, |contacts| contacts.header.touching);
-            let collisions =
-                if touching > 0 { RichText::new(format!("Collisions {touching}")).color(tones.bad) } else { "Collisions".into() };
+            let collisions = if touching > 0 {
+                RichText::new(format!("Collisions {touching}")).color(tones.bad)
+            } else {
+                "Collisions".into()
+            };
             for (panel, name, key) in [(Left::Fleet, "Fleet".into(), "1"), (Left::Collisions, collisions, "2")] {
                 tab(ui, &mut self.settings.left, panel, name, key);
             }
@@ -27,8 +31,8 @@ impl Interface {
                 if ui.button("?").on_hover_text("Keys (?)").clicked() {
                     self.help = !self.help;
                 }
-                let (sign, name) = if self.settings.light { ("🌙", "Dark") } else { ("☀", "Light") };
-                if ui.button(sign).on_hover_text(format!("{name} (L)")).clicked() {
+                let (icon, name) = if self.settings.light { (Icon::Moon, "Dark") } else { (Icon::Sun, "Light") };
+                if icons::button(ui, icon, name, vec2(26.0, 22.0)).on_hover_text(format!("{name} (L)")).clicked() {
                     self.settings.light = !self.settings.light;
                 }
                 ui.separator();

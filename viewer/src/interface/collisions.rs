@@ -4,10 +4,10 @@ use egui::{Align2, FontId, RichText, Ui, pos2};
 use glam::Vec2;
 use regatta_plugin::contact::{ContactLevel, ContactRecord};
 
+use super::Interface;
 use super::facts::{Facts, Thing};
 use super::list::clickable;
 use super::style::{self, thousands};
-use super::Interface;
 
 impl Interface {
     pub(super) fn collisions(&mut self, ui: &mut Ui, facts: &Facts<'_>) {

@@ -2,10 +2,10 @@
 
 use egui::{RichText, TextEdit, Ui};
 
+use super::Interface;
 use super::facts::{Action, Engine, Facts};
 use super::fleet_list::dot;
 use super::style::{self, Tones, heading, line, thousands};
-use super::Interface;
 
 impl Engine {
     /// In a word or two, and its colour.

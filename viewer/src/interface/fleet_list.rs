@@ -3,11 +3,12 @@
 use egui::{Align2, FontId, Key, Rect, RichText, Sense, Ui, pos2, vec2};
 use regatta_plugin::frame::{Frame, RobotState};
 
+use super::Interface;
 use super::facts::{Action, Facts, Thing};
+use super::icons::{self, Icon};
 use super::list::{Scroll, clickable};
 use super::rows::{RowQuery, SortBy, state_name};
 use super::style::{self, Tones, thousands};
-use super::Interface;
 
 /// Names of the columns, and where they end, as parts of the width.
 const COLUMNS: [(&str, SortBy, f32); 4] =
@@ -98,14 +99,18 @@ fn header(ui: &mut Ui, query: &mut RowQuery, tones: &Tones) {
         left = right;
         let response = ui.interact(rect, ui.scope_id().with(name), Sense::click());
         let chosen = query.sort == sort;
-        response.widget_info(|| egui::WidgetInfo::selected(egui::Role::Button, true, chosen, format!("sort by {name}")));
+        response
+            .widget_info(|| egui::WidgetInfo::selected(egui::Role::Button, true, chosen, format!("sort by {name}")));
         if response.clicked() {
             *query = RowQuery { sort, descending: chosen && !query.descending, filter: query.filter.clone() };
         }
-        let arrow = if !chosen { "" } else if query.descending { " ⏷" } else { " ⏶" };
         let colour = if chosen || response.hovered() { tones.text } else { tones.faint };
         let at = pos2(right, area.center().y);
-        ui.painter().text(at, Align2::RIGHT_CENTER, format!("{name}{arrow}"), FontId::proportional(11.5), colour);
+        let text = ui.painter().text(at, Align2::RIGHT_CENTER, name, FontId::proportional(11.5), colour);
+        if chosen {
+            let icon = if query.descending { Icon::Descending } else { Icon::Ascending };
+            icons::draw(ui.painter(), icon, pos2(text.left() - 8.0, at.y), 3.5, colour);
+        }
     }
 }
 

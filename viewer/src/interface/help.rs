@@ -1,10 +1,10 @@
 //! What keys and hands do.
 
-use egui::{Align2, Context, Grid, Key, RichText, Window};
+use egui::{Align2, Context, Grid, RichText, Window};
 
+use super::Interface;
 use super::keys;
 use super::style;
-use super::Interface;
 
 impl Interface {
     pub(super) fn help(&mut self, context: &Context) {
@@ -12,14 +12,15 @@ impl Interface {
             return;
         }
         let (theme, tones) = (self.settings.theme(), self.tones());
-        let mut open = true;
-        Window::new("Keys")
-            .open(&mut open)
+        let response = Window::new("Keys")
+            .title_bar(false)
             .collapsible(false)
             .resizable(false)
             .anchor(Align2::CENTER_CENTER, [0.0, 0.0])
             .frame(style::floating(theme).fill(tones.panel).inner_margin(18.0))
             .show(context, |ui| {
+                ui.label(RichText::new("Keys and hands").size(17.0));
+                ui.add_space(8.0);
                 let all = keys::list(context);
                 let third = (all.len() + keys::HANDS.len()).div_ceil(3);
                 let hands = keys::HANDS.iter().map(|(hand, what)| ((*hand).to_owned(), *what));
@@ -37,6 +38,7 @@ impl Interface {
                     }
                 });
             });
-        self.help = open && !context.input(|input| input.key_pressed(Key::Escape));
+        // A click beside it closes it.
+        self.help = response.is_none_or(|shown| !shown.response.clicked_elsewhere());
     }
 }

@@ -1,6 +1,6 @@
 //! The keyboard: one table that both the help and the keys' effects come from.
 
-use egui::{Context, Key, Modifiers};
+use egui::{Context, Event, Key, Modifiers};
 
 /// What one press does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -139,13 +139,18 @@ pub fn pressed(context: &Context) -> Vec<Deed> {
         let find = context.input_mut(|input| input.consume_key(CTRL, Key::F));
         return if find { vec![Deed::Find] } else { Vec::new() };
     }
-    context.input_mut(|input| {
-        let took = |Press(modifiers, key, deed, _): &Press| {
-            let exact = input.modifiers.matches_exact(*modifiers);
-            (exact && input.consume_key(*modifiers, *key)).then_some(*deed)
-        };
-        PRESSES.iter().filter_map(took).collect()
+    context.input(|input| {
+        let pressed = input.events.iter().filter_map(|event| match event {
+            Event::Key { key, pressed: true, modifiers, .. } => Some((*key, *modifiers)),
+            _ => None,
+        });
+        pressed.filter_map(|(key, modifiers)| deed_of(key, modifiers)).collect()
     })
+}
+
+fn deed_of(key: Key, modifiers: Modifiers) -> Option<Deed> {
+    let fits = |press: &&Press| press.1 == key && modifiers.matches_exact(press.0);
+    PRESSES.iter().find(fits).map(|press| press.2)
 }
 
 /// Where held keys move the camera.
@@ -169,14 +174,38 @@ pub fn held(context: &Context) -> Hold {
 
 /// All keys and what they do.
 pub fn list(context: &Context) -> Vec<(String, &'static str)> {
-    let name = |modifiers: Modifiers, key: Key| context.format_shortcut(&egui::KeyboardShortcut::new(modifiers, key));
+    let name = |modifiers: Modifiers, key: Key| match modifiers {
+        NONE => name_of(key).to_owned(),
+        _ => format!("{}+{}", context.format_modifiers(modifiers), name_of(key)),
+    };
     let presses = PRESSES.iter().filter(|press| !press.3.is_empty());
     let presses = presses.map(|Press(modifiers, key, _, what)| (name(*modifiers, *key), *what));
     let held = HELD.iter().map(|(keys, _, what)| {
-        let names: Vec<_> = keys.iter().map(|key| key.symbol_or_name()).collect();
+        let names: Vec<_> = keys.iter().map(|key| name_of(*key)).collect();
         (names.join("  "), *what)
     });
     held.chain(presses).collect()
+}
+
+/// As it stands on the key.
+fn name_of(key: Key) -> &'static str {
+    match key {
+        Key::Period => ".",
+        Key::OpenBracket => "[",
+        Key::CloseBracket => "]",
+        Key::Questionmark => "?",
+        Key::Escape => "Esc",
+        Key::PageUp => "PgUp",
+        Key::PageDown => "PgDn",
+        Key::ArrowUp => "Up",
+        Key::ArrowDown => "Down",
+        Key::ArrowLeft => "Left",
+        Key::ArrowRight => "Right",
+        Key::Minus => "-",
+        Key::Plus => "+",
+        Key::Equals => "=",
+        key => key.name(),
+    }
 }
 
 #[cfg(test)]

@@ -34,7 +34,14 @@ impl Scroll {
     }
 
     /// Shows the rows that are in sight in all the room that is left: `row` draws one into its rectangle.
-    pub fn show(&mut self, ui: &mut Ui, name: &str, tones: &Tones, rows: usize, mut row: impl FnMut(&mut Ui, Rect, usize)) {
+    pub fn show(
+        &mut self,
+        ui: &mut Ui,
+        name: &str,
+        tones: &Tones,
+        rows: usize,
+        mut row: impl FnMut(&mut Ui, Rect, usize),
+    ) {
         let (area, _) = ui.allocate_exact_size(ui.available_size().max(vec2(40.0, ROW)), Sense::hover());
         let id = Id::unique(name);
         self.visible = f64::from(area.height() / ROW);

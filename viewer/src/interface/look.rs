@@ -2,9 +2,9 @@
 
 use egui::{DragValue, Slider, Ui};
 
+use super::Interface;
 use super::facts::Facts;
 use super::style::heading;
-use super::Interface;
 use crate::palette::Colouring;
 
 impl Interface {

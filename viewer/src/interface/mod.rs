@@ -9,6 +9,7 @@ pub mod facts;
 mod fleet_list;
 mod hands;
 mod help;
+mod icons;
 mod keys;
 mod list;
 mod look;
@@ -194,9 +195,7 @@ impl Interface {
         let offset = Vec2::from(self.settings.offset);
         match self.selected? {
             Thing::Robot(id) => Some(facts.pose(id, offset)?.place),
-            Thing::Node(index) => {
-                facts.nodes.get(index as usize).map(|node| Vec2::new(node.x, node.y) + offset)
-            }
+            Thing::Node(index) => facts.nodes.get(index as usize).map(|node| Vec2::new(node.x, node.y) + offset),
             Thing::Edge(index) => {
                 let points = facts.edges.get(index as usize)?.control_points.map(Vec2::from);
                 // The middle of a cubic Bézier curve.

@@ -60,7 +60,11 @@ impl Interface {
                         ui.painter().rect_filled(part, 0.0, style::of(colour));
                     }
                     let middle = (low + high) / 2.0;
-                    ui.label(RichText::new(format!("{low:.4}   {middle:.4}   {high:.4} {unit}")).size(11.0).color(tones.faint));
+                    ui.label(
+                        RichText::new(format!("{low:.4}   {middle:.4}   {high:.4} {unit}"))
+                            .size(11.0)
+                            .color(tones.faint),
+                    );
                 }
             }
         });
@@ -77,7 +81,8 @@ impl Interface {
             camera.pitch.to_degrees()
         );
         self.float(context, picture, "camera", Align2::RIGHT_BOTTOM, |ui| {
-            ui.label(RichText::new(text).monospace().size(11.0).color(self.tones().faint));
+            let text = RichText::new(text).monospace().size(11.0).color(self.tones().faint);
+            ui.add(egui::Label::new(text).extend());
         });
     }
 

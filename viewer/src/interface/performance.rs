@@ -4,9 +4,9 @@ use std::collections::VecDeque;
 
 use egui::{Rect, RichText, Sense, Ui, pos2, vec2};
 
+use super::Interface;
 use super::facts::Facts;
 use super::style::{self, heading, line, thousands};
-use super::Interface;
 
 /// Pictures that the bars show.
 const PICTURES: usize = 120;
@@ -72,7 +72,11 @@ impl Interface {
         line(ui, theme, "skipped", thousands(facts.counts.skipped));
         let lag = facts.lag.map_or("–".to_owned(), |lag| format!("{:.1} ms", lag * 1e3));
         line(ui, theme, "age when read", lag);
-        ui.label(style::faint(ui, theme, "Frames are skipped whenever the engine makes more of them than the screen shows."));
+        ui.label(style::faint(
+            ui,
+            theme,
+            "Frames are skipped whenever the engine makes more of them than the screen shows.",
+        ));
     }
 }
 

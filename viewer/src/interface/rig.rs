@@ -69,7 +69,14 @@ struct Flight {
 impl Rig {
     /// Starts with a camera. One that was `chosen` stays there.
     pub fn new(camera: Camera, chosen: bool) -> Self {
-        Self { camera: camera.clamped(), flight: None, follow: None, beside: 0.0, untouched: !chosen, from_above: false }
+        Self {
+            camera: camera.clamped(),
+            flight: None,
+            follow: None,
+            beside: 0.0,
+            untouched: !chosen,
+            from_above: false,
+        }
     }
 
     /// Shows all there is from straight above, until somebody moves it.

@@ -102,9 +102,8 @@ mod tests {
         let (x, y, theta) = ([3.0, 1.0, 2.0, 0.5], [0.0; 4], [0.0, -1.0, 1.0, 0.5]);
         let state = [0, 1, 3, 255];
         let columns = Columns { x: &x, y: &y, theta: &theta, speed: &y, s: &y, edge: &[0; 4], state: &state };
-        let rows = |sort, descending, filter: &str| {
-            RowQuery { sort, descending, filter: filter.into() }.rows(columns).ids
-        };
+        let rows =
+            |sort, descending, filter: &str| RowQuery { sort, descending, filter: filter.into() }.rows(columns).ids;
         assert_eq!(rows(SortBy::X, false, ""), [1, 2, 0]);
         assert_eq!(rows(SortBy::Theta, true, ""), [2, 0, 1]);
         assert_eq!(rows(SortBy::Id, false, "hel"), [2]);

@@ -7,19 +7,19 @@ use egui_plot::{Line, Plot, PlotPoints};
 use regatta_plugin::contact::ContactLevel;
 use regatta_plugin::frame::{Frame, NO_EDGE, RobotState};
 
+use super::Interface;
 use super::facts::{Facts, Thing};
 use super::fleet_list::{dot, state_colour};
 use super::rig::Follow;
 use super::rows::state_name;
 use super::style::{self, heading, line};
-use super::Interface;
 
 /// Simulated seconds that the plots show.
 const SPAN: f64 = 60.0;
 /// Least simulated seconds between two points.
 const GAP: f64 = 0.05;
-/// What is plotted: its name, and its unit.
-const PLOTS: [(&str, &str); 4] = [("x", "m"), ("y", "m"), ("θ", "°"), ("speed", "m/s")];
+/// What is plotted: its name, its unit, and the least span of its axis.
+const PLOTS: [(&str, &str, f64); 4] = [("x", "m", 1.0), ("y", "m", 1.0), ("θ", "°", 20.0), ("speed", "m/s", 0.5)];
 
 /// Where a robot was during the last minute.
 #[derive(Clone, Debug, Default)]
@@ -49,6 +49,14 @@ impl History {
         while self.points.front().is_some_and(|point| point[0] < now - SPAN) {
             self.points.pop_front();
         }
+    }
+
+    /// The least and the largest value of one plot, at least `span` apart.
+    fn range(&self, which: usize, span: f64) -> [f64; 2] {
+        let values = self.points.iter().map(|point| point[which + 1]);
+        let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
+        let (middle, half) = ((low + high) / 2.0, ((high - low) / 2.0).max(span / 2.0));
+        if low <= high { [middle - half, middle + half] } else { [0.0, span] }
     }
 
     /// Points of one plot: seconds before now, and the value.
@@ -101,8 +109,8 @@ impl Interface {
             }
         }
         heading(ui, theme, "last minute");
-        for (which, (name, unit)) in PLOTS.into_iter().enumerate() {
-            self.plot(ui, which, name, unit);
+        for (which, (name, unit, span)) in PLOTS.into_iter().enumerate() {
+            self.plot(ui, which, name, unit, span);
         }
     }
 
@@ -163,8 +171,8 @@ impl Interface {
         }
     }
 
-    fn plot(&self, ui: &mut Ui, which: usize, name: &str, unit: &str) {
-        let tones = self.tones();
+    fn plot(&self, ui: &mut Ui, which: usize, name: &str, unit: &str, span: f64) {
+        let (tones, [low, high]) = (self.tones(), self.history.range(which, span));
         ui.label(style::faint(ui, self.settings.theme(), format!("{name} [{unit}]")));
         Plot::new(("plot", which))
             .height(64.0)
@@ -173,6 +181,8 @@ impl Interface {
             .y_axis_min_width(34.0)
             .include_x(-SPAN)
             .include_x(0.0)
+            .include_y(low)
+            .include_y(high)
             .allow_drag(false)
             .allow_zoom(false)
             .allow_scroll(false)
@@ -191,7 +201,12 @@ impl Interface {
         line(ui, theme, "length", format!("{:.3} m", edge.length));
         line(ui, theme, "forward", format!("{:.2} m/s", edge.velocity_forward));
         let backwards = edge.velocity_backwards;
-        line(ui, theme, "in reverse", if backwards > 0.0 { format!("{backwards:.2} m/s") } else { "not allowed".into() });
+        line(
+            ui,
+            theme,
+            "in reverse",
+            if backwards > 0.0 { format!("{backwards:.2} m/s") } else { "not allowed".into() },
+        );
         heading(ui, theme, "nodes");
         for (word, node) in [("from", edge.origin), ("to", edge.destination)] {
             let Some(record) = facts.nodes.get(node as usize) else { continue };
@@ -216,7 +231,8 @@ impl Interface {
         line(ui, theme, "y", format!("{:.3} m", node.y + offset[1]));
         line(ui, theme, "θ", format!("{:.2}°", node.theta.to_degrees()));
         heading(ui, theme, "edges");
-        let touching = facts.edges.iter().enumerate().filter(|(_, edge)| [edge.origin, edge.destination].contains(&index));
+        let touching =
+            facts.edges.iter().enumerate().filter(|(_, edge)| [edge.origin, edge.destination].contains(&index));
         for (i, edge) in touching.take(32) {
             let word = if edge.origin == index { "out" } else { "in" };
             ui.horizontal(|ui| {

@@ -153,9 +153,7 @@ impl Settings {
             Err(error) => return Err(SettingsError::File { path: path.into(), reason: error.to_string() }),
         };
         let settings = serde_json::from_str::<Self>(&text);
-        settings
-            .map(Self::sane)
-            .map_err(|error| SettingsError::Broken { path: path.into(), reason: error.to_string() })
+        settings.map(Self::sane).map_err(|error| SettingsError::Broken { path: path.into(), reason: error.to_string() })
     }
 
     /// Writes a file, whole or not at all.
@@ -183,8 +181,10 @@ impl Settings {
         self.offset = self.offset.map(|metres| within(metres, -1e6, 1e6, 0.0));
         self.floor = self.floor.map(|size| size.map(|metres| within(metres, 1.0, 1e6, 100.0)));
         self.scale = within(self.scale, 0.5, 3.0, usual.scale);
-        self.window =
-            [within(self.window[0], 320.0, 16e3, usual.window[0]), within(self.window[1], 240.0, 16e3, usual.window[1])];
+        self.window = [
+            within(self.window[0], 320.0, 16e3, usual.window[0]),
+            within(self.window[1], 240.0, 16e3, usual.window[1]),
+        ];
         self.trails = self.trails.min(4096);
         if self.colour.parse::<Colouring>().is_err() {
             self.colour = usual.colour;
@@ -230,7 +230,8 @@ impl Settings {
         scene.theme = self.theme();
         scene.colouring = self.colouring();
         scene.offset = self.offset.into();
-        scene.floor.bounds = self.floor.map(|size| Bounds { low: Vec2::from(size) / -2.0, high: Vec2::from(size) / 2.0 });
+        scene.floor.bounds =
+            self.floor.map(|size| Bounds { low: Vec2::from(size) / -2.0, high: Vec2::from(size) / 2.0 });
         scene.layers.grid = self.grid;
         (scene.layers.edges, scene.layers.arrows, scene.layers.nodes) = (self.edges, self.edges, self.nodes);
         scene.layers.shadows = self.shadows;

@@ -111,7 +111,7 @@ fn visuals(theme: Theme, tones: &Tones) -> Visuals {
         (&mut widgets.noninteractive, tones.panel, tones.text),
         (&mut widgets.inactive, tones.field, tones.text),
         (&mut widgets.hovered, tones.line, tones.text),
-        (&mut widgets.active, tones.accent, tones.on_accent),
+        (&mut widgets.active, tones.line, tones.text),
         (&mut widgets.open, tones.line, tones.text),
     ] {
         (look.bg_fill, look.weak_bg_fill) = (fill, fill);

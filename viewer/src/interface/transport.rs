@@ -3,9 +3,10 @@
 use egui::{RichText, Slider, Ui, vec2};
 use regatta_plugin::control::{ControlKind, ControlRequest};
 
-use super::facts::{Action, Facts};
-use super::style;
 use super::Interface;
+use super::facts::{Action, Facts};
+use super::icons::{self, Icon};
+use super::style;
 
 /// Slowest and fastest factor of the slider; right of the fastest is "as fast as possible".
 const SPEEDS: (f32, f32) = (0.1, 100.0);
@@ -42,17 +43,12 @@ impl Interface {
         let alive = facts.status.is_some();
         ui.horizontal_centered(|ui| {
             ui.add_enabled_ui(alive, |ui| {
-                let (sign, name) = if facts.is_paused() { ("▶", "Resume") } else { ("⏸", "Pause") };
-                let button = egui::Button::new(RichText::new(sign).size(16.0)).min_size(vec2(38.0, 28.0));
-                let response = ui.add(button).on_hover_text(format!("{name} (Space)"));
-                response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, alive, name));
-                if response.clicked() {
+                let (icon, name) = if facts.is_paused() { (Icon::Play, "Resume") } else { (Icon::Pause, "Pause") };
+                let response = icons::button(ui, icon, name, vec2(38.0, 28.0));
+                if response.on_hover_text(format!("{name} (Space)")).clicked() {
                     actions.push(self.pause_or_resume(facts));
                 }
-                let button = egui::Button::new(RichText::new("⏭").size(14.0)).min_size(vec2(32.0, 28.0));
-                let response = ui.add(button).on_hover_text("One tick (.)");
-                response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, alive, "Step"));
-                if response.clicked() {
+                if icons::button(ui, Icon::Step, "Step", vec2(32.0, 28.0)).on_hover_text("One tick (.)").clicked() {
                     actions.extend(self.step(facts));
                 }
             });
@@ -82,7 +78,9 @@ impl Interface {
         let mut place = place_of(self.drafts.speed.unwrap_or(told));
         let slider = Slider::new(&mut place, SPEEDS.0.log10()..=MAX)
             .custom_formatter(|place, _| speed_text(speed_at(place as f32)))
-            .custom_parser(|text| text.trim().trim_end_matches('×').parse().ok().map(|speed: f32| f64::from(place_of(speed))));
+            .custom_parser(|text| {
+                text.trim().trim_end_matches('×').parse().ok().map(|speed: f32| f64::from(place_of(speed)))
+            });
         let response = ui.add(slider).on_hover_text("wanted simulated seconds per second ([ and ])");
         if response.changed() {
             let wanted = speed_at(place);

@@ -116,8 +116,7 @@ impl Live {
         let context = egui::Context::default();
         let limit = gpu.device.limits().max_texture_dimension_2d as usize;
         let scale = window.scale_factor() as f32;
-        let input =
-            egui_winit::State::new(context.clone(), ViewportId::ROOT, &window, Some(scale), None, Some(limit));
+        let input = egui_winit::State::new(context.clone(), ViewportId::ROOT, &window, Some(scale), None, Some(limit));
         let rate = window.current_monitor().and_then(|monitor| monitor.refresh_rate_millihertz());
         let adapter = format!("{} ({})", gpu.info.name, gpu.info.backend);
         let now = Instant::now();

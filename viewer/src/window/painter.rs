@@ -45,10 +45,8 @@ impl Painter {
         target: &TextureView,
         drawing: &Drawing,
     ) -> Vec<CommandBuffer> {
-        let screen = ScreenDescriptor {
-            size_in_pixels: drawing.size.to_array(),
-            pixels_per_point: drawing.pixels_per_point,
-        };
+        let screen =
+            ScreenDescriptor { size_in_pixels: drawing.size.to_array(), pixels_per_point: drawing.pixels_per_point };
         let before = self.renderer.update_buffers(&gpu.device, &gpu.queue, encoder, &drawing.triangles, &screen);
         let pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("interface"),
