@@ -254,6 +254,7 @@ fn the_picture_is_dragged_zoomed_and_picked() {
         unit: egui::MouseWheelUnit::Line,
         delta: egui::vec2(0.0, 3.0),
         phase: egui::TouchPhase::Move,
+        source: egui::MouseWheelSource::Wheel,
         modifiers: Modifiers::NONE,
     });
     harness.run_steps(2);

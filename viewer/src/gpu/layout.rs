@@ -15,7 +15,7 @@ pub const DEPTH: TextureFormat = TextureFormat::Depth32Float;
 pub const IDS: TextureFormat = TextureFormat::R32Uint;
 
 /// The shaders by name, each with all that it needs before it.
-pub const SHADERS: [(&str, &str); 5] = [
+pub const SHADERS: [(&str, &str); 6] = [
     ("floor", concat!(include_str!("shaders/view.wgsl"), include_str!("shaders/floor.wgsl"))),
     ("graph", concat!(include_str!("shaders/view.wgsl"), include_str!("shaders/graph.wgsl"))),
     ("robots", concat!(include_str!("shaders/view.wgsl"), include_str!("shaders/robots.wgsl"))),
@@ -35,6 +35,7 @@ pub const SHADERS: [(&str, &str); 5] = [
             include_str!("shaders/chosen.wgsl")
         ),
     ),
+    ("interface", include_str!("shaders/interface.wgsl")),
 ];
 
 /// One of [`SHADERS`].
@@ -110,7 +111,8 @@ pub fn compute(gpu: &Gpu, module: &ShaderModule, entry: &str, groups: &[&BindGro
     })
 }
 
-fn pipeline_layout(gpu: &Gpu, label: &str, groups: &[&BindGroupLayout]) -> wgpu::PipelineLayout {
+/// The layout of a pipeline with these groups of bindings.
+pub fn pipeline_layout(gpu: &Gpu, label: &str, groups: &[&BindGroupLayout]) -> wgpu::PipelineLayout {
     let groups: Vec<_> = groups.iter().map(|group| Some(*group)).collect();
     let descriptor =
         wgpu::PipelineLayoutDescriptor { label: Some(label), bind_group_layouts: &groups, immediate_size: 0 };

@@ -6,7 +6,7 @@ pub mod device;
 mod floor;
 pub mod frame;
 mod graph;
-mod layout;
+pub mod layout;
 pub mod pick;
 mod robots;
 mod timer;

@@ -1,6 +1,6 @@
 //! Mouse, touchpad and held keys on the picture.
 
-use egui::{Event, MouseWheelUnit, PointerButton, Rect, Response, Sense, Ui};
+use egui::{Event, MouseWheelSource, MouseWheelUnit, PointerButton, Rect, Response, Sense, Ui};
 use glam::Vec2;
 
 use super::Interface;
@@ -53,26 +53,24 @@ impl Interface {
     fn wheel(&mut self, ui: &Ui, picture: Rect, size: Vec2) {
         let (events, pinch, cursor) = ui.input(|input| {
             let wheels = input.events.iter().filter_map(|event| match event {
-                Event::MouseWheel { unit, delta, modifiers, .. } => Some((*unit, *delta, *modifiers)),
+                Event::MouseWheel { unit, delta, modifiers, source, .. } => {
+                    // Not every system says what it was, but only wheels count in lines.
+                    let fingers = *source == MouseWheelSource::Trackpad || *unit == MouseWheelUnit::Point;
+                    Some((fingers, *delta, *modifiers))
+                }
                 _ => None,
             });
             (wheels.collect::<Vec<_>>(), input.zoom_delta(), input.pointer.hover_pos())
         });
         let cursor = cursor.map(|at| glam(at - picture.min));
         let mut zoomed = false;
-        for (unit, delta, modifiers) in events {
-            match unit {
-                // A wheel.
-                MouseWheelUnit::Line | MouseWheelUnit::Page => {
-                    zoomed = true;
-                    self.rig.zoom(NOTCH.powf(-delta.y), cursor, size);
-                }
-                // Two fingers on a touchpad; with Ctrl they pinch.
-                MouseWheelUnit::Point if !modifiers.command => {
-                    let at = cursor.unwrap_or(size / 2.0);
-                    self.rig.pan(at, at + glam(delta), size);
-                }
-                MouseWheelUnit::Point => {}
+        for (fingers, delta, modifiers) in events {
+            if !fingers {
+                zoomed = true;
+                self.rig.zoom(NOTCH.powf(-delta.y), cursor, size);
+            } else if !modifiers.command {
+                let at = cursor.unwrap_or(size / 2.0);
+                self.rig.pan(at, at + glam(delta), size);
             }
         }
         if !zoomed && (pinch - 1.0).abs() > 1e-4 {

@@ -75,7 +75,7 @@ fn passes(filter: &str, id: u32, state: u8) -> bool {
 
 /// Whether a number's digits begin with another's.
 fn begins_with(mut number: u32, start: u32) -> bool {
-    while number > start {
+    while number > start && number >= 10 {
         number /= 10;
     }
     number == start

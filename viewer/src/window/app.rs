@@ -10,7 +10,7 @@ use winit::event::WindowEvent;
 use winit::event_loop::{ActiveEventLoop, ControlFlow};
 use winit::window::{Window, WindowId};
 
-use super::live::{Live, Next};
+use super::live::{Live, Next, title};
 use crate::interface::Interface;
 use crate::interface::rig::Rig;
 use crate::interface::settings::{self, Settings};
@@ -18,6 +18,9 @@ use crate::options::{Options, View};
 
 /// Devices lost so soon one after the other are not lost by chance.
 const LOSSES: (usize, Duration) = (3, Duration::from_secs(20));
+
+/// Longest sleep: Ctrl-C is seen after it.
+const PATIENCE: Duration = Duration::from_millis(200);
 
 /// The program with a window.
 pub struct App<'a> {
@@ -55,7 +58,7 @@ impl<'a> App<'a> {
         };
         let [width, height] = kept.window;
         let attributes = Window::default_attributes()
-            .with_title(format!("Regatta: {}", self.options.fleet))
+            .with_title(title(&self.options.fleet, None))
             .with_inner_size(LogicalSize::new(width, height))
             .with_min_inner_size(LogicalSize::new(320.0, 200.0));
         let window = events.create_window(attributes).map_err(|error| Error::new(format!("no window: {error}")))?;
@@ -151,7 +154,8 @@ impl ApplicationHandler for App<'_> {
         match live.next(Instant::now()) {
             Ok(Next::Draw) => {
                 live.request_redraw();
-                events.set_control_flow(ControlFlow::Wait);
+                // A hidden window may never be asked to draw.
+                events.set_control_flow(ControlFlow::WaitUntil(Instant::now() + PATIENCE));
             }
             Ok(Next::LookAt(at)) => events.set_control_flow(ControlFlow::WaitUntil(at)),
             Err(error) => self.fail(events, error),

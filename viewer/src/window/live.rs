@@ -394,6 +394,7 @@ impl Live {
             self.known.values.clear();
             let robot = if let Some(Thing::Robot(id)) = self.known.asked { Some(id) } else { None };
             self.link.robot(robot);
+            self.window.set_title(&title(&self.fleet, self.known.asked));
         }
     }
 
@@ -426,8 +427,8 @@ impl Live {
                 let (camera, alpha) = (self.interface.rig.camera(), self.stage.alpha(now));
                 self.stage.draw_within(&mut encoder, &canvas.fleet, Some((at, canvas.size)), &camera, size, alpha);
                 let drawing = Drawing { triangles, pixels_per_point: scale, size: canvas.size };
-                let first = self.painter.draw(&self.gpu, &mut encoder, &canvas.interface, &drawing);
-                self.gpu.queue.submit(first.into_iter().chain([encoder.finish()]));
+                self.painter.draw(&self.gpu, &mut encoder, &canvas.interface, &drawing);
+                self.gpu.queue.submit([encoder.finish()]);
                 let before = Instant::now();
                 canvas.present(&self.gpu);
                 waited += before.elapsed();
@@ -498,6 +499,14 @@ fn pixels(picture: Rect, scale: f32, canvas: UVec2) -> (UVec2, UVec2) {
     let low = corner(picture.min).min(canvas - 1);
     let high = corner(picture.max).min(canvas).max(low + 1);
     (low, high - low)
+}
+
+/// What the window is called: its fleet, and what is selected.
+pub fn title(fleet: &FleetName, selected: Option<Thing>) -> String {
+    match selected {
+        Some(Thing::Robot(id)) => format!("Regatta: {fleet}, robot {id}"),
+        _ => format!("Regatta: {fleet}"),
+    }
 }
 
 /// They were applied; egui insists on hearing so.

@@ -46,10 +46,8 @@ fn point_of(robot: u32, age: u32) -> vec2f {
 fn trail(@builtin(instance_index) instance: u32, @builtin(vertex_index) corner: u32) -> Trail {
     let robots = select(ring.count, view.robots, ring.count == 0u);
     let age = instance / robots;
-    var robot = instance % robots;
-    if ring.count > 0u {
-        robot = chosen[robot];
-    }
+    let place = instance % robots;
+    let robot = select(place, chosen[min(place, arrayLength(&chosen) - 1u)], ring.count > 0u);
     var newer = point_of(robot, max(age, 1u) - 1u);
     if age == 0u {
         newer = select(pose_of(robot).xy, NOWHERE, state_of(robot) == ABSENT || robot >= view.robots);

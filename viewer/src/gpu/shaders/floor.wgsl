@@ -44,7 +44,8 @@ fn ground(in: Ray, local: vec2f, bare: vec3f) -> vec4f {
     let fine = lines(world, view.spacing.x, pixel, 0.6);
     let coarse = lines(world, view.spacing.x * 10.0, pixel, 1.4);
     var colour = mix(bare, view.grid.rgb, max(fine * 0.55, coarse) * view.grid.a);
-    for (var i = 0u; i < u32(view.spacing.z); i++) {
+    let count = lamps(local);
+    for (var i = 0u; i < count; i++) {
         let way = view.lights[i].position.xyz - vec3f(local, 0.0);
         let square = dot(way, way);
         colour += colour * view.lights[i].colour.rgb * way.z * inverseSqrt(square) * 4.0 / (1.0 + square);

@@ -38,7 +38,7 @@ fn pose_of(i: u32) -> vec3f {
     let stride = rows();
     var position = vec2f(current[i], current[stride + i]);
     var theta = current[2u * stride + i];
-    if i < view.previous_robots && view.alpha < 1.0 {
+    if (i < view.previous_robots) & (view.alpha < 1.0) {
         let before = vec2f(previous[i], previous[stride + i]);
         let way = position - before;
         if dot(way, way) < view.jump * view.jump {
@@ -52,18 +52,15 @@ fn pose_of(i: u32) -> vec3f {
 }
 
 fn colour_of(i: u32) -> vec3f {
-    var at = value_of(i);
-    if view.source == 1u {
-        at = f32(state_of(i));
-    } else if view.source == 2u {
-        at = f32(kind_of(i) % 16u);
-    } else if i >= u32(view.detail.w) {
+    let by_state = view.source == 1u;
+    let by_kind = view.source == 2u;
+    if !(by_state | by_kind | (i < u32(view.detail.w))) {
         return view.unknown.rgb;
     }
-    if view.categories == 1u {
-        return view.palette[u32(clamp(at, 0.0, 15.0))].rgb;
-    }
+    let at = select(select(value_of(i), f32(state_of(i)), by_state), f32(kind_of(i) % 16u), by_kind);
+    let category = view.palette[u32(clamp(at, 0.0, 15.0))].rgb;
     let place = clamp((at - view.low) * view.per_span, 0.0, 1.0) * 15.0;
     let below = min(u32(place), 14u);
-    return mix(view.palette[below].rgb, view.palette[below + 1u].rgb, place - f32(below));
+    let ramp = mix(view.palette[below].rgb, view.palette[below + 1u].rgb, place - f32(below));
+    return select(ramp, category, view.categories == 1u);
 }

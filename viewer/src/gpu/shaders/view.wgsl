@@ -73,10 +73,19 @@ fn metres_per_pixel(local: vec3f) -> f32 {
     return max(dot(local - view.eye.xyz, view.forward.xyz), 0.05) / view.eye.w;
 }
 
+// Lamps that reach a point: none does beyond ten kilometres.
+//
+// What is asked of the point as well as of the picture is no branch on a uniform alone: shaders with such a branch are
+// compiled anew for each picture by Mesa's software driver (22.3), which then keeps what it compiled.
+fn lamps(local: vec2f) -> u32 {
+    return select(0u, u32(view.spacing.z), dot(local, local) < 1e8);
+}
+
 fn lit(colour: vec3f, normal: vec3f, local: vec3f) -> vec3f {
     let ambient = mix(view.ambient_below.rgb, view.ambient_above.rgb, normal.z * 0.5 + 0.5);
     var light = ambient + view.sun_colour.rgb * max(dot(normal, view.sun.xyz), 0.0);
-    for (var i = 0u; i < u32(view.spacing.z); i++) {
+    let count = lamps(local.xy);
+    for (var i = 0u; i < count; i++) {
         let way = view.lights[i].position.xyz - local;
         let square = dot(way, way);
         light += view.lights[i].colour.rgb * max(dot(normal, way) * inverseSqrt(square), 0.0) * 4.0 / (1.0 + square);
