@@ -164,7 +164,7 @@ fn unsafe_code_stands_only_where_the_design_allows_it() {
 
 #[test]
 fn paths_that_the_readmes_name_exist() {
-    for readme in ["README.md", "graphs/README.md"] {
+    for readme in ["README.md", "graphs/README.md", "plugins/README.md", "plugins/python/README.md"] {
         let text = fs::read_to_string(root().join(readme)).expect(readme);
         let folder = root().join(readme).parent().expect("a folder").to_path_buf();
         for link in text.split("](").skip(1).filter_map(|rest| rest.split(')').next()) {

@@ -32,6 +32,11 @@ mod termination;
 mod wake;
 pub mod world;
 
+/// The plugins' README holds a whole plugin: it compiles.
+#[cfg(doctest)]
+#[doc = include_str!("../../README.md")]
+struct Readme;
+
 pub use column::{ColumnPublisher, ColumnReader, ColumnValues, column_names};
 pub use contact::{ContactEventReader, ContactPublisher, ContactReader};
 pub use control_client::{Control, ControlError, TIMEOUT as CONTROL_TIMEOUT};
