@@ -12,3 +12,4 @@ mod readers;
 mod restart;
 mod terminal;
 mod top;
+mod udp;
