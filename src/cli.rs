@@ -75,6 +75,8 @@ pub enum Command {
         #[command(flatten)]
         target: Target,
     },
+    /// Watch and steer a running fleet, live in this terminal.
+    Top(Target),
     /// Repeat the experiments that Regatta is measured by.
     Report {
         #[command(subcommand)]

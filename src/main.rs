@@ -11,6 +11,7 @@ mod plugin;
 mod report;
 mod run;
 mod supervisor;
+mod top;
 
 use std::process::ExitCode;
 
@@ -58,6 +59,7 @@ fn dispatch(cli: Cli) -> Result<ExitCode, Failure> {
         Command::Seek { time, target } => control::seek(*time, &target),
         Command::Robots { robots, target } => control::robots(robots, &target),
         Command::Status { json, target } => control::status(json, &target),
+        Command::Top(target) => top::run(&target),
         Command::Report { command } => report::run(command),
         Command::Doctor(args) => doctor::run(args),
         Command::Completions { shell } => {

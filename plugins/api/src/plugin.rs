@@ -66,6 +66,17 @@ pub trait Plugin {
     /// Whatever keeps the plugin from going on.
     fn on_frame(&mut self, frame: &Frame<'_>) -> Result;
 
+    /// Called about ten times a second while no new frame comes: to give a column to readers that have joined since
+    /// ([`ColumnPublisher::update`](crate::ColumnPublisher::update)), say, or to see what other plugins publish
+    /// after the last frame. `has_producer` is whether there is somebody to publish a next one.
+    ///
+    /// # Errors
+    /// Whatever keeps the plugin from going on.
+    fn on_idle(&mut self, has_producer: bool) -> Result {
+        let _ = has_producer;
+        Ok(())
+    }
+
     /// Called with each tick's events, before the next frame, if the plugin [wants](Self::wants_events) them.
     ///
     /// # Errors

@@ -141,7 +141,7 @@ impl Runner {
         }
         if self.frames.wait(SLICE)?.is_none() {
             self.silence.look(&self.frames);
-            return Ok(());
+            return plugin.on_idle(self.frames.has_producer());
         }
         self.silence.end();
         let Some(frame) = self.frames.current()? else { return Ok(()) };
