@@ -1,7 +1,5 @@
 //! Where a robot is and what it covers, and the distance between two.
 
-use crate::footprint::Footprint;
-
 /// A robot at one moment. Half a cache line, because a frame's time goes by in fetching these.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Body {
@@ -18,30 +16,9 @@ pub(crate) struct Body {
 }
 
 /// In place of a width.
-const CIRCLE: f32 = -1.0;
+pub(crate) const CIRCLE: f32 = -1.0;
 
 impl Body {
-    /// In place of a robot that is not there, or whose pose is none. Compares with nothing.
-    pub(crate) const NOBODY: Self = Self {
-        place: [f32::NAN; 2],
-        heading: [f32::NAN; 2],
-        half_length: f32::NAN,
-        half_width: f32::NAN,
-        velocity: [f32::NAN; 2],
-    };
-
-    pub(crate) fn new(place: [f32; 2], heading: [f32; 2], footprint: Footprint, speed: f32) -> Self {
-        let (half_length, half_width) = match footprint {
-            Footprint::Rectangle(half_length, half_width) => (half_length, half_width),
-            Footprint::Circle(radius) => (radius, CIRCLE),
-        };
-        Self { place, heading, half_length, half_width, velocity: heading.map(|part| part * speed) }
-    }
-
-    pub(crate) fn is_there(&self) -> bool {
-        !self.place[0].is_nan()
-    }
-
     fn is_circle(&self) -> bool {
         self.half_width == CIRCLE
     }
@@ -73,6 +50,14 @@ pub(crate) enum Outline {
 }
 
 impl Outline {
+    /// Metres from its middle to its farthest point.
+    pub(crate) fn radius(self) -> f64 {
+        match self {
+            Self::Rectangle([x, y]) => (x * x + y * y).sqrt(),
+            Self::Circle(radius) => radius,
+        }
+    }
+
     /// Grown by some metres on all sides; a rectangle stays one.
     pub(crate) fn grown(self, by: f64) -> Self {
         match self {
@@ -165,32 +150,18 @@ pub(crate) fn corners([length, width]: Vector) -> [Vector; 4] {
     [[length, width], [-length, width], [-length, -width], [length, -width]]
 }
 
-/// Where two footprints touch or come nearest: halfway between the points of each that are nearest to the other's
-/// middle.
+/// About where two footprints touch or come nearest: between their middles, as much nearer to the smaller one as it is
+/// smaller.
 pub(crate) fn meeting_place(a: &Body, b: &Body) -> [f32; 2] {
-    let (from_a, from_b) = (nearest_point(a, b), nearest_point(b, a));
-    [(0.5 * (from_a[0] + from_b[0])) as f32, (0.5 * (from_a[1] + from_b[1])) as f32]
-}
-
-fn nearest_point(of: &Body, to: &Body) -> Vector {
-    let offset = between(of.place, to.place);
-    let nearest = match of.outline() {
-        Outline::Rectangle(half) => {
-            let heading = wide(of.heading);
-            let [x, y] = seen_along(heading, offset);
-            turned_by(heading, [x.clamp(-half[0], half[0]), y.clamp(-half[1], half[1])])
-        }
-        Outline::Circle(radius) => {
-            let distance = (offset[0] * offset[0] + offset[1] * offset[1]).sqrt();
-            let part = if distance > radius { radius / distance } else { 1.0 };
-            offset.map(|step| step * part)
-        }
-    };
-    [f64::from(of.place[0]) + nearest[0], f64::from(of.place[1]) + nearest[1]]
+    let size = |body: &Body| body.half_length + if body.is_circle() { body.half_length } else { body.half_width };
+    let (size_a, size_b) = (size(a), size(b));
+    let part = if size_a + size_b > 0.0 { size_a / (size_a + size_b) } else { 0.5 };
+    let between = |axis: usize| a.place[axis] + part * (b.place[axis] - a.place[axis]);
+    [between(0), between(1)]
 }
 
 /// Metres per second between two.
 pub(crate) fn relative_speed(a: &Body, b: &Body) -> f32 {
-    let [x, y] = between(a.velocity, b.velocity);
-    (x * x + y * y).sqrt() as f32
+    let [x, y] = [b.velocity[0] - a.velocity[0], b.velocity[1] - a.velocity[1]];
+    (x * x + y * y).sqrt()
 }

@@ -6,12 +6,14 @@ use regatta_plugin::contact::{ContactEvent, ContactRecord};
 use regatta_plugin::frame::Columns;
 use regatta_plugin::world::{EdgeRecord, RobotTypeRecord};
 
-use crate::crowd::{Crowd, Roads};
+use crate::body::{meeting_place, relative_speed};
+use crate::crowd::{Crowd, Mover, Roads};
 use crate::ledger::{Found, Ledger, Moment};
 use crate::pair::Signs;
 use crate::radix;
 use crate::settings::Settings;
-use crate::strips::{Limits, Strips};
+use crate::strips::{Limits, Strip, Strips};
+use crate::tally::Tally;
 
 /// Overlaps of boxes that are checked, for each robot on average and besides.
 const CHECKS: (usize, usize) = (64, 1 << 18);
@@ -45,12 +47,12 @@ pub struct Scene<'frame> {
 pub struct Detector {
     settings: Settings,
     roads: Roads,
-    crowd: Crowd,
     strips: Strips,
-    found: Vec<u64>,
-    scratch: Vec<u64>,
+    found: Vec<Found>,
+    scratch: Vec<Found>,
     ledger: Ledger,
     levels: Vec<f32>,
+    unplaced: usize,
     capped: bool,
 }
 
@@ -60,12 +62,12 @@ impl Detector {
         Self {
             settings,
             roads: Roads::new(&[], &[]),
-            crowd: Crowd::default(),
             strips: Strips::default(),
             found: Vec::new(),
             scratch: Vec::new(),
             ledger: Ledger::default(),
             levels: Vec::new(),
+            unplaced: 0,
             capped: false,
         }
     }
@@ -77,61 +79,59 @@ impl Detector {
 
     /// Looks at a frame.
     pub fn look(&mut self, scene: &Scene) {
-        let robots = scene.columns.x.len();
-        self.crowd.take(scene.columns, scene.types, &self.roads, self.settings);
-        self.strips.sort(self.crowd.boxes());
+        let &Scene { columns, types, .. } = scene;
+        let robots = columns.x.len();
+        self.unplaced = self.strips.take(&Crowd { columns, types, roads: &self.roads, settings: self.settings });
         self.ledger.open(Moment { run_id: scene.run_id, tick: scene.tick, nanos: scene.sim_time_nanos });
-        let bits = radix::bits_below(robots.max(self.ledger.robots()));
-        let most = times(PAIRS, robots);
-        let all = Limits {
-            looks_each: usize::MAX,
-            checks_each: usize::MAX,
-            looks: times(LOOKS, robots),
-            checks: times(CHECKS, robots),
-        };
-        self.found.clear();
-        self.capped = self.find(all, most, bits).is_break();
-        if self.capped {
-            self.find_some(bits);
+        self.find_pairs(robots);
+        let bits = radix::bits_below(robots);
+        radix::sort(&mut self.found, &mut self.scratch, 0..bits, |found| found.robots[0].into());
+        for same in self.found.chunk_by_mut(|a, b| a.robots[0] == b.robots[0]) {
+            same.sort_unstable_by_key(|found| found.robots[1]);
         }
-        radix::sort(&mut self.found, &mut self.scratch, Signs::BITS..Signs::BITS + 2 * bits);
-        let mask = (1 << bits) - 1;
-        let found = self.found.iter().map(|found| {
-            let pair = found >> Signs::BITS;
-            Found { robots: [(pair >> bits & mask) as u32, (pair & mask) as u32], signs: Signs::from_bits(*found) }
-        });
-        self.ledger.close(found, most, &self.crowd, scene.columns.edge);
+        self.ledger.close(&self.found, times(PAIRS, robots), columns.edge);
         self.mark(robots);
     }
 
+    fn find_pairs(&mut self, robots: usize) {
+        let (looks, checks) = (times(LOOKS, robots), times(CHECKS, robots));
+        let all = Limits { looks_each: usize::MAX, checks_each: usize::MAX, looks, checks };
+        self.found.clear();
+        self.capped = self.find(all, times(PAIRS, robots)).is_break();
+        if self.capped {
+            self.found.clear();
+            self.find_known();
+            let (looks_each, checks_each) = SOME;
+            // Without limits in all, it doesn't break off.
+            let _ = self.find(Limits { looks_each, checks_each, looks: usize::MAX, checks: usize::MAX }, usize::MAX);
+        }
+    }
+
     /// Adds every two robots that have a level, until that is too much.
-    fn find(&mut self, limits: Limits, most: usize, bits: u32) -> ControlFlow<()> {
-        let Self { crowd, strips, found, settings, .. } = self;
-        strips.sweep(limits, |one, other| {
-            let (first, second) = if one < other { (one, other) } else { (other, one) };
-            let signs = Signs::of(crowd, *settings, first, second);
-            if signs.any() {
-                found.push(packed(first, second, signs, bits));
+    fn find(&mut self, limits: Limits, most: usize) -> ControlFlow<()> {
+        let Self { strips, found, settings, .. } = self;
+        strips.sweep(limits, |strip, candidates| {
+            for places in candidates {
+                let [one, other] = places.map(|place| (strip, strip.mover(place)));
+                found.extend(found_if_any(*settings, one, other));
             }
             if found.len() > most { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         })
     }
 
-    /// Adds the pairs that had a level before, and for each robot some of its neighbours. Some come twice.
-    fn find_some(&mut self, bits: u32) {
-        let Self { crowd, ledger, found, settings, .. } = self;
-        found.clear();
-        for &ContactRecord { robots: [first, second], .. } in ledger.contacts() {
-            let are_there = [first, second].iter().all(|&robot| crowd.body_of(robot).is_there());
-            let signs = if are_there { Signs::of(crowd, *settings, first, second) } else { Signs::default() };
-            if signs.any() {
-                found.push(packed(first, second, signs, bits));
+    /// Adds the pairs that had a level before and still have one.
+    fn find_known(&mut self) {
+        let places = self.strips.places();
+        let mover = |robot: u32| {
+            let (strip, place) = (*places.get(robot as usize)?)?;
+            let strip = self.strips.strip(strip);
+            Some((strip, strip.mover(place)))
+        };
+        for contact in self.ledger.contacts() {
+            if let [Some(one), Some(other)] = contact.robots.map(mover) {
+                self.found.extend(found_if_any(self.settings, one, other));
             }
         }
-        let (looks_each, checks_each) = SOME;
-        let some = Limits { looks_each, checks_each, looks: usize::MAX, checks: usize::MAX };
-        // Without limits in all, it doesn't end early.
-        let _ = self.find(some, usize::MAX, bits);
     }
 
     fn mark(&mut self, robots: usize) {
@@ -148,12 +148,33 @@ impl Detector {
         self.ledger.contacts()
     }
 
+    /// How many of them touch.
+    pub fn touching(&self) -> usize {
+        self.ledger.touching()
+    }
+
     /// What the last frame changed.
     ///
-    /// A pair that is [touching](regatta_plugin::contact::ContactLevel::Touching) is also possible: so each `began` of a level has one `ended`,
-    /// and a pair's touching lies within its being possible.
+    /// A pair that is [touching](regatta_plugin::contact::ContactLevel::Touching) is also possible: so each `began` of
+    /// a level has one `ended`, and a pair's touching lies within its being possible.
     pub fn events(&self) -> &[ContactEvent] {
         self.ledger.events()
+    }
+
+    /// Each robot's level: 0 if it is clear, else the highest [level](regatta_plugin::contact::ContactLevel) of its
+    /// pairs.
+    pub fn levels(&self) -> &[f32] {
+        &self.levels
+    }
+
+    /// Totals of the run.
+    pub fn tally(&self) -> &Tally {
+        self.ledger.tally()
+    }
+
+    /// Robots that can't be checked, because their pose or the footprint of their type is none.
+    pub fn unplaced(&self) -> usize {
+        self.unplaced
     }
 
     /// Whether there were more pairs than the detector looks at.
@@ -163,18 +184,21 @@ impl Detector {
     pub fn is_capped(&self) -> bool {
         self.capped
     }
-
-    /// Each robot's level: 0 if it is clear, else the highest [level](regatta_plugin::contact::ContactLevel) of its pairs.
-    pub fn levels(&self) -> &[f32] {
-        &self.levels
-    }
 }
 
 fn times((each, besides): (usize, usize), robots: usize) -> usize {
     each * robots + besides
 }
 
-/// A pair and its signs in one number that sorts by pair.
-fn packed(first: u32, second: u32, signs: Signs, bits: u32) -> u64 {
-    (u64::from(first) << bits | u64::from(second)) << Signs::BITS | signs.to_bits()
+/// Checks two robots; the one with the lower id first, so that they always come out the same.
+fn found_if_any(settings: Settings, one: (&Strip, &Mover), other: (&Strip, &Mover)) -> Option<Found> {
+    let ((strip_a, a), (strip_b, b)) = if one.1.robot < other.1.robot { (one, other) } else { (other, one) };
+    let (body_a, body_b) = (&a.body, &b.body);
+    let signs = Signs::of(settings, (body_a, strip_a.pieces_of(a)), (body_b, strip_b.pieces_of(b)));
+    signs.any().then(|| Found {
+        robots: [a.robot, b.robot],
+        place: meeting_place(body_a, body_b),
+        relative_speed: relative_speed(body_a, body_b),
+        signs,
+    })
 }

@@ -1,4 +1,4 @@
-//! Cosine and sine of a whole column of headings.
+//! Cosine and sine, for whole columns.
 
 use std::f32::consts::FRAC_2_PI;
 
@@ -11,19 +11,10 @@ const ROUND: f32 = 12_582_912.0;
 /// π/2 in three parts, of which the first two have bits to spare: their multiples are exact (Cody and Waite).
 const QUARTER: [f32; 3] = [1.570_312_5, 4.837_513e-4, 7.549_79e-8];
 
-/// Cosine and sine of each angle up to [`MAX_HEADING`], to 2·10⁻⁷. No branches and no calls, so that the compiler
-/// works on several at once.
-pub(crate) fn cos_sin(angles: &[f32], cosines: &mut Vec<f32>, sines: &mut Vec<f32>) {
-    cosines.resize(angles.len(), 0.0);
-    sines.resize(angles.len(), 0.0);
-    for ((&angle, cos), sin) in angles.iter().zip(cosines).zip(sines) {
-        (*cos, *sin) = of(angle);
-    }
-}
-
-/// Polynomials on (-π/4, π/4) as in Moshier's Cephes library, and the symmetries of the circle.
+/// Cosine and sine of an angle up to [`MAX_HEADING`], to 2·10⁻⁷: polynomials on (-π/4, π/4) as in Moshier's Cephes
+/// library, and the symmetries of the circle. No branches and no calls, so that the compiler works on several at once.
 #[inline(always)]
-fn of(angle: f32) -> (f32, f32) {
+pub(crate) fn heading(angle: f32) -> [f32; 2] {
     let shifted = angle * FRAC_2_PI + ROUND;
     let (quarters, whole) = (shifted.to_bits(), shifted - ROUND);
     let rest = ((angle - whole * QUARTER[0]) - whole * QUARTER[1]) - whole * QUARTER[2];
@@ -34,7 +25,7 @@ fn of(angle: f32) -> (f32, f32) {
     let swapped = quarters & 1 != 0;
     let (cos, sin) = if swapped { (sin, cos) } else { (cos, sin) };
     let negate = |value: f32, bit: u32| f32::from_bits(value.to_bits() ^ ((bit & 2) << 30));
-    (negate(cos, quarters.wrapping_add(1)), negate(sin, quarters))
+    [negate(cos, quarters.wrapping_add(1)), negate(sin, quarters)]
 }
 
 #[cfg(test)]
@@ -46,7 +37,7 @@ mod tests {
     proptest! {
         #[test]
         fn it_is_cosine_and_sine(angle in -MAX_HEADING..MAX_HEADING) {
-            let (cos, sin) = of(angle);
+            let [cos, sin] = heading(angle);
             let exact = f64::from(angle).sin_cos();
             prop_assert!((f64::from(sin) - exact.0).abs() < 2e-7, "{sin} {}", exact.0);
             prop_assert!((f64::from(cos) - exact.1).abs() < 2e-7, "{cos} {}", exact.1);
@@ -57,8 +48,8 @@ mod tests {
     fn right_angles_are_exact_to_rounding() {
         use std::f32::consts::{FRAC_PI_2, PI};
         for (angle, cos, sin) in [(0.0, 1.0, 0.0), (FRAC_PI_2, 0.0, 1.0), (PI, -1.0, 0.0), (-FRAC_PI_2, 0.0, -1.0)] {
-            let found = of(angle);
-            assert!((found.0 - cos).abs() < 1e-7 && (found.1 - sin).abs() < 1e-7, "{angle}: {found:?}");
+            let found = heading(angle);
+            assert!((found[0] - cos).abs() < 1e-7 && (found[1] - sin).abs() < 1e-7, "{angle}: {found:?}");
         }
     }
 }

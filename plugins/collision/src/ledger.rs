@@ -1,10 +1,7 @@
 //! What is known of pairs from frame to frame: who has which level since when, what changed, and totals.
 
 use regatta_plugin::contact::{ContactChange, ContactEvent, ContactLevel, ContactRecord};
-use regatta_plugin::frame::NO_EDGE;
 
-use crate::body::{meeting_place, relative_speed};
-use crate::crowd::Crowd;
 use crate::pair::Signs;
 use crate::tally::Tally;
 
@@ -21,6 +18,10 @@ pub(crate) struct Moment {
 pub(crate) struct Found {
     /// The lower id first.
     pub robots: [u32; 2],
+    /// Where they touch or come nearest, in metres.
+    pub place: [f32; 2],
+    /// Metres per second.
+    pub relative_speed: f32,
     pub signs: Signs,
 }
 
@@ -51,8 +52,8 @@ impl Ledger {
     }
 
     /// Takes in what the frame says, by robots; a pair may come several times. Of pairs that had no level before, only
-    /// as many get one as there is room for in a list of `most`.
-    pub(crate) fn close(&mut self, found: impl Iterator<Item = Found>, most: usize, crowd: &Crowd, edges: &[u32]) {
+    /// as many get one as there is room for in a list of `most`. `edges` is the frame's column.
+    pub(crate) fn close(&mut self, found: &[Found], most: usize, edges: &[u32]) {
         std::mem::swap(&mut self.contacts, &mut self.before);
         self.contacts.clear();
         self.possible.clear();
@@ -60,24 +61,25 @@ impl Ledger {
         let (touching, possible) = before.split_at(self.touching);
         let mut known = Known { touching, possible };
         let mut last = None;
-        for Found { robots, signs } in found {
+        for pair in found {
+            let robots = pair.robots;
             if last.replace(robots) == Some(robots) {
                 continue;
             }
             while let Some(old) = known.next_if(|next| next < robots) {
-                self.end(old, crowd, edges);
+                self.end(old);
             }
             let old = known.next_if(|next| next == robots);
-            let level = signs.level(old.and_then(|old| ContactLevel::from_number(old.level)));
+            let level = pair.signs.level(old.and_then(|old| ContactLevel::from_number(old.level)));
             let has_room = old.is_some() || self.contacts.len() + self.possible.len() < most;
             match (level.filter(|_| has_room), old) {
-                (Some(level), old) => self.note(robots, level, old, crowd, edges),
-                (None, Some(old)) => self.end(old, crowd, edges),
+                (Some(level), old) => self.note(pair, level, old, edges),
+                (None, Some(old)) => self.end(old),
                 (None, None) => {}
             }
         }
         while let Some(old) = known.next_if(|_| true) {
-            self.end(old, crowd, edges);
+            self.end(old);
         }
         self.touching = self.contacts.len();
         self.contacts.append(&mut self.possible);
@@ -85,52 +87,29 @@ impl Ledger {
     }
 
     /// A pair has a level.
-    fn note(
-        &mut self,
-        robots: [u32; 2],
-        level: ContactLevel,
-        old: Option<&ContactRecord>,
-        crowd: &Crowd,
-        edges: &[u32],
-    ) {
-        let record = self.record(robots, level, old, crowd, edges);
+    fn note(&mut self, pair: &Found, level: ContactLevel, old: Option<&ContactRecord>, edges: &[u32]) {
+        let since = old.filter(|old| old.level == level as u32);
+        let record = ContactRecord {
+            since_tick: since.map_or(self.now.tick, |old| old.since_tick),
+            since_nanos: since.map_or(self.now.nanos, |old| old.since_nanos),
+            robots: pair.robots,
+            level: level as u32,
+            edge: edges[pair.robots[0] as usize],
+            x: pair.place[0],
+            y: pair.place[1],
+            relative_speed: pair.relative_speed,
+            reserved: 0,
+        };
         let list = if level == ContactLevel::Touching { &mut self.contacts } else { &mut self.possible };
         list.push(record);
-        if old.is_none_or(|old| old.level != record.level) {
+        if since.is_none() {
             self.change(old, record, Some(level));
         }
     }
 
-    fn record(
-        &self,
-        robots: [u32; 2],
-        level: ContactLevel,
-        old: Option<&ContactRecord>,
-        crowd: &Crowd,
-        edges: &[u32],
-    ) -> ContactRecord {
-        let [a, b] = robots.map(|robot| crowd.body_of(robot));
-        let [x, y] = meeting_place(a, b);
-        let since = old.filter(|old| old.level == level as u32);
-        ContactRecord {
-            since_tick: since.map_or(self.now.tick, |old| old.since_tick),
-            since_nanos: since.map_or(self.now.nanos, |old| old.since_nanos),
-            robots,
-            level: level as u32,
-            edge: edges.get(robots[0] as usize).copied().unwrap_or(NO_EDGE),
-            x,
-            y,
-            relative_speed: relative_speed(a, b),
-            reserved: 0,
-        }
-    }
-
-    /// A pair has no level any more.
-    fn end(&mut self, old: &ContactRecord, crowd: &Crowd, edges: &[u32]) {
-        let are_there = old.robots.iter().all(|&robot| crowd.body_of(robot).is_there());
-        // Where they were last seen, if one of them is gone.
-        let record = if are_there { self.record(old.robots, ContactLevel::Possible, None, crowd, edges) } else { *old };
-        self.change(Some(old), record, None);
+    /// A pair has no level any more; it ended where it was last seen.
+    fn end(&mut self, old: &ContactRecord) {
+        self.change(Some(old), *old, None);
     }
 
     /// Tells which levels a pair has come to or left.
@@ -181,15 +160,6 @@ impl Ledger {
     /// Totals up to the last change.
     pub(crate) fn tally(&self) -> &Tally {
         &self.tally
-    }
-
-    pub(crate) fn now(&self) -> Moment {
-        self.now
-    }
-
-    /// One more than the highest id in the list.
-    pub(crate) fn robots(&self) -> usize {
-        self.contacts.iter().map(|contact| contact.robots[1] as usize + 1).max().unwrap_or(0)
     }
 }
 

@@ -10,24 +10,35 @@ pub(crate) struct Way<'pieces> {
     pub pieces: &'pieces [Piece],
 }
 
-/// Whether two robots, each grown by some metres on all sides, have a point in common at any time within the horizon.
-/// Exact for these pieces: no instants are sampled.
-pub(crate) fn meet(a: Way, b: Way, grown: f64) -> bool {
-    let (outline_a, outline_b) = (a.outline.grown(grown), b.outline.grown(grown));
+/// How near two robots come within the horizon.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Meeting {
+    /// They stay apart, even when grown.
+    None,
+    /// They overlap when both are grown.
+    Near,
+    /// They overlap.
+    Overlap,
+}
+
+/// How near two robots come, as they are and with both grown by some metres on all sides. Exact for these pieces: no
+/// instants are sampled.
+pub(crate) fn meet(a: Way, b: Way, grown: f64) -> Meeting {
+    let (wide_a, wide_b) = (a.outline.grown(grown), b.outline.grown(grown));
+    let reach = wide_a.radius() + wide_b.radius();
     let (mut rest_a, mut rest_b) = (a.pieces.iter(), b.pieces.iter());
     let (mut next_a, mut next_b) = (rest_a.next(), rest_b.next());
     let (mut start_a, mut start_b, mut now) = (0.0, 0.0, 0.0);
+    let mut meeting = Meeting::None;
     while let (Some(piece_a), Some(piece_b)) = (next_a, next_b) {
         let until = f64::from(piece_a.until.min(piece_b.until));
-        let offset = between(piece_a.place, piece_b.place);
-        let (gone_a, gone_b) = (now - start_a, now - start_b);
-        let velocity = between(piece_a.velocity, piece_b.velocity);
-        let here = |axis: usize| {
-            offset[axis] + f64::from(piece_b.velocity[axis]) * gone_b - f64::from(piece_a.velocity[axis]) * gone_a
-        };
-        let pass = Pass { offset: [here(0), here(1)], motion: velocity.map(|speed| speed * (until - now)) };
-        if pass.overlaps((outline_a, wide(piece_a.heading)), (outline_b, wide(piece_b.heading))) {
-            return true;
+        let pass = Pass::of((piece_a, now - start_a), (piece_b, now - start_b), until - now);
+        let headings = (piece_a.heading, piece_b.heading);
+        if pass.comes_within(reach) && pass.overlaps((wide_a, headings.0), (wide_b, headings.1)) {
+            if pass.overlaps((a.outline, headings.0), (b.outline, headings.1)) {
+                return Meeting::Overlap;
+            }
+            meeting = Meeting::Near;
         }
         now = until;
         if f64::from(piece_a.until) <= until {
@@ -37,7 +48,7 @@ pub(crate) fn meet(a: Way, b: Way, grown: f64) -> bool {
             (next_b, start_b) = (rest_b.next(), until);
         }
     }
-    false
+    meeting
 }
 
 /// One robot passing another in a straight line, both with constant headings.
@@ -50,7 +61,23 @@ struct Pass {
 }
 
 impl Pass {
-    fn overlaps(self, (a, heading_a): (Outline, Vector), (b, heading_b): (Outline, Vector)) -> bool {
+    /// Of two pieces that began some time ago, for some seconds from now.
+    fn of((a, gone_a): (&Piece, f64), (b, gone_b): (&Piece, f64), seconds: f64) -> Self {
+        let offset = between(a.place, b.place);
+        let here =
+            |axis: usize| offset[axis] + f64::from(b.velocity[axis]) * gone_b - f64::from(a.velocity[axis]) * gone_a;
+        Self { offset: [here(0), here(1)], motion: between(a.velocity, b.velocity).map(|speed| speed * seconds) }
+    }
+
+    /// Whether it comes within that distance east or west and north or south, at some times: a cheap no.
+    fn comes_within(self, reach: f64) -> bool {
+        let far =
+            |axis: usize| (2.0 * self.offset[axis] + self.motion[axis]).abs() > 2.0 * reach + self.motion[axis].abs();
+        !far(0) && !far(1)
+    }
+
+    fn overlaps(self, (a, heading_a): (Outline, [f32; 2]), (b, heading_b): (Outline, [f32; 2])) -> bool {
+        let (heading_a, heading_b) = (wide(heading_a), wide(heading_b));
         match (a, b) {
             (Outline::Rectangle(half_a), Outline::Rectangle(half_b)) => {
                 let turn = seen_along(heading_a, heading_b).map(f64::abs);

@@ -2,9 +2,9 @@
 
 use regatta_plugin::contact::ContactLevel;
 
-use crate::body::gap;
-use crate::crowd::Crowd;
-use crate::meeting::meet;
+use crate::body::{Body, gap};
+use crate::meeting::{Meeting, Way, meet};
+use crate::prediction::Piece;
 use crate::settings::{HYSTERESIS, Settings};
 
 /// What a frame alone says about a pair.
@@ -20,17 +20,6 @@ impl Signs {
     const MAY: u8 = 4;
     /// They are or will, but for the hysteresis.
     const STILL_MAY: u8 = 8;
-
-    /// Bits that hold them.
-    pub(crate) const BITS: u32 = 4;
-
-    pub(crate) fn to_bits(self) -> u64 {
-        self.0.into()
-    }
-
-    pub(crate) fn from_bits(bits: u64) -> Self {
-        Self(bits as u8 & ((1 << Self::BITS) - 1))
-    }
 
     /// Whether the pair may have a level at all.
     pub(crate) fn any(self) -> bool {
@@ -54,33 +43,24 @@ impl Signs {
         }
     }
 
-    /// Of two robots of a frame that both are there, the one with the lower id first: so that they always come out the
-    /// same.
-    pub(crate) fn of(crowd: &Crowd, settings: Settings, first: u32, second: u32) -> Self {
-        let (a, b) = (crowd.body_of(first), crowd.body_of(second));
+    /// Of two robots of a frame, the one with the lower id first: so that they always come out the same.
+    pub(crate) fn of(settings: Settings, (a, pieces_a): (&Body, &[Piece]), (b, pieces_b): (&Body, &[Piece])) -> Self {
         let margin = f64::from(settings.margin());
         let gap = gap(a, b, margin + HYSTERESIS);
-        let mut signs = 0;
-        if gap <= 0.0 {
-            signs |= Self::TOUCH;
+        let sign = |holds: bool, sign: u8| if holds { sign } else { 0 };
+        let now = sign(gap <= 0.0, Self::TOUCH)
+            | sign(gap <= HYSTERESIS, Self::STILL_TOUCH)
+            | sign(gap <= margin, Self::MAY)
+            | sign(gap <= margin + HYSTERESIS, Self::STILL_MAY);
+        if gap <= margin || settings.horizon() == 0.0 {
+            return Self(now);
         }
-        if gap <= HYSTERESIS {
-            signs |= Self::STILL_TOUCH;
-        }
-        let is_near = gap <= margin + HYSTERESIS;
-        if is_near {
-            signs |= Self::STILL_MAY;
-        }
-        if gap <= margin {
-            return Self(signs | Self::MAY);
-        }
-        let ways = (crowd.way(first, a.outline()), crowd.way(second, b.outline()));
-        if is_near || meet(ways.0, ways.1, 0.5 * HYSTERESIS) {
-            signs |= Self::STILL_MAY;
-            if meet(ways.0, ways.1, 0.0) {
-                signs |= Self::MAY;
-            }
-        }
-        Self(signs)
+        let ways = (Way { outline: a.outline(), pieces: pieces_a }, Way { outline: b.outline(), pieces: pieces_b });
+        let later = match meet(ways.0, ways.1, 0.5 * HYSTERESIS) {
+            Meeting::None => 0,
+            Meeting::Near => Self::STILL_MAY,
+            Meeting::Overlap => Self::STILL_MAY | Self::MAY,
+        };
+        Self(now | later)
     }
 }

@@ -1,38 +1,37 @@
-//! A radix sort of packed keys, which is what most of a frame's sorting needs: the keys are nearly random, and few of
-//! their bits count.
+//! A radix sort, for keys that are nearly random and of which few bits count.
 
 use std::ops::Range;
 
-/// Widest digit: its buckets' ends of written memory stay in the second-level cache.
-const DIGIT_BITS: u32 = 11;
+/// Widest digit: all buckets' ends stay in the first-level cache.
+const DIGIT_BITS: u32 = 8;
 
-/// Sorts by these bits of the keys alone; keys that are equal there stay in their order. `scratch` is memory for it.
-pub(crate) fn sort(keys: &mut Vec<u64>, scratch: &mut Vec<u64>, bits: Range<u32>) {
+/// Sorts by these bits of each item's key alone; items that are equal there stay in their order. `scratch` is memory
+/// for it.
+pub(crate) fn sort<T: Copy>(items: &mut Vec<T>, scratch: &mut Vec<T>, bits: Range<u32>, key: impl Fn(&T) -> u64) {
     let passes = bits.len().div_ceil(DIGIT_BITS as usize) as u32;
-    if keys.len() < 2 || passes == 0 {
-        return;
-    }
-    scratch.resize(keys.len(), 0);
+    let (Some(&any), 1..) = (items.first(), passes) else { return };
+    scratch.resize(items.len(), any);
     let width = (bits.len() as u32).div_ceil(passes);
     for shift in bits.clone().step_by(width as usize) {
-        pass(keys, scratch, shift, width.min(bits.end - shift));
-        std::mem::swap(keys, scratch);
+        let buckets = 1 << width.min(bits.end - shift);
+        pass(items, scratch, buckets, |item| (key(item) >> shift) as usize & (buckets - 1));
+        std::mem::swap(items, scratch);
     }
 }
 
-fn pass(from: &[u64], to: &mut [u64], shift: u32, width: u32) {
+fn pass<T: Copy>(from: &[T], to: &mut [T], buckets: usize, digit: impl Fn(&T) -> usize) {
     let mut places = [0_u32; 1 << DIGIT_BITS];
-    let digit = |key: u64| (key >> shift) as usize & ((1 << width) - 1);
-    for &key in from {
-        places[digit(key)] += 1;
+    let places = &mut places[..buckets];
+    for item in from {
+        places[digit(item)] += 1;
     }
     let mut place = 0;
-    for bucket in &mut places[..1 << width] {
+    for bucket in &mut *places {
         (place, *bucket) = (place + *bucket, place);
     }
-    for &key in from {
-        let bucket = &mut places[digit(key)];
-        to[*bucket as usize] = key;
+    for item in from {
+        let bucket = &mut places[digit(item)];
+        to[*bucket as usize] = *item;
         *bucket += 1;
     }
 }
@@ -56,7 +55,7 @@ mod tests {
         ) {
             let part = |key: &u64| (u128::from(*key) & ((1 << end) - 1)) >> start;
             let (mut sorted, mut expected) = (keys.clone(), keys);
-            sort(&mut sorted, &mut Vec::new(), start..end);
+            sort(&mut sorted, &mut Vec::new(), start..end, |key| *key);
             expected.sort_by_key(part);
             prop_assert_eq!(sorted, expected);
         }
