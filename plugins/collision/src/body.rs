@@ -33,6 +33,12 @@ impl Body {
         }
     }
 
+    /// Metres from its middle to its farthest point.
+    pub(crate) fn radius(&self) -> f32 {
+        let (length, width) = (self.half_length, self.half_width);
+        if self.is_circle() { length } else { (length * length + width * width).sqrt() }
+    }
+
     /// Half of the size, east and north, of the smallest upright box around the footprint at some heading.
     pub(crate) fn half_extent(&self, [cos, sin]: [f32; 2]) -> [f32; 2] {
         let (length, width, cos, sin) = (self.half_length, self.half_width, cos.abs(), sin.abs());
@@ -47,24 +53,6 @@ pub(crate) enum Outline {
     Rectangle([f64; 2]),
     /// Its radius.
     Circle(f64),
-}
-
-impl Outline {
-    /// Metres from its middle to its farthest point.
-    pub(crate) fn radius(self) -> f64 {
-        match self {
-            Self::Rectangle([x, y]) => (x * x + y * y).sqrt(),
-            Self::Circle(radius) => radius,
-        }
-    }
-
-    /// Grown by some metres on all sides; a rectangle stays one.
-    pub(crate) fn grown(self, by: f64) -> Self {
-        match self {
-            Self::Rectangle(half) => Self::Rectangle(half.map(|half| half + by)),
-            Self::Circle(radius) => Self::Circle(radius + by),
-        }
-    }
 }
 
 pub(crate) type Vector = [f64; 2];
@@ -91,6 +79,12 @@ fn turned_by([cos, sin]: Vector, [x, y]: Vector) -> Vector {
 pub(crate) fn outside(half: Vector, [x, y]: Vector) -> f64 {
     let [x, y] = [(x.abs() - half[0]).max(0.0), (y.abs() - half[1]).max(0.0)];
     (x * x + y * y).sqrt()
+}
+
+/// At most the metres between two footprints, and quickly.
+pub(crate) fn apart(a: &Body, b: &Body) -> f32 {
+    let reach = a.half_length + a.half_width.abs() + b.half_length + b.half_width.abs();
+    (b.place[0] - a.place[0]).abs().max((b.place[1] - a.place[1]).abs()) - reach
 }
 
 /// Metres between two footprints: 0 if they have a point in common. Where it is more than `reach`, the result is just

@@ -6,6 +6,7 @@ use regatta_plugin::frame::{Columns, RobotState};
 use regatta_plugin::world::{EdgeRecord, RobotTypeRecord};
 
 use crate::body::{Body, CIRCLE};
+use crate::bounds::Bounds;
 use crate::footprint::{Footprint, UNKNOWN};
 use crate::heading::{MAX_HEADING, heading};
 use crate::path::Paths;
@@ -40,9 +41,6 @@ impl Roads {
         self.footprints[if index < self.footprints.len() { index } else { 0 }]
     }
 }
-
-/// West, south, east and north, in metres.
-pub(crate) type Bounds = [f32; 4];
 
 /// A robot of a frame, in a strip: a cache line, because a frame's time goes by in moving these.
 #[derive(Clone, Copy, Debug)]
@@ -164,7 +162,6 @@ impl Crowd<'_> {
             );
             let mover = &mut chunk.movers[number];
             mover.bounds = swept(&body, &chunk.pieces[first..], mover.bounds);
-            [chunk.west[number], chunk.south[number], chunk.east[number], chunk.north[number]] = mover.bounds;
             (mover.first_piece, mover.pieces) = (first as u32, (chunk.pieces.len() - first) as u16);
         }
     }
@@ -184,36 +181,34 @@ fn halves(footprint: Footprint) -> (f32, f32) {
 }
 
 /// Bounds that take in where the robot will be.
-fn swept(body: &Body, pieces: &[Piece], mut bounds: Bounds) -> Bounds {
-    let mut from = 0.0;
-    for piece in pieces {
-        let (start, time) = (piece.place, piece.until - from);
-        let end = [start[0] + piece.velocity[0] * time, start[1] + piece.velocity[1] * time];
-        let half = body.half_extent(piece.heading);
-        for axis in 0..2 {
-            let pad = half[axis] + HYSTERESIS as f32 + slack(start[axis]) + slack(end[axis]);
-            bounds[axis] = bounds[axis].min(start[axis].min(end[axis]) - pad);
-            bounds[axis + 2] = bounds[axis + 2].max(start[axis].max(end[axis]) + pad);
+fn swept(body: &Body, pieces: &[Piece], bounds: Bounds) -> Bounds {
+    let end = |piece: &Piece, from: f32| {
+        let time = piece.until - from;
+        [piece.place[0] + piece.velocity[0] * time, piece.place[1] + piece.velocity[1] * time]
+    };
+    // One that only drives straight on keeps its heading. One that doesn't may turn any side to the outside.
+    let (way, half) = match pieces {
+        [only] => (around(only.place, end(only, 0.0)), body.half_extent(body.heading)),
+        _ => {
+            let joints = pieces.iter().fold(Bounds::NOTHING, |all, piece| all.join(around(piece.place, piece.place)));
+            let from = pieces.len().checked_sub(2).map_or(0.0, |before| pieces[before].until);
+            let end = pieces.last().map_or(body.place, |last| end(last, from));
+            (joints.join(around(end, end)), [body.radius(); 2])
         }
-        from = piece.until;
-    }
-    bounds
+    };
+    let pad = HYSTERESIS as f32 + slack(way.west()) + slack(way.east()) + slack(way.south()) + slack(way.north());
+    let ([west, south], [east, north]) = ([way.west(), way.south()], [way.east(), way.north()]);
+    let (x, y) = (half[0] + pad, half[1] + pad);
+    bounds.join(Bounds::new([west - x, south - y], [east + x, north + y]))
+}
+
+fn around(a: [f32; 2], b: [f32; 2]) -> Bounds {
+    Bounds::new([a[0].min(b[0]), a[1].min(b[1])], [a[0].max(b[0]), a[1].max(b[1])])
 }
 
 /// As much as rounding may hide at that distance from the origin, in metres.
 fn slack(distance: f32) -> f32 {
     1e-5 + distance.abs() * 1e-6
-}
-
-/// The one of all values that wins against each other. Eight at a time, as one waits for the one before.
-fn pick(values: &[f32], start: f32, better: impl Fn(f32, f32) -> f32) -> f32 {
-    let mut best = [start; 8];
-    let eights = values.chunks_exact(8);
-    let rest = eights.remainder().iter().fold(start, |best, value| better(best, *value));
-    for eight in eights {
-        best.iter_mut().zip(eight).for_each(|(best, value)| *best = better(*best, *value));
-    }
-    best.into_iter().fold(rest, better)
 }
 
 /// Some robots of a frame, by columns: so that the compiler works on several at once.
@@ -243,7 +238,7 @@ type Column<T> = [T; Chunk::ROBOTS];
 /// Before there is anybody.
 const NOBODY: Mover = Mover {
     body: Body { place: [0.0; 2], heading: [0.0; 2], half_length: 0.0, half_width: 0.0, velocity: [0.0; 2] },
-    bounds: [0.0; 4],
+    bounds: Bounds::NOTHING,
     robot: 0,
     strip: 0,
     first_piece: 0,
@@ -313,19 +308,16 @@ impl Chunk {
             mover.body.half_length = self.half_length[number];
             mover.body.half_width = self.half_width[number];
             mover.body.velocity = [cos * speed, sin * speed];
-            mover.bounds = [self.west[number], self.south[number], self.east[number], self.north[number]];
+            mover.bounds =
+                Bounds::new([self.west[number], self.south[number]], [self.east[number], self.north[number]]);
             mover.robot = self.robot[number];
             (mover.first_piece, mover.pieces) = (0, 0);
         }
     }
 
-    /// Widens bounds to those of all robots.
-    pub(crate) fn widen(&self, all: &mut Bounds) {
-        let [west, south, east, north] =
-            [&self.west, &self.south, &self.east, &self.north].map(|column| &column[..self.len]);
-        let (less, more) = (|a: f32, b: f32| if b < a { b } else { a }, |a: f32, b: f32| if b > a { b } else { a });
-        *all =
-            [pick(west, all[0], less), pick(south, all[1], less), pick(east, all[2], more), pick(north, all[3], more)];
+    /// Around all robots.
+    pub(crate) fn bounds(&self) -> Bounds {
+        self.movers().iter().fold(Bounds::NOTHING, |all, mover| all.join(mover.bounds))
     }
 
     /// The robots; their pieces are in [`pieces_of`](Self::pieces_of).

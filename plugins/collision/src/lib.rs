@@ -1,6 +1,7 @@
 //! Marks robots that collide, now or soon.
 
 mod body;
+mod bounds;
 mod crowd;
 mod detector;
 mod footprint;

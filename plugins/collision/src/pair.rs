@@ -2,10 +2,13 @@
 
 use regatta_plugin::contact::ContactLevel;
 
-use crate::body::{Body, gap};
-use crate::meeting::{Meeting, Way, meet};
+use crate::body::{Body, apart, gap};
+use crate::meeting::{Meeting, meet};
 use crate::prediction::Piece;
 use crate::settings::{HYSTERESIS, Settings};
+
+/// Beyond the margin, in metres: by more than the hysteresis and what is lost by rounding.
+const FAR: f32 = 0.2;
 
 /// What a frame alone says about a pair.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -46,7 +49,7 @@ impl Signs {
     /// Of two robots of a frame, the one with the lower id first: so that they always come out the same.
     pub(crate) fn of(settings: Settings, (a, pieces_a): (&Body, &[Piece]), (b, pieces_b): (&Body, &[Piece])) -> Self {
         let margin = f64::from(settings.margin());
-        let gap = gap(a, b, margin + HYSTERESIS);
+        let gap = if apart(a, b) > settings.margin() + FAR { f64::INFINITY } else { gap(a, b, margin + HYSTERESIS) };
         let sign = |holds: bool, sign: u8| if holds { sign } else { 0 };
         let now = sign(gap <= 0.0, Self::TOUCH)
             | sign(gap <= HYSTERESIS, Self::STILL_TOUCH)
@@ -55,8 +58,7 @@ impl Signs {
         if gap <= margin || settings.horizon() == 0.0 {
             return Self(now);
         }
-        let ways = (Way { outline: a.outline(), pieces: pieces_a }, Way { outline: b.outline(), pieces: pieces_b });
-        let later = match meet(ways.0, ways.1, 0.5 * HYSTERESIS) {
+        let later = match meet((a, pieces_a), (b, pieces_b), 0.5 * HYSTERESIS) {
             Meeting::None => 0,
             Meeting::Near => Self::STILL_MAY,
             Meeting::Overlap => Self::STILL_MAY | Self::MAY,

@@ -7,9 +7,9 @@ use crate::body::Vector;
 /// Most that an edge turns from one end of a chord to the other, in radians.
 const MAX_TURN: f64 = 0.2;
 /// Most that an edge strays from a chord, in metres.
-const MAX_STRAY: f64 = 0.01;
-/// Halvings after which a chord is good enough: a cusp has no smooth heading.
-const MAX_HALVINGS: u32 = 6;
+const MAX_STRAY: f64 = 0.02;
+/// Parts of an edge that chords are made of; one is good enough, as a cusp has no smooth heading.
+const PARTS: usize = 32;
 
 /// A straight part of an edge.
 #[derive(Clone, Copy, Debug)]
@@ -68,8 +68,8 @@ fn chords(edge: &EdgeRecord) -> Vec<Chord> {
     if total <= 0.0 {
         return Vec::new();
     }
-    // Arc lengths are a little more than chords.
-    let scale = f64::from(edge.length) / total;
+    // Arcs are a little longer than their chords. None are shorter, or robots would get ahead of their speed.
+    let scale = (f64::from(edge.length) / total).max(1.0);
     let mut end = 0.0;
     let mut chords = vec![straight_on(first.tangent, 0.0)];
     for pair in joints.windows(2) {
@@ -101,25 +101,46 @@ fn is_straight(chords: &[Chord]) -> bool {
     turns(before, only).max(turns(only, after)) < 1e-5
 }
 
+/// As few points of the curve as will do.
 fn joints(points: &[Vector; 4]) -> Vec<Joint> {
-    let mut joints = vec![joint(points, 0.0)];
-    split(points, (0.0, 1.0), 0, &mut joints);
+    let ends = [joint(points, 0.0), joint(points, 1.0)];
+    if is_straight_line(points) {
+        return ends.to_vec();
+    }
+    let all: Vec<_> = (0..=PARTS).map(|part| joint(points, part as f64 / PARTS as f64)).collect();
+    let mut joints = vec![all[0]];
+    let mut start = 0;
+    while start < PARTS {
+        let mut turned = turn(all[start].tangent, all[start + 1].tangent);
+        let mut end = start + 1;
+        while end < PARTS {
+            turned += turn(all[end].tangent, all[end + 1].tangent);
+            if turned > MAX_TURN || strays(&all[start..=end + 1]) {
+                break;
+            }
+            end += 1;
+        }
+        joints.push(all[end]);
+        start = end;
+    }
     joints
 }
 
-/// Adds the joints after `from` up to `to`.
-fn split(points: &[Vector; 4], (from, to): (f64, f64), halvings: u32, joints: &mut Vec<Joint>) {
-    let middle = 0.5 * (from + to);
-    let [start, centre, end] = [from, middle, to].map(|at| joint(points, at));
-    let along = minus(end.point, start.point);
-    let strays = cross(along, minus(centre.point, start.point)).abs() > MAX_STRAY * length(along);
-    let turns = turn(start.tangent, centre.tangent) + turn(centre.tangent, end.tangent) > MAX_TURN;
-    if halvings < MAX_HALVINGS && (strays || turns) {
-        split(points, (from, middle), halvings + 1, joints);
-        split(points, (middle, to), halvings + 1, joints);
-    } else {
-        joints.push(end);
-    }
+/// Whether the control points lie in a row.
+fn is_straight_line(points: &[Vector; 4]) -> bool {
+    let along = minus(points[3], points[0]);
+    let place = |point: Vector| (dot(along, minus(point, points[0])), cross(along, minus(point, points[0])).abs());
+    let [(first, aside), (second, aside_too)] = [place(points[1]), place(points[2])];
+    let square = dot(along, along);
+    aside.max(aside_too) <= 1e-6 * square && 0.0 <= first && first <= second && second <= square
+}
+
+/// Whether this part of a curve is too far from the straight line between its ends.
+fn strays(part: &[Joint]) -> bool {
+    let [first, .., last] = part else { return false };
+    let along = minus(last.point, first.point);
+    let most = MAX_STRAY * length(along);
+    part.iter().any(|joint| cross(along, minus(joint.point, first.point)).abs() > most)
 }
 
 fn joint(points: &[Vector; 4], at: f64) -> Joint {
@@ -136,11 +157,15 @@ fn joint(points: &[Vector; 4], at: f64) -> Joint {
 
 /// Radians between two unit vectors.
 fn turn(a: Vector, b: Vector) -> f64 {
-    cross(a, b).abs().atan2(a[0] * b[0] + a[1] * b[1])
+    cross(a, b).abs().atan2(dot(a, b))
 }
 
 fn minus(a: Vector, b: Vector) -> Vector {
     [a[0] - b[0], a[1] - b[1]]
+}
+
+fn dot(a: Vector, b: Vector) -> f64 {
+    a[0] * b[0] + a[1] * b[1]
 }
 
 fn cross(a: Vector, b: Vector) -> f64 {

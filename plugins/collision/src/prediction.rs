@@ -45,16 +45,22 @@ pub(crate) fn predict(body: &Body, drive: Drive, horizon: f32, pieces: &mut Vec<
     if speed == 0.0 {
         return pieces.push(straight([0.0; 2]));
     }
-    if chords.is_empty() || s.is_nan() {
-        return pieces.push(straight(body.heading.map(|part| part * speed)));
+    let straight_on = match chords {
+        [] => Some(body.heading),
+        [only] => Some(only.step),
+        _ => s.is_nan().then_some(body.heading),
+    };
+    if let Some(step) = straight_on {
+        return pieces.push(straight(step.map(|part| part * speed)));
     }
     let mut at = chords.partition_point(|chord| chord.end <= s).min(chords.len() - 1);
     let turned = untwist(body.heading, tangent(chords, at, s));
     let (mut s, mut now, mut place, mut heading) = (s, 0.0, body.place, body.heading);
+    let seconds_per_metre = 1.0 / speed;
     loop {
         let chord = &chords[at];
         let end = if speed > 0.0 { chord.end } else { before(chords, at) };
-        let until = (now + (end - s) / speed).max(now).min(horizon);
+        let until = (now + (end - s) * seconds_per_metre).max(now).min(horizon);
         let velocity = chord.step.map(|step| step * speed);
         pieces.push(Piece { until, place, velocity, heading });
         let next = if speed > 0.0 { at + 1 } else { at.wrapping_sub(1) };

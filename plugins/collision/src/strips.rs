@@ -11,12 +11,13 @@
 
 use std::ops::ControlFlow;
 
-use crate::crowd::{Bounds, Chunk, Crowd, Mover};
+use crate::bounds::Bounds;
+use crate::crowd::{Chunk, Crowd, Mover};
 use crate::prediction::Piece;
 use crate::radix;
 
 /// A strip's height, in those of the mean box.
-const STRIP_HEIGHT: f32 = 4.0;
+const STRIP_HEIGHT: f32 = 6.0;
 /// Least height of a strip, in metres. So the farthest strip has a number of at most 20 bits.
 const MIN_STRIP_HEIGHT: f32 = 2.0;
 /// A column's width, which is how exactly boxes are sorted, in those of the mean box.
@@ -55,8 +56,8 @@ impl Scale {
     /// For boxes like these.
     fn new(samples: &Chunk) -> Self {
         let (mut width, mut height) = (0.0, 0.0);
-        for Mover { bounds: [west, south, east, north], .. } in samples.movers() {
-            (width, height) = (width + (east - west), height + (north - south));
+        for Mover { bounds, .. } in samples.movers() {
+            (width, height) = (width + bounds.east() - bounds.west(), height + bounds.north() - bounds.south());
         }
         let mean = |sum: f32| sum / samples.movers().len().max(1) as f32;
         Self {
@@ -138,10 +139,10 @@ impl Strips {
         let strips = (robots / STRIP_ROBOTS).next_power_of_two().min(MAX_STRIPS);
         self.strips.resize_with(strips, Strip::default);
         self.strips.iter_mut().for_each(Strip::clear);
-        let (mut unplaced, mut all) = (0, NOTHING);
+        let (mut unplaced, mut all) = (0, Bounds::NOTHING);
         for first in (0..robots).step_by(Chunk::ROBOTS) {
             unplaced += crowd.take(first..(first + Chunk::ROBOTS).min(robots), &mut self.chunk);
-            self.chunk.widen(&mut all);
+            all = all.join(self.chunk.bounds());
             self.enter();
         }
         self.packing = Packing::new(self.scale, all, self.strips.len());
@@ -154,7 +155,7 @@ impl Strips {
         let mask = strips.len() as i32 - 1;
         for mover in chunk.movers() {
             let pieces = chunk.pieces_of(mover);
-            let (first, last) = (scale.strip(mover.bounds[1]), scale.strip(mover.bounds[3]));
+            let (first, last) = (scale.strip(mover.bounds.south()), scale.strip(mover.bounds.north()));
             for number in first..=last {
                 strips[(number & mask) as usize].enter(mover, pieces, number, number == first);
             }
@@ -220,7 +221,7 @@ struct Entry {
 impl Order {
     /// Takes the boxes of a strip.
     fn sort(&mut self, packing: &Packing, strip: &Strip) {
-        let start = |mover: &Mover| packing.pack(mover.strip, mover.bounds[0]);
+        let start = |mover: &Mover| packing.pack(mover.strip, mover.bounds.west());
         self.keys.clear();
         self.keys.extend((0_u64..).zip(&strip.movers).map(|(place, mover)| u64::from(start(mover)) << 32 | place));
         radix::sort(&mut self.keys, &mut self.scratch, 32..32 + packing.bits, |key| *key);
@@ -228,7 +229,7 @@ impl Order {
         self.entries.extend(self.keys.iter().map(|key| {
             let (start, place) = ((key >> 32) as u32, *key as u32);
             let mover = strip.mover(place);
-            let end = packing.pack(mover.strip, mover.bounds[2]);
+            let end = packing.pack(mover.strip, mover.bounds.east());
             Entry { bounds: mover.bounds, start, end, place, is_first: mover.is_first }
         }));
     }
@@ -249,11 +250,12 @@ impl Order {
                 filled = 0;
                 candidates.resize(looks.max(BATCH), [0; 2]);
             }
-            let before = filled;
+            let (before, reach) = (filled, entry.bounds.reach());
             for other in &behind[..looks] {
                 // Written in any case, kept only if they overlap: a guess whether they do would often be wrong.
                 candidates[filled] = [entry.place, other.place];
-                filled += usize::from(entry.overlaps(other));
+                // And this must be the first strip that both are in.
+                filled += usize::from(other.bounds.overlaps(reach) & (entry.is_first | other.is_first));
             }
             filled = filled.min(before.saturating_add(left.checks_each));
             if looks > left.looks || filled - before > left.checks {
@@ -264,17 +266,6 @@ impl Order {
         check(&candidates[..filled])
     }
 }
-
-impl Entry {
-    /// Whether the boxes overlap and this is the first strip that both are in.
-    fn overlaps(&self, other: &Self) -> bool {
-        let (a, b) = (&self.bounds, &other.bounds);
-        (a[0] <= b[2]) & (b[0] <= a[2]) & (a[1] <= b[3]) & (b[1] <= a[3]) & (self.is_first | other.is_first)
-    }
-}
-
-/// From the last to the first.
-const NOTHING: Bounds = [f32::MAX, f32::MAX, f32::MIN, f32::MIN];
 
 /// How a strip and a column are packed into a number to sort by, among those in the same memory.
 #[derive(Clone, Copy, Debug, Default)]
@@ -296,9 +287,9 @@ impl Packing {
         let apart = strips.ilog2();
         let bits =
             |first: i32, last: i32, shift: u32| radix::bits_below((last.max(first) - first >> shift) as usize + 1);
-        let (first_column, first_strip) = (scale.column(all[0]), scale.strip(all[1]));
-        let column_bits = bits(first_column, scale.column(all[2]), 0);
-        let strip_bits = bits(first_strip, scale.strip(all[3]), apart);
+        let (first_column, first_strip) = (scale.column(all.west()), scale.strip(all.south()));
+        let column_bits = bits(first_column, scale.column(all.east()), 0);
+        let strip_bits = bits(first_strip, scale.strip(all.north()), apart);
         let coarser = (column_bits + strip_bits).saturating_sub(32);
         let column_bits = column_bits - coarser;
         Self { scale, first_column, first_strip, apart, coarser, column_bits, bits: column_bits + strip_bits }
