@@ -113,7 +113,7 @@ impl Detector {
         strips.sweep(limits, |strip, candidates| {
             for places in candidates {
                 let [one, other] = places.map(|place| (strip, strip.mover(place)));
-                found.extend(found_if_any(*settings, one, other));
+                check(*settings, one, other, found);
             }
             if found.len() > most { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         })
@@ -129,7 +129,7 @@ impl Detector {
         };
         for contact in self.ledger.contacts() {
             if let [Some(one), Some(other)] = contact.robots.map(mover) {
-                self.found.extend(found_if_any(self.settings, one, other));
+                check(self.settings, one, other, &mut self.found);
             }
         }
     }
@@ -190,15 +190,17 @@ fn times((each, besides): (usize, usize), robots: usize) -> usize {
     each * robots + besides
 }
 
-/// Checks two robots; the one with the lower id first, so that they always come out the same.
-fn found_if_any(settings: Settings, one: (&Strip, &Mover), other: (&Strip, &Mover)) -> Option<Found> {
+/// Checks two robots, and adds them if they may have a level. The one with the lower id comes first, so that they always
+/// come out the same.
+fn check(settings: Settings, one: (&Strip, &Mover), other: (&Strip, &Mover), found: &mut Vec<Found>) {
     let ((strip_a, a), (strip_b, b)) = if one.1.robot < other.1.robot { (one, other) } else { (other, one) };
-    let (body_a, body_b) = (&a.body, &b.body);
-    let signs = Signs::of(settings, (body_a, strip_a.pieces_of(a)), (body_b, strip_b.pieces_of(b)));
-    signs.any().then(|| Found {
-        robots: [a.robot, b.robot],
-        place: meeting_place(body_a, body_b),
-        relative_speed: relative_speed(body_a, body_b),
-        signs,
-    })
+    let signs = Signs::of(settings, (&a.body, strip_a.pieces_of(a)), (&b.body, strip_b.pieces_of(b)));
+    if signs.any() {
+        found.push(Found {
+            robots: [a.robot, b.robot],
+            place: meeting_place(&a.body, &b.body),
+            relative_speed: relative_speed(&a.body, &b.body),
+            signs,
+        });
+    }
 }
