@@ -286,7 +286,7 @@ impl Packing {
     fn new(scale: Scale, all: Bounds, strips: usize) -> Self {
         let apart = strips.ilog2();
         let bits =
-            |first: i32, last: i32, shift: u32| radix::bits_below((last.max(first) - first >> shift) as usize + 1);
+            |first: i32, last: i32, shift: u32| radix::bits_below(((last.max(first) - first) >> shift) as usize + 1);
         let (first_column, first_strip) = (scale.column(all.west()), scale.strip(all.south()));
         let column_bits = bits(first_column, scale.column(all.east()), 0);
         let strip_bits = bits(first_strip, scale.strip(all.north()), apart);
