@@ -5,9 +5,13 @@ mod bounds;
 mod crowd;
 mod detector;
 mod footprint;
+#[cfg(test)]
+mod geometry_tests;
 mod heading;
 mod ledger;
 mod meeting;
+#[cfg(test)]
+mod oracle_tests;
 mod pair;
 mod path;
 mod prediction;
