@@ -4,6 +4,8 @@ mod body;
 mod bounds;
 mod crowd;
 mod detector;
+#[cfg(test)]
+mod detector_tests;
 mod footprint;
 #[cfg(test)]
 mod geometry_tests;
