@@ -11,6 +11,7 @@ mod plugin;
 mod report;
 mod run;
 mod supervisor;
+mod top;
 
 use std::process::ExitCode;
 
@@ -27,17 +28,20 @@ fn plugin_failure(error: regatta_plugin::Error) -> Failure {
 }
 
 fn main() -> ExitCode {
-    let cli = Cli::parse();
+    pipe::hush_broken();
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => return cli::explain(&error),
+    };
     cli::start_logging(cli.verbose);
     let verbose = cli.verbose > 0;
-    pipe::hush_broken();
     match std::panic::catch_unwind(|| dispatch(cli)) {
         Ok(Ok(code)) => code,
         Ok(Err(failure)) => {
             cli::print_failure(&*failure, verbose);
             ExitCode::FAILURE
         }
-        Err(panic) if pipe::is_broken(&*panic) => ExitCode::from(pipe::BROKEN),
+        Err(panic) if pipe::is_broken(&*panic) => pipe::exit_code(&*panic),
         Err(panic) => std::panic::resume_unwind(panic),
     }
 }
@@ -55,6 +59,7 @@ fn dispatch(cli: Cli) -> Result<ExitCode, Failure> {
         Command::Seek { time, target } => control::seek(*time, &target),
         Command::Robots { robots, target } => control::robots(robots, &target),
         Command::Status { json, target } => control::status(json, &target),
+        Command::Top(target) => top::run(&target),
         Command::Report { command } => report::run(command),
         Command::Doctor(args) => doctor::run(args),
         Command::Completions { shell } => {

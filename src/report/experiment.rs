@@ -9,7 +9,6 @@ use regatta_plugin::frame::RobotState;
 use regatta_plugin::{Control, FleetName, Frame, Subscriber};
 
 use crate::Failure;
-use crate::supervisor;
 use crate::supervisor::Supervisor;
 
 const START_PATIENCE: Duration = Duration::from_secs(60);
@@ -26,12 +25,7 @@ impl Experiment {
     pub fn start(name: &str, scenario: &Path, args: &[String]) -> Result<Self, Failure> {
         let fleet: FleetName = format!("report-{name}-{}", std::process::id()).parse()?;
         let mut command = Command::new(std::env::current_exe()?);
-        command
-            .arg("engine")
-            .arg(scenario)
-            .args(["--fleet", &fleet.to_string()])
-            .args(supervisor::child_args())
-            .args(args);
+        command.arg("engine").arg(scenario).args(["--fleet", &fleet.to_string()]).args(args);
         let mut supervisor = Supervisor::default();
         supervisor.start("engine", command.stderr(Stdio::null()))?;
         let (control, reader) = (Control::open(&fleet)?, Subscriber::open(&fleet)?);

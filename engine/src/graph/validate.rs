@@ -129,13 +129,19 @@ impl EdgeCheck<'_, '_, '_> {
         let destination = self.node(by_id, edge.destination, "Destination_ID");
         let velocity_forward = self.forward_speed();
         let velocity_backwards = self.backward_speed();
+        let forward = self.handle_length(edge.forward, "ParamF");
+        let backward = self.handle_length(edge.backward, "ParamB");
         let (origin, destination) = (origin?, destination?);
         if origin == destination {
             self.error("starts and ends at the same node: a route needs to get somewhere");
             return None;
         }
         let (from, to) = (nodes[origin.0 as usize].as_ref()?, nodes[destination.0 as usize].as_ref()?);
-        let curve = self.curve(from, to, handles)?;
+        let drawn = match edge.curve? {
+            RawCurve::Linear => CubicBezier::straight(from.position, to.position),
+            RawCurve::Spline => spline(from, to, HandleLengths { forward: forward?, backward: backward? }, handles),
+        };
+        let curve = self.curve(from, to, drawn)?;
         Some(Edge {
             id: edge.id?,
             origin,
@@ -174,14 +180,7 @@ impl EdgeCheck<'_, '_, '_> {
         None
     }
 
-    fn curve(&mut self, from: &Node, to: &Node, handles: Handles) -> Option<CubicBezier> {
-        let curve = match *self.edge.curve.as_ref()? {
-            RawCurve::Linear => CubicBezier::straight(from.position, to.position),
-            RawCurve::Spline { forward, backward } => {
-                let lengths = self.handle_lengths(forward, backward)?;
-                spline(from, to, lengths, handles)
-            }
-        };
+    fn curve(&mut self, from: &Node, to: &Node, curve: CubicBezier) -> Option<CubicBezier> {
         if curve.control_points.iter().any(|point| point.abs().max_element() > MAX_COORDINATE) {
             self.error(format!("its handles reach beyond ±{MAX_COORDINATE} m: shorten ParamF and ParamB"));
             return None;
@@ -193,14 +192,13 @@ impl EdgeCheck<'_, '_, '_> {
         Some(curve)
     }
 
-    fn handle_lengths(&mut self, forward: f64, backward: f64) -> Option<HandleLengths> {
-        for (name, length) in [("ParamF", forward), ("ParamB", backward)] {
-            if !(0.0..=2.0 * MAX_COORDINATE).contains(&length) {
-                self.error(format!("{name} is {length}: a handle is 0 to {} m long", 2.0 * MAX_COORDINATE));
-                return None;
-            }
+    fn handle_length(&mut self, length: Option<f64>, name: &str) -> Option<f64> {
+        let length = length?;
+        if (0.0..=2.0 * MAX_COORDINATE).contains(&length) {
+            return Some(length);
         }
-        Some(HandleLengths { forward, backward })
+        self.error(format!("{name} is {length}: a handle is 0 to {} m long", 2.0 * MAX_COORDINATE));
+        None
     }
 
     fn error(&mut self, message: impl Into<String>) {
