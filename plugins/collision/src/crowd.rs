@@ -169,7 +169,7 @@ impl Crowd<'_> {
 
 /// What a robot is taken to do at a published speed.
 fn sane(speed: f32) -> f32 {
-    if speed.is_nan() { 0.0 } else { speed.max(-MAX_SPEED).min(MAX_SPEED) }
+    if speed.is_nan() { 0.0 } else { speed.clamp(-MAX_SPEED, MAX_SPEED) }
 }
 
 /// Half of the length, or the radius, and half of the width, or [`CIRCLE`].

@@ -4,11 +4,17 @@ mod body;
 mod bounds;
 mod crowd;
 mod detector;
+#[cfg(test)]
+mod detector_tests;
 mod footprint;
+#[cfg(test)]
+mod geometry_tests;
 mod heading;
 mod ledger;
 mod log;
 mod meeting;
+#[cfg(test)]
+mod oracle_tests;
 mod pair;
 mod path;
 mod plugin;

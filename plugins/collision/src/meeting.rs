@@ -34,8 +34,7 @@ pub(crate) fn meet((a, pieces_a): (&Body, &[Piece]), (b, pieces_b): (&Body, &[Pi
     let (mut now, mut meeting) = (0.0, Meeting::None);
     while let ([piece_a, ..], [piece_b, ..]) = (way_a.pieces, way_b.pieces) {
         let until = piece_a.until.min(piece_b.until);
-        // Also if that is not a number.
-        if !(until < earliest) {
+        if until >= earliest || until.is_nan() {
             let pass = Pass { a: (piece_a, now - way_a.start), b: (piece_b, now - way_b.start), seconds: until - now };
             meeting = meeting.max(pass.meeting((a, b), grown, reach));
             if meeting == Meeting::Overlap {
