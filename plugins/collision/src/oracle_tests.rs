@@ -57,7 +57,7 @@ fn edges() -> Vec<EdgeRecord> {
     let edge = |control_points: [[f32; 2]; 4], length| EdgeRecord { control_points, length, ..EdgeRecord::default() };
     vec![
         edge([[0.0, 0.0], [2.0, 0.0], [4.0, 0.0], [6.0, 0.0]], 6.0),
-        edge([[0.0, 0.0], [1.1, 0.0], [2.0, 0.9], [2.0, 2.0]], 3.14),
+        edge([[0.0, 0.0], [1.1, 0.0], [2.0, 0.9], [2.0, 2.0]], 3.2),
         edge([[0.0, 0.0], [5.0, 0.0], [-5.0, 5.0], [8.0, 5.0]], 13.0),
         edge([[f32::NAN; 2]; 4], 5.0),
     ]
