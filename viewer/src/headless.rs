@@ -12,6 +12,7 @@ use crate::gpu::TargetKind;
 use crate::gpu::device::Gpu;
 use crate::gpu::frame::Renderer;
 use crate::options::Options;
+use crate::palette::Colouring;
 use crate::picture::{FORMAT, Offscreen, write_png};
 use crate::record::Film;
 use crate::stage::Stage;
@@ -137,7 +138,8 @@ impl Studio<'_> {
     /// Takes what columns there are for the frame.
     fn settle(&mut self) -> Result {
         let started = Instant::now();
-        while self.stage.feed.value().is_none() && started.elapsed() < COLUMNS_WAIT {
+        let has_column = matches!(self.stage.scene.colouring, Colouring::Column(_));
+        while has_column && self.stage.feed.value().is_none() && started.elapsed() < COLUMNS_WAIT {
             std::thread::sleep(POLL);
             self.stage.update(Instant::now())?;
         }

@@ -102,7 +102,10 @@ impl Stage {
         let frame = self.feed.frame();
         let values = match &self.scene.colouring {
             Colouring::Speed if news.frame || recoloured => Some(frame.map(|frame| frame.speed())),
-            Colouring::Column(_) if news.value || news.frame || recoloured => Some(self.feed.value()),
+            // After a frame its buffers may be new ones.
+            Colouring::Column(_) if news.value || recoloured || (news.frame && self.renderer.lacks_values()) => {
+                Some(self.feed.value())
+            }
             _ => None,
         };
         if let Some(values) = values {

@@ -151,6 +151,11 @@ impl Renderer {
         self.columns.lacks_kinds()
     }
 
+    /// Whether no robot's value is known.
+    pub fn lacks_values(&self) -> bool {
+        self.columns.known() == 0
+    }
+
     /// Takes the values that robots are coloured by, or none.
     pub fn set_values(&mut self, values: Option<&[f32]>) {
         match values {
@@ -170,7 +175,10 @@ impl Renderer {
         let (trails, selected) = (picture.scene.trails, &picture.scene.selected);
         self.chosen.update(&self.gpu, encoder, &self.view_group, &mut self.columns, trails, selected);
         let (poses, robots) = (self.columns.group(&self.gpu), view.robots);
-        self.graph.sort(encoder, &self.view_group);
+        let layers = picture.scene.layers;
+        if layers.edges || layers.arrows || layers.nodes {
+            self.graph.sort(encoder, &self.view_group);
+        }
         self.fit_surfaces(picture.within.map_or(picture.size, |(_, target)| target));
         let Some(surfaces) = &self.surfaces else { return };
         let mut pass = begin(encoder, surfaces, target, view.sky, self.timer.as_ref());
@@ -180,8 +188,7 @@ impl Renderer {
         }
         pass.set_bind_group(0, &self.view_group, &[]);
         self.floor.draw(&mut pass);
-        self.graph.draw(&mut pass, picture.scene.layers);
-        let layers = picture.scene.layers;
+        self.graph.draw(&mut pass, layers);
         if layers.trails {
             self.chosen.draw_trails(&mut pass, &poses, robots, trails);
         }

@@ -13,13 +13,15 @@ use super::layout::{Draw, IDS, Kind, Layering, TargetKind, bind, bindings, compu
 use crate::scene::Layers;
 
 /// Lists of what is drawn; the same as in graph.wgsl.
-const LISTS: usize = 6;
-const ARROWS: usize = 4;
-const NODES: usize = 5;
-/// Vertices of each list's instances: strips of 2, 9, 33 and 129 points, two triangles, a strip of two triangles.
-const VERTICES: [u32; LISTS] = [4, 18, 66, 258, 6, 4];
+const LISTS: usize = 7;
+/// Edges from here on are bent.
+const BENT: usize = 2;
+const ARROWS: usize = 5;
+const NODES: usize = 6;
+/// Vertices of each list's instances: a line, strips of 2, 9, 33 and 129 points, two triangles, a strip of two triangles.
+const VERTICES: [u32; LISTS] = [2, 4, 18, 66, 258, 6, 4];
 /// Vertices of the widened strips that are picked.
-const PICK_VERTICES: [u32; LISTS] = [66, 66, 66, 66, 6, 4];
+const PICK_VERTICES: [u32; LISTS] = [4, 4, 66, 66, 66, 6, 4];
 /// Threads of a group of the sorting shaders.
 const GROUP: u32 = 64;
 
@@ -42,6 +44,7 @@ pub struct Graph {
     sort_nodes: ComputePipeline,
     /// Edges by how much they are bent, arrows, nodes.
     draws: [RenderPipeline; LISTS],
+    edge_id_straight: RenderPipeline,
     edge_id: RenderPipeline,
     node_id: RenderPipeline,
     loaded: Option<Loaded>,
@@ -81,6 +84,7 @@ impl Graph {
             sort_edges: compute(gpu, &module, "sort_edges", &[view, &records_layout, &lists_layout]),
             sort_nodes: compute(gpu, &module, "sort_nodes", &[view, &records_layout, &lists_layout]),
             draws: [
+                make(target, "edge_far", "ribbon_fill", PrimitiveTopology::LineList),
                 make(target, "edge_straight", "ribbon_fill", strip),
                 make(target, "edge_bent", "ribbon_fill", strip),
                 make(target, "edge_curved", "ribbon_fill", strip),
@@ -88,6 +92,7 @@ impl Graph {
                 make(target, "arrow", "flat_fill", PrimitiveTopology::TriangleList),
                 make(target, "node", "disc_fill", strip),
             ],
+            edge_id_straight: make(ids, "edge_id_straight", "ribbon_id", strip),
             edge_id: make(ids, "edge_id", "ribbon_id", strip),
             node_id: make(ids, "node_id", "disc_id", strip),
             records_layout,
@@ -153,7 +158,7 @@ impl Graph {
     /// Draws what was sorted last.
     pub fn draw(&self, pass: &mut RenderPass<'_>, layers: Layers) {
         let Some(loaded) = &self.loaded else { return };
-        let shown = [layers.edges, layers.edges, layers.edges, layers.edges, layers.arrows, layers.nodes];
+        let shown = [layers.edges, layers.edges, layers.edges, layers.edges, layers.edges, layers.arrows, layers.nodes];
         pass.set_bind_group(1, &loaded.records, &[]);
         for (list, pipeline) in self.draws.iter().enumerate().filter(|(list, _)| shown[*list]) {
             pass.set_pipeline(pipeline);
@@ -166,8 +171,10 @@ impl Graph {
         let Some(loaded) = &self.loaded else { return };
         pass.set_bind_group(1, &loaded.records, &[]);
         if layers.edges {
+            pass.set_pipeline(&self.edge_id_straight);
+            (0..BENT).for_each(|list| loaded.draw_list(pass, list, &loaded.pick_draws));
             pass.set_pipeline(&self.edge_id);
-            (0..ARROWS).for_each(|list| loaded.draw_list(pass, list, &loaded.pick_draws));
+            (BENT..ARROWS).for_each(|list| loaded.draw_list(pass, list, &loaded.pick_draws));
         }
         if layers.nodes {
             pass.set_pipeline(&self.node_id);

@@ -5,6 +5,7 @@
 //! them: `REGATTA_UPDATE_PICTURES=1 cargo test -p regatta-viewer --test pictures`.
 
 mod fleet;
+mod live;
 mod motion;
 mod picking;
 mod references;
@@ -18,7 +19,7 @@ type Test = fn(&Gpu);
 fn main() -> std::process::ExitCode {
     let arguments = Arguments::from_args();
     let gpu = Gpu::software().ok();
-    let tests = references::TESTS.iter().chain(picking::TESTS).chain(motion::TESTS);
+    let tests = references::TESTS.iter().chain(picking::TESTS).chain(motion::TESTS).chain(live::TESTS);
     let mut trials: Vec<_> = tests
         .map(|(name, test)| {
             let device = gpu.clone();

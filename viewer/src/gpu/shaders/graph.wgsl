@@ -27,6 +27,8 @@ const EDGE_METRES = 0.07;
 const ARROW_METRES = 0.34;
 const NODE_METRES = 0.11;
 // Pixels across, at least and at most.
+// Shorter ones are thin lines.
+const FAR_PIXELS = 8.0;
 const EDGE_PIXELS = vec2f(1.2, 5.0);
 
 @group(1) @binding(0) var<storage, read> edges: array<Edge>;
@@ -50,9 +52,9 @@ struct Draw {
 }
 
 @group(2) @binding(0) var<storage, read_write> lists: array<u32>;
-@group(2) @binding(1) var<storage, read_write> draws: array<Draw, 6>;
+@group(2) @binding(1) var<storage, read_write> draws: array<Draw, 7>;
 
-// Lists: straight edges, bent ones, more bent ones, most bent ones, arrows, nodes. Each as long as there are edges, or nodes.
+// Lists: far edges, straight ones, bent ones, more bent ones, most bent ones, arrows, nodes. Each as long as there are edges, or nodes.
 fn put(list: u32, index: u32) {
     let place = atomicAdd(&draws[list].instances, 1u);
     lists[list * arrayLength(&edges) + place] = index;
@@ -80,10 +82,11 @@ fn sort_edges(@builtin(global_invocation_id) at: vec3u, @builtin(num_workgroups)
     let bend = max(abs(chord.x * aside_a.y - chord.y * aside_a.x), abs(chord.x * aside_b.y - chord.y * aside_b.x));
     let bent = bend * view.eye.w / nearest;
     if pixels > 0.4 {
-        put(u32(bent >= 0.5) + u32(bent >= 12.0) + u32(bent >= 120.0), i);
+        let near = 1u + u32(bent >= 0.5) + u32(bent >= 12.0) + u32(bent >= 120.0);
+        put(select(near, 0u, pixels < FAR_PIXELS), i);
     }
     if pixels > 36.0 {
-        put(4u, i);
+        put(5u, i);
     }
 }
 
@@ -95,7 +98,7 @@ fn sort_nodes(@builtin(global_invocation_id) at: vec3u, @builtin(num_workgroups)
     }
     let local = vec2f(nodes[i].x, nodes[i].y) - view.origin.xy;
     if inside(local, 1.0) && metres_per_pixel(vec3f(local, 0.0)) < NODE_METRES {
-        put(5u, i);
+        put(6u, i);
     }
 }
 
@@ -150,6 +153,15 @@ fn ribbon(index: u32, vertex: u32, points: u32, least: f32) -> Ribbon {
 }
 
 @vertex
+fn edge_far(@location(0) index: u32, @builtin(vertex_index) vertex: u32) -> Ribbon {
+    let edge = edges[index];
+    let local = select(edge.start, edge.end, vertex == 1u) - view.origin.xy;
+    let clip = clip_from(vec3f(local, 0.0));
+    // A line has no soft rim, and looks stronger for it.
+    return Ribbon(framed(clip), vec4f(edge_colour(edge), faint(local) * 0.8), 0.0, 0.5, index);
+}
+
+@vertex
 fn edge_straight(@location(0) index: u32, @builtin(vertex_index) vertex: u32) -> Ribbon {
     return ribbon(index, vertex, 2u, 0.0);
 }
@@ -179,6 +191,11 @@ fn ribbon_fill(in: Ribbon) -> @location(0) vec4f {
 @vertex
 fn edge_id(@location(0) index: u32, @builtin(vertex_index) vertex: u32) -> Ribbon {
     return ribbon(index, vertex, 33u, 7.0);
+}
+
+@vertex
+fn edge_id_straight(@location(0) index: u32, @builtin(vertex_index) vertex: u32) -> Ribbon {
+    return ribbon(index, vertex, 2u, 7.0);
 }
 
 @fragment
