@@ -72,6 +72,10 @@ pub enum Command {
         #[command(flatten)]
         target: Target,
     },
+    /// Record a fleet to an MCAP file, or repair such a recording.
+    Record(regatta_record::RecordArgs),
+    /// Publish a recording as if its fleet were running: every reader works on it.
+    Replay(regatta_record::ReplayArgs),
     /// Repeat the experiments that Regatta is measured by.
     Report {
         #[command(subcommand)]

@@ -7,6 +7,7 @@ mod doctor;
 mod engine;
 mod graph;
 mod plugin;
+mod recording;
 mod report;
 mod run;
 mod supervisor;
@@ -51,6 +52,8 @@ fn dispatch(cli: Cli) -> Result<ExitCode, Failure> {
         Command::Seek { time, target } => control::seek(*time, &target),
         Command::Robots { robots, target } => control::robots(robots, &target),
         Command::Status { json, target } => control::status(json, &target),
+        Command::Record(args) => recording::record(&args),
+        Command::Replay(args) => recording::replay(&args),
         Command::Report { command } => report::run(command),
         Command::Doctor(args) => doctor::run(args),
         Command::Completions { shell } => {

@@ -10,7 +10,8 @@ use crate::Failure;
 type Starter = fn(Vec<String>) -> regatta_plugin::Result;
 
 /// The shelf. A new plugin is a crate under `plugins/` and a line here.
-const PLUGINS: &[(&str, Starter)] = &[("hello", |args| regatta_plugin::run_from(regatta_hello::Centre, args))];
+const PLUGINS: &[(&str, Starter)] =
+    &[("hello", |args| regatta_plugin::run_from(regatta_hello::Centre, args)), ("record", regatta_record::record_from)];
 
 #[derive(Args)]
 pub struct PluginArgs {
