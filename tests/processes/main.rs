@@ -8,4 +8,6 @@ mod fleet;
 mod lockstep;
 mod own_plugin;
 mod readers;
+mod record;
+mod replay;
 mod restart;

@@ -7,7 +7,7 @@ use rustix::process::Signal;
 use crate::fleet::{Fleet, eventually};
 
 /// Runs something beside an engine, and asserts that it cost no tick more than an idle machine loses anyway.
-fn costs_no_late_tick(test: &str, disturb: impl Fn(&Fleet)) {
+pub fn costs_no_late_tick(test: &str, disturb: impl Fn(&Fleet)) {
     let fleet = Fleet::start(test, "thirty.yaml", &[]);
     fleet.let_ticks_pass(20);
     let (calm, _) = late_in(&fleet, |fleet| fleet.let_ticks_pass(200));

@@ -4,6 +4,7 @@
 
 mod decode;
 mod encode;
+mod frames;
 mod reading;
 mod recorder;
 mod repair;
@@ -14,6 +15,11 @@ mod schema;
 mod sink;
 mod sources;
 mod timeline;
+
+#[cfg(test)]
+mod message_tests;
+#[cfg(test)]
+mod repair_tests;
 
 use std::path::PathBuf;
 use std::time::{Duration, SystemTime};

@@ -232,6 +232,7 @@ impl ChunkContent {
                 }
             }
         }
+        content.indexes.sort_by_key(|index| index.channel_id);
         Ok(content)
     }
 

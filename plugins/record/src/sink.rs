@@ -155,11 +155,6 @@ impl Sink {
         }
     }
 
-    /// What has been dropped so far because the disk is too slow.
-    pub fn dropped(&self) -> Tally {
-        self.dropped
-    }
-
     /// Waits until all is written, closes the file, and says what became of the messages.
     pub fn finish(&mut self) -> (Tally, Option<SinkError>) {
         self.jobs = None;
@@ -195,7 +190,7 @@ struct Drain {
 
 impl Drain {
     fn run(mut self, file: File, compression: Compression, jobs: &Receiver<Job>) -> (Tally, Option<SinkError>) {
-        let written = McapFile::create(file, compression).and_then(|mut out| self.write(&mut out, jobs));
+        let written = McapFile::create(file, compression, CHUNK_BYTES).and_then(|mut out| self.write(&mut out, jobs));
         let error = written.err().map(|error| self.give_up(&error, jobs));
         self.tally.bytes = self.file.metadata().map_or(0, |metadata| metadata.len());
         (self.tally, error)
@@ -248,14 +243,14 @@ fn frames_in(path: &Path) -> Option<u64> {
 }
 
 /// A file under construction.
-struct McapFile {
-    writer: Writer<NoSeek<File>>,
+pub(crate) struct McapFile {
+    pub writer: Writer<NoSeek<File>>,
     /// Channel and number of messages of each topic.
     channels: HashMap<Topic, (u16, u32)>,
 }
 
 impl McapFile {
-    fn create(file: File, compression: Compression) -> McapResult<Self> {
+    pub fn create(file: File, compression: Compression, chunk_bytes: u64) -> McapResult<Self> {
         let compression = match compression {
             Compression::Lz4 => Some(mcap::Compression::Lz4),
             Compression::Zstd => Some(mcap::Compression::Zstd),
@@ -266,14 +261,15 @@ impl McapFile {
             .compression(compression)
             .compression_level(1)
             .compression_threads(0)
-            .chunk_size(Some(CHUNK_BYTES))
+            .chunk_size(Some(chunk_bytes))
             // Chunks are put together in memory and written whole, so that a kill seldom finds half of one.
             .disable_seeking(true)
             .create(NoSeek::new(file))?;
         Ok(Self { writer, channels: HashMap::new() })
     }
 
-    fn write(&mut self, topic: &Topic, header: MessageHeader, message: &[u8]) -> McapResult<()> {
+    /// Writes a message. Its channel and number are filled in.
+    pub fn write(&mut self, topic: &Topic, header: MessageHeader, message: &[u8]) -> McapResult<()> {
         let (channel_id, count) = match self.channels.get_mut(topic) {
             Some(channel) => channel,
             None => {

@@ -30,19 +30,23 @@ impl Sources {
         let fleet = participant.fleet().clone();
         // Looking through the machine's services takes longer than a frame may wait.
         std::thread::Builder::new().name("columns".to_owned()).spawn(move || search(&fleet, &sender))?;
-        Ok(Self {
+        let mut sources = Self {
             participant: participant.clone(),
             columns: Vec::new(),
             found,
             orders: OrderLogReader::open_on(participant)?,
             contacts: ContactReader::open_on(participant)?,
             contact_events: ContactEventReader::open_on(participant)?,
-        })
+        };
+        // Those that are there already, before the first frame: opening takes a while.
+        sources.open_columns(column_names(participant.fleet()))?;
+        Ok(sources)
     }
 
     /// Hands over what is new: its topic, run, tick, and the message.
     pub fn poll(&mut self, mut take: impl FnMut(Topic, u64, u64, Vec<u8>)) -> Result {
-        self.open_found()?;
+        let found: Vec<_> = self.found.try_iter().flatten().collect();
+        self.open_columns(found)?;
         for (name, reader) in &mut self.columns {
             if let Some(column) = reader.latest()? {
                 let topic = Topic::Column(name.clone());
@@ -62,8 +66,8 @@ impl Sources {
         })
     }
 
-    fn open_found(&mut self) -> Result {
-        for name in self.found.try_iter().flatten().collect::<Vec<_>>() {
+    fn open_columns(&mut self, names: Vec<ColumnName>) -> Result {
+        for name in names {
             if !self.columns.iter().any(|(known, _)| *known == name) {
                 let reader = ColumnReader::open_on(&self.participant, &name)?;
                 self.columns.push((name, reader));
@@ -75,7 +79,10 @@ impl Sources {
 
 /// Looks for columns until nobody wants to know.
 fn search(fleet: &FleetName, found: &SyncSender<Vec<ColumnName>>) {
-    while found.send(column_names(fleet)).is_ok() {
+    loop {
         std::thread::sleep(SEARCH_PERIOD);
+        if found.send(column_names(fleet)).is_err() {
+            return;
+        }
     }
 }
