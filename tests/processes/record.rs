@@ -1,6 +1,7 @@
 //! The recorder: every frame bit for bit, whatever happens to the process.
 
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 use regatta_engine::digest::Digest;
 use regatta_plugin::FleetName;
@@ -9,7 +10,7 @@ use regatta_record::{ReadingError, Recording, Topic};
 use rustix::process::Signal;
 use tempfile::TempDir;
 
-use crate::fleet::{Fleet, Process, eventually, graphs, regatta, unique};
+use crate::fleet::{Fleet, Process, eventually, graphs, regatta, root, unique};
 use crate::readers::costs_no_late_tick;
 
 /// A recorder under the name that lockstep knows it by.
@@ -77,6 +78,32 @@ fn every_frame_is_recorded_bit_for_bit() {
     }
 }
 
+/// Python with the packages that the script needs. Where they are missing the test is left out, unless the variable
+/// says that they must be there.
+fn python() -> Option<Command> {
+    let mut probe = Command::new("python3");
+    let found = probe.args(["-c", "import mcap, mcap_protobuf, xxhash"]).output().is_ok_and(|out| out.status.success());
+    assert!(found || std::env::var_os("REGATTA_PYTHON_TESTS").is_none(), "python3 lacks what the tests need");
+    found.then(|| Command::new("python3"))
+}
+
+#[test]
+fn other_programs_read_a_recording() {
+    let Some(mut python) = python() else { return };
+    let folder = TempDir::new().expect("a folder");
+    let golden = record("record-python", "thirty.yaml", 1000, &file(&folder), &[]);
+    let script = root().join("plugins/record/tests/read_recording.py");
+    let output = python.arg(script).arg(file(&folder)).output().expect("python3 starts");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let found: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    assert_eq!(found["digest"], golden);
+    // 10 s at 10 Hz, and the first.
+    assert_eq!(found["topics"]["/poses"], 101);
+    assert_eq!((&found["topics"]["/world"], &found["topics"]["/graph"]), (&1.into(), &1.into()));
+    assert!(found["topics"]["/events"].as_u64() > Some(0) && found["topics"]["/columns/type"].as_u64() > Some(0));
+    assert_eq!(found["about"]["regatta.end"]["frames_missed"], "0");
+}
+
 #[test]
 fn one_frame_in_so_many_can_be_recorded() {
     let folder = TempDir::new().expect("a folder");
@@ -137,7 +164,7 @@ fn a_full_disk_ends_the_recording_but_not_the_file() {
     let folder = TempDir::new().expect("a folder");
     let path = file(&folder);
     let fleet = Fleet::start("record-full", "warehouse-1000.yaml", &["--robots", "5000"]);
-    let mut command = std::process::Command::new("sh");
+    let mut command = Command::new("sh");
     let script = "trap '' XFSZ; ulimit -f 12000; exec \"$@\"";
     command.args(["-c", script, "sh", env!("CARGO_BIN_EXE_regatta"), "record", "-o"]).arg(&path);
     let recorder = Process::start(command.args(["--compression", "none", "--fleet", &fleet.name.to_string()]));

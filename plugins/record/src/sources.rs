@@ -1,6 +1,8 @@
 //! What a fleet tells besides frames, world and events: columns, orders, contacts.
 
-use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::collections::BTreeSet;
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::sync::{Arc, Weak};
 use std::time::Duration;
 
 use regatta_plugin::contact::{ContactEventReader, ContactReader};
@@ -11,14 +13,18 @@ use crate::encode;
 use crate::schema::Topic;
 
 /// How often to look for new columns.
-const SEARCH_PERIOD: Duration = Duration::from_secs(1);
+const SEARCH_PERIOD: Duration = Duration::from_millis(500);
+/// The column that every producer publishes: each robot's type.
+const PRODUCERS_COLUMN: &str = "type";
 
 /// Readers of all that isn't handed over by the contract itself.
 #[derive(Debug)]
 pub(crate) struct Sources {
     participant: Participant,
     columns: Vec<(ColumnName, ColumnReader)>,
-    found: Receiver<Vec<ColumnName>>,
+    found: Receiver<ColumnName>,
+    /// While this lives, the search goes on.
+    _searched_for: Arc<()>,
     orders: OrderLogReader,
     contacts: ContactReader,
     contact_events: ContactEventReader,
@@ -26,27 +32,34 @@ pub(crate) struct Sources {
 
 impl Sources {
     pub fn open(participant: &Participant) -> Result<Self> {
-        let (sender, found) = sync_channel(1);
+        let (sender, found) = channel();
         let fleet = participant.fleet().clone();
         // Looking through the machine's services takes longer than a frame may wait.
-        std::thread::Builder::new().name("columns".to_owned()).spawn(move || search(&fleet, &sender))?;
+        let searched_for = Arc::new(());
+        let wanted = Arc::downgrade(&searched_for);
+        std::thread::Builder::new().name("columns".to_owned()).spawn(move || search(&fleet, &sender, &wanted))?;
         let mut sources = Self {
             participant: participant.clone(),
             columns: Vec::new(),
             found,
+            _searched_for: searched_for,
             orders: OrderLogReader::open_on(participant)?,
             contacts: ContactReader::open_on(participant)?,
             contact_events: ContactEventReader::open_on(participant)?,
         };
-        // Those that are there already, before the first frame: opening takes a while.
-        sources.open_columns(column_names(participant.fleet()))?;
+        // Before the first frame, because opening takes a while: the producer's own, and those that are there already.
+        for name in [PRODUCERS_COLUMN.parse()?].into_iter().chain(column_names(participant.fleet())) {
+            sources.open_column(name)?;
+        }
         Ok(sources)
     }
 
     /// Hands over what is new: its topic, run, tick, and the message.
     pub fn poll(&mut self, mut take: impl FnMut(Topic, u64, u64, Vec<u8>)) -> Result {
-        let found: Vec<_> = self.found.try_iter().flatten().collect();
-        self.open_columns(found)?;
+        // No more than one for a frame, or else a frame could be missed.
+        if let Ok(name) = self.found.try_recv() {
+            self.open_column(name)?;
+        }
         for (name, reader) in &mut self.columns {
             if let Some(column) = reader.latest()? {
                 let topic = Topic::Column(name.clone());
@@ -66,23 +79,25 @@ impl Sources {
         })
     }
 
-    fn open_columns(&mut self, names: Vec<ColumnName>) -> Result {
-        for name in names {
-            if !self.columns.iter().any(|(known, _)| *known == name) {
-                let reader = ColumnReader::open_on(&self.participant, &name)?;
-                self.columns.push((name, reader));
-            }
+    fn open_column(&mut self, name: ColumnName) -> Result {
+        if !self.columns.iter().any(|(known, _)| *known == name) {
+            let reader = ColumnReader::open_on(&self.participant, &name)?;
+            self.columns.push((name, reader));
         }
         Ok(())
     }
 }
 
-/// Looks for columns until nobody wants to know.
-fn search(fleet: &FleetName, found: &SyncSender<Vec<ColumnName>>) {
-    loop {
-        std::thread::sleep(SEARCH_PERIOD);
-        if found.send(column_names(fleet)).is_err() {
-            return;
+/// Looks for columns while they are wanted. Tells of each once.
+fn search(fleet: &FleetName, found: &Sender<ColumnName>, wanted: &Weak<()>) {
+    let mut known = BTreeSet::new();
+    while wanted.strong_count() > 0 {
+        for name in column_names(fleet) {
+            if known.insert(name.clone()) {
+                // Nobody takes it at the end.
+                let _ = found.send(name);
+            }
         }
+        std::thread::sleep(SEARCH_PERIOD);
     }
 }
