@@ -76,6 +76,8 @@ pub enum Command {
     Record(regatta_record::RecordArgs),
     /// Publish a recording as if its fleet were running: every reader works on it.
     Replay(regatta_record::ReplayArgs),
+    /// Write a recording as CSV or Parquet.
+    Export(regatta_record::ExportArgs),
     /// Repeat the experiments that Regatta is measured by.
     Report {
         #[command(subcommand)]

@@ -54,6 +54,7 @@ fn dispatch(cli: Cli) -> Result<ExitCode, Failure> {
         Command::Status { json, target } => control::status(json, &target),
         Command::Record(args) => recording::record(&args),
         Command::Replay(args) => recording::replay(&args),
+        Command::Export(args) => recording::export(&args),
         Command::Report { command } => report::run(command),
         Command::Doctor(args) => doctor::run(args),
         Command::Completions { shell } => {

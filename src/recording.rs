@@ -1,8 +1,8 @@
-//! `regatta record | replay`: recordings of fleets.
+//! `regatta record | replay | export`: recordings of fleets.
 
 use std::process::ExitCode;
 
-use regatta_record::{RecordArgs, ReplayArgs};
+use regatta_record::{ExportArgs, RecordArgs, ReplayArgs};
 
 use crate::Failure;
 
@@ -13,5 +13,10 @@ pub fn record(args: &RecordArgs) -> Result<ExitCode, Failure> {
 
 pub fn replay(args: &ReplayArgs) -> Result<ExitCode, Failure> {
     regatta_record::replay(args)?;
+    Ok(ExitCode::SUCCESS)
+}
+
+pub fn export(args: &ExportArgs) -> Result<ExitCode, Failure> {
+    println!("{}", regatta_record::export(args)?);
     Ok(ExitCode::SUCCESS)
 }

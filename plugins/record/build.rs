@@ -14,7 +14,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let out = PathBuf::from(env::var("OUT_DIR")?);
     for (name, files) in [
         ("regatta", &["regatta.proto"][..]),
-        ("foxglove", &["foxglove/PosesInFrame.proto", "foxglove/SceneUpdate.proto"]),
+        ("foxglove", &["foxglove/PointCloud.proto", "foxglove/PosesInFrame.proto", "foxglove/SceneUpdate.proto"]),
     ] {
         let mut descriptors = protox::compile(files, ["proto"])?;
         Config::new().compile_fds(descriptors.clone())?;

@@ -4,18 +4,23 @@
 
 mod decode;
 mod encode;
+mod export;
 mod frames;
 mod reading;
 mod recorder;
 mod repair;
 mod replay;
+mod robots;
 mod scan;
 mod scene;
 mod schema;
 mod sink;
 mod sources;
+mod table;
 mod timeline;
 
+#[cfg(test)]
+mod export_tests;
 #[cfg(test)]
 mod message_tests;
 #[cfg(test)]
@@ -29,9 +34,11 @@ use regatta_plugin::frame::CONTRACT_VERSION;
 use regatta_plugin::{Error, Options, Result};
 
 pub use decode::MessageError;
+pub use export::{ExportArgs, ExportError, export};
 pub use reading::{ReadingError, Recording};
 pub use repair::{Repair, RepairError, repair};
 pub use replay::{ReplayArgs, ReplayError, replay};
+pub use robots::Robots;
 pub use schema::Topic;
 pub use sink::{Compression, SinkError};
 

@@ -94,7 +94,11 @@ impl Recorder {
             self.sink.send(Topic::Frames, log_time, self.newest.wall_time_nanos, encode::frame(frame));
         }
         if self.poses.as_mut().is_some_and(|poses| poses.are_due(frame)) {
-            self.sink.send(Topic::Poses, log_time, self.newest.wall_time_nanos, scene::poses(frame, log_time));
+            for (topic, message) in
+                [(Topic::Poses, scene::poses(frame, log_time)), (Topic::Robots, scene::robots(frame, log_time))]
+            {
+                self.sink.send(topic, log_time, self.newest.wall_time_nanos, message);
+            }
         }
     }
 
@@ -150,9 +154,14 @@ impl Plugin for Recorder {
     }
 
     fn on_world(&mut self, world: &World<'_>) -> Result {
-        let graph = scene::graph(world, self.timeline.now());
-        self.waiting.push(Waiting { topic: Topic::World, tick: None, message: encode::world(world) });
-        self.waiting.push(Waiting { topic: Topic::Graph, tick: None, message: graph });
+        let now = self.timeline.now();
+        for (topic, message) in [
+            (Topic::World, encode::world(world)),
+            (Topic::Graph, scene::graph(world, now)),
+            (Topic::GraphPoints, scene::graph_points(world, now)),
+        ] {
+            self.waiting.push(Waiting { topic, tick: None, message });
+        }
         Ok(())
     }
 

@@ -8,7 +8,8 @@ use regatta_plugin::{Frame, World};
 
 use crate::schema::FRAME_ID;
 use crate::schema::foxglove::{
-    Color, LinePrimitive, Point3, Pose, PosesInFrame, Quaternion, SceneEntity, SceneUpdate, Vector3, line_primitive,
+    Color, LinePrimitive, PackedElementField, Point3, PointCloud, Pose, PosesInFrame, Quaternion, SceneEntity,
+    SceneUpdate, Vector3, line_primitive, packed_element_field::NumericType,
 };
 
 /// Straight pieces that a curved edge is drawn with.
@@ -34,6 +35,57 @@ fn pose(x: f64, y: f64, theta: f64) -> Pose {
         position: Some(Vector3 { x, y, z: 0.0 }),
         orientation: Some(Quaternion { x: 0.0, y: 0.0, z: sine, w: cosine }),
     }
+}
+
+/// Places of all robots that are there, tinted by state.
+pub(crate) fn robots(frame: &Frame<'_>, log_time: u64) -> Vec<u8> {
+    let columns = frame.columns();
+    let places = columns.x.iter().zip(columns.y).zip(columns.state);
+    let points = places.filter_map(|((x, y), state)| Some((*x, *y, colour(RobotState::from_number(*state))?)));
+    cloud(points, log_time)
+}
+
+/// Red, green, blue, opacity; `None` for no robot.
+fn colour(state: RobotState) -> Option<[u8; 4]> {
+    match state {
+        RobotState::Idle => Some([150, 150, 150, 255]),
+        RobotState::Driving => Some([0, 158, 115, 255]),
+        RobotState::Waiting => Some([240, 228, 66, 255]),
+        RobotState::Held => Some([230, 159, 0, 255]),
+        RobotState::Faulted => Some([213, 94, 0, 255]),
+        RobotState::Absent => None,
+    }
+}
+
+/// Points along the route graph.
+pub(crate) fn graph_points(world: &World<'_>, log_time: u64) -> Vec<u8> {
+    let points = world.edges().iter().flat_map(|edge| curve(&edge.control_points, PIECES));
+    cloud(points.map(|[x, y]| (x as f32, y as f32, [115, 140, 166, 255])), log_time)
+}
+
+fn cloud(points: impl Iterator<Item = (f32, f32, [u8; 4])>, log_time: u64) -> Vec<u8> {
+    let z = 0.0_f32;
+    let data = points.flat_map(|(x, y, colour)| {
+        let [x, y, z] = [x, y, z].map(f32::to_le_bytes);
+        [x, y, z, colour].into_iter().flatten()
+    });
+    let float = |(i, name): (u32, &str)| field(name, 4 * i, NumericType::Float32);
+    let byte = |(i, name): (u32, &str)| field(name, 12 + i, NumericType::Uint8);
+    let places = (0..).zip(["x", "y", "z"]).map(float);
+    let colours = (0..).zip(["red", "green", "blue", "alpha"]).map(byte);
+    PointCloud {
+        timestamp: Some(timestamp(log_time)),
+        frame_id: FRAME_ID.to_owned(),
+        pose: Some(pose(0.0, 0.0, 0.0)),
+        point_stride: 16,
+        fields: places.chain(colours).collect(),
+        data: data.collect(),
+    }
+    .encode_to_vec()
+}
+
+fn field(name: &str, offset: u32, kind: NumericType) -> PackedElementField {
+    PackedElementField { name: name.to_owned(), offset, r#type: kind as i32 }
 }
 
 /// The route graph as lines. Replaces the one before.
@@ -74,13 +126,19 @@ pub(crate) fn polyline(control_points: &[[f32; 2]; 4], pieces: usize) -> Vec<[f6
     if chord > 0.0 && off_chord(p1).max(off_chord(p2)) < 1e-3 {
         return vec![p0, p3];
     }
-    let at = |piece: usize| {
+    curve(control_points, pieces).collect()
+}
+
+/// `pieces + 1` points on a cubic Bézier curve.
+fn curve(control_points: &[[f32; 2]; 4], pieces: usize) -> impl Iterator<Item = [f64; 2]> + use<> {
+    let [p0, p1, p2, p3] = control_points.map(|point| point.map(f64::from));
+    let at = move |piece: usize| {
         let t = piece as f64 / pieces as f64;
         let u = 1.0 - t;
         let weights = [u * u * u, 3.0 * u * u * t, 3.0 * u * t * t, t * t * t];
         [0, 1].map(|axis| weights[0] * p0[axis] + weights[1] * p1[axis] + weights[2] * p2[axis] + weights[3] * p3[axis])
     };
-    (0..=pieces).map(at).collect()
+    (0..=pieces).map(at)
 }
 
 fn timestamp(nanos: u64) -> Timestamp {

@@ -39,8 +39,12 @@ pub enum Topic {
     Column(ColumnName),
     /// Poses for general tools.
     Poses,
+    /// Places and states of robots, as points, for tools that don't draw poses.
+    Robots,
     /// The route graph for general tools.
     Graph,
+    /// Points on the route graph, for tools that don't draw lines.
+    GraphPoints,
 }
 
 const COLUMNS: &str = "/columns/";
@@ -57,17 +61,19 @@ impl Topic {
             Self::ContactEvents => "/contact_events".to_owned(),
             Self::Column(name) => format!("{COLUMNS}{name}"),
             Self::Poses => "/poses".to_owned(),
+            Self::Robots => "/robots".to_owned(),
             Self::Graph => "/graph".to_owned(),
+            Self::GraphPoints => "/graph_points".to_owned(),
         }
     }
 
     /// The topic of that name, if it is one of ours.
     pub fn from_name(name: &str) -> Option<Self> {
-        use Topic::{ContactEvents, Contacts, Events, Frames, Graph, Orders, Poses, World};
+        use Topic::{ContactEvents, Contacts, Events, Frames, Graph, GraphPoints, Orders, Poses, Robots, World};
         if let Some(column) = name.strip_prefix(COLUMNS) {
             return column.parse().ok().map(Self::Column);
         }
-        [World, Frames, Events, Orders, Contacts, ContactEvents, Poses, Graph]
+        [World, Frames, Events, Orders, Contacts, ContactEvents, Poses, Robots, Graph, GraphPoints]
             .into_iter()
             .find(|topic| topic.name() == name)
     }
@@ -84,13 +90,16 @@ impl Topic {
             Self::Column(_) => "regatta.Column",
             Self::Poses => "foxglove.PosesInFrame",
             Self::Graph => "foxglove.SceneUpdate",
+            Self::Robots | Self::GraphPoints => "foxglove.PointCloud",
         }
     }
 
     /// The definitions of its messages: a `google.protobuf.FileDescriptorSet`.
     pub(crate) fn descriptors(&self) -> &'static [u8] {
         match self {
-            Self::Poses | Self::Graph => include_bytes!(concat!(env!("OUT_DIR"), "/foxglove.descriptors")),
+            Self::Poses | Self::Robots | Self::Graph | Self::GraphPoints => {
+                include_bytes!(concat!(env!("OUT_DIR"), "/foxglove.descriptors"))
+            }
             _ => include_bytes!(concat!(env!("OUT_DIR"), "/regatta.descriptors")),
         }
     }
@@ -109,9 +118,11 @@ mod tests {
     use super::*;
 
     fn all() -> Vec<Topic> {
-        use Topic::{Column, ContactEvents, Contacts, Events, Frames, Graph, Orders, Poses, World};
+        use Topic::{
+            Column, ContactEvents, Contacts, Events, Frames, Graph, GraphPoints, Orders, Poses, Robots, World,
+        };
         let column = Column("collision".parse().unwrap());
-        vec![World, Frames, Events, Orders, Contacts, ContactEvents, column, Poses, Graph]
+        vec![World, Frames, Events, Orders, Contacts, ContactEvents, column, Poses, Robots, Graph, GraphPoints]
     }
 
     #[test]

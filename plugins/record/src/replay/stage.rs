@@ -108,7 +108,8 @@ impl Stage {
             }
             Topic::Contacts => self.contacts(message)?,
             Topic::ContactEvents => self.contact_events(message)?,
-            Topic::Column(_) | Topic::Events | Topic::Orders | Topic::Poses | Topic::Graph => {}
+            // What nobody reads or wants, and what is for other programs.
+            _ => {}
         }
         Ok(false)
     }
