@@ -78,6 +78,8 @@ pub enum Command {
     Replay(regatta_record::ReplayArgs),
     /// Write a recording as CSV or Parquet.
     Export(regatta_record::ExportArgs),
+    /// Draw one robot's way through a recording: its path over the graph, and x, y, heading and speed over time.
+    Plot(regatta_record::PlotArgs),
     /// Repeat the experiments that Regatta is measured by.
     Report {
         #[command(subcommand)]

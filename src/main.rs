@@ -55,6 +55,7 @@ fn dispatch(cli: Cli) -> Result<ExitCode, Failure> {
         Command::Record(args) => recording::record(&args),
         Command::Replay(args) => recording::replay(&args),
         Command::Export(args) => recording::export(&args),
+        Command::Plot(args) => recording::plot(&args),
         Command::Report { command } => report::run(command),
         Command::Doctor(args) => doctor::run(args),
         Command::Completions { shell } => {

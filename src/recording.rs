@@ -1,8 +1,8 @@
-//! `regatta record | replay | export`: recordings of fleets.
+//! `regatta record | replay | export | plot`: recordings of fleets.
 
 use std::process::ExitCode;
 
-use regatta_record::{ExportArgs, RecordArgs, ReplayArgs};
+use regatta_record::{ExportArgs, PlotArgs, RecordArgs, ReplayArgs};
 
 use crate::Failure;
 
@@ -18,5 +18,10 @@ pub fn replay(args: &ReplayArgs) -> Result<ExitCode, Failure> {
 
 pub fn export(args: &ExportArgs) -> Result<ExitCode, Failure> {
     println!("{}", regatta_record::export(args)?);
+    Ok(ExitCode::SUCCESS)
+}
+
+pub fn plot(args: &PlotArgs) -> Result<ExitCode, Failure> {
+    println!("{}", regatta_record::plot(args)?);
     Ok(ExitCode::SUCCESS)
 }

@@ -228,3 +228,29 @@ fn a_scenario_starts_the_recorder() {
     let recording = Recording::open(&path).expect("a recording");
     assert!(recording.is_closed() && recording.count(&Topic::Frames) > 0);
 }
+
+#[test]
+fn a_recording_becomes_tables_and_pictures() {
+    let folder = TempDir::new().expect("a folder");
+    record("record-export", "thirty.yaml", 200, &file(&folder), &[]);
+    let in_folder = |name: &str| folder.path().join(name);
+    let run = |command: &str, args: &[&str]| {
+        let output = regatta().arg(command).arg(file(&folder)).args(args).current_dir(folder.path()).output();
+        let output = output.expect("regatta starts");
+        assert!(output.status.success(), "{output:?}");
+    };
+    run("export", &["--csv", "tables", "--robots", "3,7", "--parquet", "all.parquet"]);
+    let table = std::fs::read_to_string(in_folder("tables/robot-7.csv")).expect("a table");
+    let last: Vec<_> = table.lines().last().expect("a line").split(',').collect();
+    let mut x = None;
+    let read = Recording::open(&file(&folder)).expect("a recording").frames(|_, frame| {
+        x = Some(frame.x()[7]);
+        Ok::<_, ReadingError>(())
+    });
+    read.expect("readable");
+    assert_eq!((table.lines().count(), last[2], last[5].parse().ok()), (202, "200", x));
+    assert!(std::fs::metadata(in_folder("all.parquet")).is_ok_and(|file| file.len() > 0));
+    run("plot", &["--robot", "7", "-o", "robot7.svg"]);
+    let picture = std::fs::read_to_string(in_folder("robot7.svg")).expect("a picture");
+    assert!(picture.starts_with("<svg") && picture.contains("Robot 7") && picture.ends_with("</svg>\n"));
+}

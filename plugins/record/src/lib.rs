@@ -6,6 +6,7 @@ mod decode;
 mod encode;
 mod export;
 mod frames;
+mod plot;
 mod reading;
 mod recorder;
 mod repair;
@@ -35,6 +36,7 @@ use regatta_plugin::{Error, Options, Result};
 
 pub use decode::MessageError;
 pub use export::{ExportArgs, ExportError, export};
+pub use plot::{PlotArgs, PlotError, plot};
 pub use reading::{ReadingError, Recording};
 pub use repair::{Repair, RepairError, repair};
 pub use replay::{ReplayArgs, ReplayError, replay};
