@@ -1,5 +1,7 @@
 //! What the command line takes.
 
+use std::process::ExitCode;
+
 use clap::{Args, CommandFactory, Parser, Subcommand};
 use clap_complete::Shell;
 use regatta_engine::clock::Speed;
@@ -25,6 +27,7 @@ pub enum Command {
     /// Run only the engine, in this process.
     Engine(engine::EngineArgs),
     /// Run one of the plugins that come with Regatta, in this process.
+    #[command(disable_help_flag = true)]
     Plugin(plugin::PluginArgs),
     /// Check, describe, generate and draw route graphs.
     Graph {
@@ -80,6 +83,8 @@ pub enum Command {
     Export(regatta_record::ExportArgs),
     /// Draw one robot's way through a recording: its path over the graph, and x, y, heading and speed over time.
     Plot(regatta_record::PlotArgs),
+    /// Watch and steer a running fleet, live in this terminal.
+    Top(Target),
     /// Repeat the experiments that Regatta is measured by.
     Report {
         #[command(subcommand)]
@@ -123,6 +128,21 @@ pub fn start_logging(verbose: u8) {
         .init();
 }
 
+/// Help and version as asked for; one line for what is wrong with the arguments.
+pub fn explain(error: &clap::Error) -> ExitCode {
+    if !error.use_stderr() {
+        // With colours where the terminal has them; nobody may be reading it any more.
+        let _ = error.print();
+        return ExitCode::SUCCESS;
+    }
+    let text = error.to_string();
+    // Clap's first paragraph says what is wrong, over several lines if arguments are missing; usage follows it.
+    let paragraph: Vec<_> = text.lines().take_while(|line| !line.is_empty()).map(str::trim).collect();
+    let message = paragraph.join(" ");
+    eprintln!("regatta: {}; --help lists what there is", message.trim_start_matches("error: "));
+    ExitCode::from(2)
+}
+
 /// One line for what failed; its causes below it if asked for.
 pub fn print_failure(failure: &(dyn std::error::Error + 'static), verbose: bool) {
     eprintln!("regatta: {failure}");
@@ -134,5 +154,7 @@ pub fn print_failure(failure: &(dyn std::error::Error + 'static), verbose: bool)
 
 /// Writes a completion script to standard output.
 pub fn print_completions(shell: Shell) {
-    clap_complete::generate(shell, &mut Cli::command(), "regatta", &mut std::io::stdout());
+    let mut script = Vec::new();
+    clap_complete::generate(shell, &mut Cli::command(), "regatta", &mut script);
+    print!("{}", String::from_utf8_lossy(&script));
 }

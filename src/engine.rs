@@ -1,6 +1,6 @@
 //! `regatta engine`: the engine in this process.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Duration;
 
@@ -26,9 +26,6 @@ pub struct EngineArgs {
     /// Print a digest of every frame's columns at the end.
     #[arg(long)]
     pub digest: bool,
-    /// End when the process that started this one ends.
-    #[arg(long, hide = true)]
-    pub die_with_parent: bool,
 }
 
 /// What both `run` and `engine` hand to the engine.
@@ -53,7 +50,7 @@ pub struct Tuning {
     #[arg(long)]
     pub seed: Option<u64>,
     /// Threads that move robots.
-    #[arg(long, default_value = "1")]
+    #[arg(long, default_value = "1", value_parser = parse_threads)]
     pub threads: Option<usize>,
     /// Instruction set of the motion kernel: scalar, baseline, avx2 or avx512; the best if left out.
     #[arg(long)]
@@ -61,12 +58,31 @@ pub struct Tuning {
     /// Which handle of a spline is whose: b_at_origin or f_at_origin, whatever the graph says.
     #[arg(long)]
     pub handles: Option<Handles>,
-    /// Wait for these plugins to finish each tick, so that runs with them are reproducible.
-    #[arg(long, value_name = "NAME", num_args = 1..)]
+    /// Wait for these plugins to finish each tick, so that runs with them are reproducible (after the scenario).
+    #[arg(long, value_name = "NAME", num_args = 1.., value_delimiter = ',', value_parser = parse_plugin_name)]
     pub lockstep: Vec<String>,
     /// How many seconds to wait for a plugin in lockstep.
     #[arg(long, value_name = "SECONDS", default_value = "10")]
     pub lockstep_timeout: Option<f64>,
+}
+
+/// More threads than that per core only get in each other's way.
+const THREADS_PER_CORE: usize = 4;
+
+fn parse_threads(text: &str) -> Result<usize, String> {
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    let most = THREADS_PER_CORE * cores;
+    match text.parse() {
+        Ok(threads) if (1..=most).contains(&threads) => Ok(threads),
+        _ => Err(format!("give 1 to {most}, as this machine has {cores} cores")),
+    }
+}
+
+fn parse_plugin_name(text: &str) -> Result<String, String> {
+    match Path::new(text).extension() {
+        Some(_) => Err("that looks like a file: give the scenario before --lockstep".to_owned()),
+        None => Ok(text.to_owned()),
+    }
 }
 
 impl Tuning {
@@ -95,9 +111,6 @@ impl Tuning {
 }
 
 pub fn run(args: EngineArgs) -> Result<ExitCode, Failure> {
-    if args.die_with_parent {
-        crate::supervisor::die_with_parent();
-    }
     let termination = Termination::watch().map_err(crate::plugin_failure)?;
     let scenario = demo::scenario(args.scenario.as_deref(), &args.tuning.overrides())?;
     for warning in &scenario.warnings {

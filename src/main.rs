@@ -6,11 +6,13 @@ mod demo;
 mod doctor;
 mod engine;
 mod graph;
+mod pipe;
 mod plugin;
 mod recording;
 mod report;
 mod run;
 mod supervisor;
+mod top;
 
 use std::process::ExitCode;
 
@@ -27,15 +29,21 @@ fn plugin_failure(error: regatta_plugin::Error) -> Failure {
 }
 
 fn main() -> ExitCode {
-    let cli = Cli::parse();
+    pipe::hush_broken();
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => return cli::explain(&error),
+    };
     cli::start_logging(cli.verbose);
     let verbose = cli.verbose > 0;
-    match dispatch(cli) {
-        Ok(code) => code,
-        Err(failure) => {
+    match std::panic::catch_unwind(|| dispatch(cli)) {
+        Ok(Ok(code)) => code,
+        Ok(Err(failure)) => {
             cli::print_failure(&*failure, verbose);
             ExitCode::FAILURE
         }
+        Err(panic) if pipe::is_broken(&*panic) => pipe::exit_code(&*panic),
+        Err(panic) => std::panic::resume_unwind(panic),
     }
 }
 
@@ -56,6 +64,7 @@ fn dispatch(cli: Cli) -> Result<ExitCode, Failure> {
         Command::Replay(args) => recording::replay(&args),
         Command::Export(args) => recording::export(&args),
         Command::Plot(args) => recording::plot(&args),
+        Command::Top(target) => top::run(&target),
         Command::Report { command } => report::run(command),
         Command::Doctor(args) => doctor::run(args),
         Command::Completions { shell } => {

@@ -10,16 +10,19 @@ use crate::Failure;
 type Starter = fn(Vec<String>) -> regatta_plugin::Result;
 
 /// The shelf. A new plugin is a crate under `plugins/` and a line here.
-const PLUGINS: &[(&str, Starter)] =
-    &[("hello", |args| regatta_plugin::run_from(regatta_hello::Centre, args)), ("record", regatta_record::record_from)];
+const PLUGINS: &[(&str, Starter)] = &[
+    ("hello", |args| regatta_plugin::run_from(regatta_hello::Centre, args)),
+    ("metrics", |args| regatta_metrics::run_from(args)),
+    ("record", regatta_record::record_from),
+    ("udp", |args| regatta_udp::run(args)),
+    ("udp-source", |args| regatta_udp::source::run(args)),
+];
 
 #[derive(Args)]
 pub struct PluginArgs {
-    /// Which one.
-    pub name: String,
-    /// Its arguments; `--help` lists them.
-    #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
-    pub args: Vec<String>,
+    /// Which one, and its arguments; `NAME --help` lists them.
+    #[arg(value_name = "NAME [ARG]", trailing_var_arg = true, allow_hyphen_values = true)]
+    pub words: Vec<String>,
 }
 
 /// Whether a plugin of that name comes with Regatta.
@@ -29,12 +32,22 @@ pub fn exists(name: &str) -> bool {
 
 /// What to say when one doesn't.
 pub fn unknown(name: &str) -> String {
-    let known: Vec<_> = PLUGINS.iter().map(|(name, _)| *name).collect();
-    format!("no plugin is called '{name}'; there are: {}", known.join(", "))
+    format!("no plugin is called '{name}'; there are: {}", names())
+}
+
+fn names() -> String {
+    PLUGINS.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", ")
 }
 
 pub fn run(args: PluginArgs) -> Result<ExitCode, Failure> {
-    let (_, start) = PLUGINS.iter().find(|(name, _)| *name == args.name).ok_or_else(|| unknown(&args.name))?;
-    start(std::iter::once(args.name).chain(args.args).collect()).map_err(crate::plugin_failure)?;
+    let Some(name) = args.words.first() else {
+        return Err(format!("which plugin? There are: {}", names()).into());
+    };
+    if ["-h", "--help"].contains(&name.as_str()) {
+        println!("Usage: regatta plugin NAME [OPTIONS]\n\nPlugins: {}\nOptions: regatta plugin NAME --help", names());
+        return Ok(ExitCode::SUCCESS);
+    }
+    let (_, start) = PLUGINS.iter().find(|(known, _)| known == name).ok_or_else(|| unknown(name))?;
+    start(args.words).map_err(crate::plugin_failure)?;
     Ok(ExitCode::SUCCESS)
 }

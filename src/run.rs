@@ -34,14 +34,18 @@ pub fn run(args: RunArgs) -> Result<ExitCode, Failure> {
     let plugins = scenario.plugins.iter().map(|plugin| plugin_command(plugin, &args.tuning.fleet));
     let plugins = plugins.collect::<Result<Vec<_>, _>>()?;
 
+    if scenario.viewer == Viewer::On {
+        return Err("the scenario says viewer: on, but this build has no viewer; say off or auto".into());
+    }
+
     let mut supervisor = Supervisor::default();
-    supervisor.start("engine", &mut engine_command(args.scenario.as_deref(), &args.tuning)?)?;
+    let engine = supervisor.start("engine", &mut engine_command(args.scenario.as_deref(), &args.tuning)?)?;
     for (plugin, mut command) in scenario.plugins.iter().zip(plugins) {
         supervisor.start(&plugin.name, &mut command)?;
     }
-    announce(&scenario, &args.tuning.fleet)?;
+    announce(&scenario, &args.tuning.fleet);
 
-    let mut failures = watch(&mut supervisor, &args.tuning.fleet, args.for_.map(Into::into), &termination)?;
+    let mut failures = watch(&mut supervisor, engine, &args.tuning.fleet, args.for_.map(Into::into), &termination)?;
     failures.extend(supervisor.stop());
     for failure in &failures {
         eprintln!("regatta: {failure}");
@@ -49,22 +53,19 @@ pub fn run(args: RunArgs) -> Result<ExitCode, Failure> {
     Ok(if failures.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
-fn announce(scenario: &Scenario, fleet: &FleetName) -> Result<(), Failure> {
+fn announce(scenario: &Scenario, fleet: &FleetName) {
     println!(
         "fleet '{fleet}': {} robots on {} edges, {} ticks a second; Ctrl-C stops",
         scenario.robots(),
         scenario.graph.edges().len(),
         (1.0 / scenario.tick_period.as_secs_f64()).round()
     );
-    match scenario.viewer {
-        Viewer::On => Err("the scenario says viewer: on, but this build has no viewer; say off or auto".into()),
-        Viewer::Auto | Viewer::Off => Ok(()),
-    }
 }
 
 /// Prints a status line a second until it is time to stop; returns what failed.
 fn watch(
     supervisor: &mut Supervisor,
+    engine: u32,
     fleet: &FleetName,
     limit: Option<Duration>,
     termination: &Termination,
@@ -81,12 +82,15 @@ fn watch(
         }
         if Instant::now() >= next_line && control.has_engine() {
             match control.status() {
+                // Another engine of that name: ours is about to say so.
+                Ok(status) if status.pid != engine => {}
                 Ok(status) => println!("{}", control::line(&status)),
                 // Seen as an ended child, or there may be an answer next time.
                 Err(error) => tracing::info!("{error}"),
             }
             answered = true;
-            next_line += Duration::from_secs(1);
+            // Nothing to catch up with after a pause of this process or of the engine.
+            next_line = (next_line + Duration::from_secs(1)).max(Instant::now());
         }
         if !answered && started.elapsed() > START_PATIENCE {
             return Ok(vec![format!("the engine gave no answer within {} s", START_PATIENCE.as_secs())]);
@@ -103,7 +107,7 @@ fn this_program() -> Result<Command, Failure> {
 
 fn engine_command(scenario: Option<&Path>, tuning: &Tuning) -> Result<Command, Failure> {
     let mut command = this_program()?;
-    command.arg("engine").args(scenario).args(tuning.to_args()).arg("--die-with-parent");
+    command.arg("engine").args(scenario).args(tuning.to_args());
     Ok(command)
 }
 

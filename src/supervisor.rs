@@ -3,6 +3,8 @@
 use std::process::{Child, Command, ExitStatus};
 use std::time::{Duration, Instant};
 
+use regatta_plugin::{NAME_VARIABLE, PARENT_VARIABLE, health};
+
 use crate::Failure;
 
 /// How long a child may take to end after it was asked to.
@@ -34,13 +36,15 @@ impl Ended {
 }
 
 impl Supervisor {
-    /// Starts a child.
-    pub fn start(&mut self, name: &str, command: &mut Command) -> Result<(), Failure> {
-        let child = command
-            .spawn()
-            .map_err(|error| format!("can't start {name} ({}): {error}", command.get_program().to_string_lossy()))?;
+    /// Starts a child, and returns its id.
+    pub fn start(&mut self, name: &str, command: &mut Command) -> Result<u32, Failure> {
+        let child =
+            command.env(PARENT_VARIABLE, std::process::id().to_string()).env(NAME_VARIABLE, name).spawn().map_err(
+                |error| format!("can't start {name} ({}): {error}", command.get_program().to_string_lossy()),
+            )?;
+        let id = child.id();
         self.processes.push(Process { name: name.into(), child });
-        Ok(())
+        Ok(id)
     }
 
     /// The children that have ended since the last call.
@@ -67,11 +71,17 @@ impl Supervisor {
             failures.extend(self.ended().iter().filter_map(Ended::failure));
             std::thread::sleep(Duration::from_millis(5));
         }
+        let hung = !self.processes.is_empty();
         for mut process in self.processes.drain(..) {
             failures.push(format!("{} did not end within {} s and was killed", process.name, GRACE.as_secs()));
             // Errors mean that it has just ended by itself.
             let _ = process.child.kill();
             let _ = process.child.wait();
+        }
+        if hung {
+            // What a killed process leaves in shared memory, it can't clean up itself.
+            // Where that fails, `regatta doctor` says why.
+            let _ = health::clean();
         }
         failures
     }
@@ -95,16 +105,3 @@ fn ask_to_end(child: &Child) {
 /// Elsewhere there is no gentle way: the grace period ends with a kill.
 #[cfg(not(unix))]
 fn ask_to_end(_child: &Child) {}
-
-/// Makes the system end this process when the one that started it dies, however that happens.
-pub fn die_with_parent() {
-    #[cfg(target_os = "linux")]
-    {
-        use rustix::process::{Signal, getppid, set_parent_process_death_signal};
-        let _ = set_parent_process_death_signal(Some(Signal::TERM));
-        // It may have died before that call: then init is the parent.
-        if getppid().is_none_or(|parent| parent.is_init()) {
-            std::process::exit(1);
-        }
-    }
-}

@@ -94,6 +94,44 @@ fn each_heavy_dependency_has_one_owner() {
     }
 }
 
+/// Rows of the README's table of dependencies: crates, and who may use them.
+fn table_of_dependencies() -> Vec<(Vec<String>, String)> {
+    let text = fs::read_to_string(root().join("README.md")).expect("README.md");
+    let table = text.split("| crate | used by | why |").nth(1).expect("the table");
+    let rows = table.lines().skip(2).take_while(|line| line.starts_with('|'));
+    rows.map(|row| {
+        let cells: Vec<_> = row.split('|').map(str::trim).collect();
+        (cells[1].split(", ").map(str::to_owned).collect(), cells[2].to_owned())
+    })
+    .collect()
+}
+
+#[test]
+fn the_table_of_dependencies_is_true() {
+    let table = table_of_dependencies();
+    let mut used = Vec::new();
+    for folder in crates().iter().map(String::as_str).chain(["."]) {
+        for dependency in dependencies(folder).iter().filter(|name| !name.starts_with("regatta")) {
+            let row = table.iter().find(|(names, _)| names.contains(dependency));
+            let users = row.map_or("nobody", |(_, users)| users);
+            let place = match folder {
+                "." => "the command line",
+                folder => folder,
+            };
+            let any_plugin = folder.starts_with("plugins/") && users.contains("plugins") && !users.contains("plugins/");
+            assert!(
+                users == "all" || users.split(", ").any(|user| user == place) || any_plugin,
+                "{folder} depends on {dependency}, which the README gives to {users}"
+            );
+            used.push(dependency.clone());
+        }
+    }
+    for (names, users) in table.iter().filter(|(_, users)| !users.ends_with("alone")) {
+        let unused = names.iter().find(|name| !used.contains(name));
+        assert_eq!(unused, None, "given to {users}, but nobody depends on it");
+    }
+}
+
 #[test]
 fn versions_are_pinned_once_in_the_workspace() {
     for folder in crates() {
@@ -126,7 +164,7 @@ fn unsafe_code_stands_only_where_the_design_allows_it() {
 
 #[test]
 fn paths_that_the_readmes_name_exist() {
-    for readme in ["README.md", "graphs/README.md"] {
+    for readme in ["README.md", "graphs/README.md", "plugins/README.md", "plugins/python/README.md"] {
         let text = fs::read_to_string(root().join(readme)).expect(readme);
         let folder = root().join(readme).parent().expect("a folder").to_path_buf();
         for link in text.split("](").skip(1).filter_map(|rest| rest.split(')').next()) {

@@ -40,14 +40,17 @@ impl Speed {
     }
 }
 
+/// A text that is no [`Speed`].
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("'{0}' is no speed: give a factor from 0.001 to 1000, or max")]
+pub struct ParseSpeedError(String);
+
 impl std::str::FromStr for Speed {
-    type Err = String;
+    type Err = ParseSpeedError;
 
     fn from_str(text: &str) -> Result<Self, Self::Err> {
         let factor = if text.eq_ignore_ascii_case("max") { Some(f32::INFINITY) } else { text.parse().ok() };
-        factor
-            .and_then(Self::from_f32)
-            .ok_or_else(|| format!("'{text}' is no speed: give a factor from 0.001 to 1000, or max"))
+        factor.and_then(Self::from_f32).ok_or_else(|| ParseSpeedError(text.to_owned()))
     }
 }
 

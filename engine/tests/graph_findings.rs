@@ -345,3 +345,23 @@ fn files_that_cant_be_read() {
 fn a_byte_order_mark_is_no_obstacle() {
     assert_eq!(check(&format!("\u{feff}{NODES}{EDGES}")), [""; 0]);
 }
+
+#[test]
+fn all_that_is_wrong_with_an_edge_is_told_at_once() {
+    let edge = "Id: 11, Origin_ID: 1, Destination_ID: 9, CurveType: wavy, ParamF: -5, ParamB: 1e6, VelocityForward: 0";
+    let found = check(&with_edge(edge));
+    for part in ["Destination_ID 9", "CurveType", "ParamF is -5", "ParamB is 1000000", "VelocityForward is 0"] {
+        assert!(found.iter().any(|finding| finding.contains(part)), "{part}: {found:#?}");
+    }
+    assert_eq!(found.len(), 5, "{found:#?}");
+}
+
+#[test]
+fn a_straight_edge_needs_no_handles_but_may_not_have_absurd_ones() {
+    let edge = |handles: &str| {
+        with_edge(&format!("Id: 11, Origin_ID: 1, Destination_ID: 2, CurveType: Linear, VelocityForward: 1{handles}"))
+    };
+    assert_eq!(check(&edge("")), [""; 0]);
+    assert_eq!(check(&edge(", ParamF: 1, ParamB: 2")), [""; 0]);
+    assert_eq!(check(&edge(", ParamF: .nan, ParamB: hello")).len(), 2);
+}

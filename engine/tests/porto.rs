@@ -1,6 +1,6 @@
 //! `graphs/porto.yaml` has what the dissertation published of its graph, and `graphs/thirty.yaml` its routes.
 
-use std::collections::HashSet;
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use regatta_engine::graph::arc_length::{Distance, Tracks};
@@ -138,7 +138,7 @@ fn the_thirty_drive_the_published_routes_from_different_places_to_different_plac
         Scenario::read(&graphs("thirty.yaml"), &Overrides::default()).unwrap_or_else(|error| panic!("{error}"));
     assert!(scenario.warnings.is_empty(), "{:?}", scenario.warnings);
     let graph = &scenario.graph;
-    let (mut starts, mut ends) = (HashSet::new(), HashSet::new());
+    let (mut starts, mut ends) = (BTreeSet::new(), BTreeSet::new());
     for (robot, route) in THIRTY.iter().enumerate() {
         let Start::Route { legs, .. } = &scenario.group_of(robot as u32).start else {
             panic!("robot {robot} has no route")
@@ -156,7 +156,7 @@ fn the_thirty_drive_the_published_routes_from_different_places_to_different_plac
 fn every_place_can_be_reached_from_every_other_in_forward_gear() {
     let graph = porto();
     for (start, _) in (0..).map(NodeIndex).zip(graph.nodes()) {
-        let mut reached = HashSet::from([start]);
+        let mut reached = BTreeSet::from([start]);
         let mut open = vec![start];
         while let Some(node) = open.pop() {
             let forward = graph.departures(node).iter().filter(|leg| leg.gear == Gear::Forward);

@@ -25,7 +25,7 @@ impl Experiment {
     pub fn start(name: &str, scenario: &Path, args: &[String]) -> Result<Self, Failure> {
         let fleet: FleetName = format!("report-{name}-{}", std::process::id()).parse()?;
         let mut command = Command::new(std::env::current_exe()?);
-        command.arg("engine").arg(scenario).args(["--fleet", &fleet.to_string(), "--die-with-parent"]).args(args);
+        command.arg("engine").arg(scenario).args(["--fleet", &fleet.to_string()]).args(args);
         let mut supervisor = Supervisor::default();
         supervisor.start("engine", command.stderr(Stdio::null()))?;
         let (control, reader) = (Control::open(&fleet)?, Subscriber::open(&fleet)?);

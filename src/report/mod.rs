@@ -6,6 +6,7 @@ mod experiment;
 mod plot;
 mod published;
 mod scaling;
+mod udp;
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -21,6 +22,8 @@ pub enum ReportCommand {
     Accuracy(Output),
     /// Repeat its tables 5.5 to 5.7, and go on to a million robots.
     Scaling(scaling::ScalingArgs),
+    /// Send fleets over UDP into a second fleet: lines a second, losses, processor time.
+    Udp(udp::UdpArgs),
 }
 
 /// Where a report goes.
@@ -38,6 +41,7 @@ pub fn run(command: ReportCommand) -> Result<ExitCode, Failure> {
     match command {
         ReportCommand::Accuracy(output) => accuracy::run(&output),
         ReportCommand::Scaling(args) => scaling::run(&args),
+        ReportCommand::Udp(args) => udp::run(&args),
     }
 }
 

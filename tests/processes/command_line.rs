@@ -1,11 +1,13 @@
 //! What a person meets at the command line: runs, mistakes, Ctrl-C.
 
 use std::fs;
+use std::io::Read;
 use std::time::Duration;
 
+use regatta_plugin::health;
 use rustix::process::Signal;
 
-use crate::fleet::{Process, eventually, graphs, regatta, root, unique};
+use crate::fleet::{Fleet, Process, eventually, graphs, regatta, root, unique};
 
 /// Runs with arguments that must fail, and gives the one line that it says.
 fn complaint(args: &[&str]) -> String {
@@ -24,6 +26,36 @@ fn mistakes_get_one_line_that_names_them() {
     assert!(complaint(&["engine", "graphs/porto.yaml"]).contains("porto.yaml"));
     assert!(complaint(&["plugin", "nonsense"]).contains("hello"));
     assert!(complaint(&["graph", "check", "no-such-file.yaml"]).contains("no-such-file.yaml"));
+    assert!(complaint(&["plugin"]).contains("hello"));
+    assert!(complaint(&["nonsense"]).contains("'nonsense'"));
+    assert!(complaint(&["robots", "many"]).contains("'many'"));
+    assert!(complaint(&["robots"]).contains("<ROBOTS>"));
+    assert!(complaint(&["engine", "--threads", "0"]).contains("give 1 to"));
+    assert!(complaint(&["engine", "--threads", "100000"]).contains("cores"));
+    assert!(complaint(&["engine", "--lockstep", "hello", "graphs/thirty.yaml"]).contains("before --lockstep"));
+}
+
+#[test]
+fn each_plugin_explains_its_own_options() {
+    let help = |args: &[&str]| {
+        let output = regatta().args(args).output().expect("regatta starts");
+        assert!(output.status.success(), "{output:?}");
+        String::from_utf8_lossy(&output.stdout).into_owned()
+    };
+    assert!(help(&["plugin", "hello", "--help"]).contains("--rate"));
+    assert!(help(&["plugin", "--help"]).contains("hello"));
+    assert!(help(&["--help"]).contains("graph"));
+    assert!(help(&["--version"]).starts_with("regatta "));
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn a_full_disk_under_the_output_is_told_in_one_line() {
+    let full = fs::File::options().write(true).open("/dev/full").expect("there");
+    let output = regatta().args(["completions", "bash"]).stdout(full).output().expect("regatta starts");
+    let message = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(1));
+    assert!(message.starts_with("regatta: can't write") && message.lines().count() == 1, "{message}");
 }
 
 fn scenario_with(folder: &tempfile::TempDir, text: &str) -> String {
@@ -73,7 +105,7 @@ fn ctrl_c_stops_engine_and_plugins_cleanly() {
     });
     let output = run.interrupt();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    assert!(regatta_plugin::health::services_of(&name).expect("listable").is_empty());
+    assert!(health::services_of(&name).expect("listable").is_empty());
 }
 
 #[test]
@@ -88,19 +120,33 @@ fn a_child_that_fails_is_named_and_fails_the_run() {
 }
 
 #[test]
-fn a_killed_run_takes_its_engine_along() {
+fn a_killed_run_takes_its_engine_and_plugins_along() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = scenario_with(&folder, "robots: [{count: 5, routes: random}]\nplugins: [hello]");
     let name = unique("run-killed");
-    let run = Process::start(regatta().args(["run", "--fleet", &name.to_string()]));
-    let alive = || {
-        let output = regatta().args(["status", "--fleet", &name.to_string()]).output().expect("regatta starts");
-        output.status.success()
-    };
-    eventually("the engine answers", || alive().then_some(()));
-    run.signal(Signal::KILL);
-    eventually("the engine ends", || {
+    let run = Process::start(regatta().args(["run", &path, "--fleet", &name.to_string()]));
+    let processes = || {
         std::thread::sleep(Duration::from_millis(50));
-        (!alive()).then_some(())
-    });
+        let node = format!("regatta/{name}/");
+        let alive = health::occupants().expect("listable").into_iter();
+        alive.filter(|occupant| occupant.name.starts_with(&node) && occupant.alive).count()
+    };
+    eventually("engine, plugin and control are there", || (processes() >= 3).then_some(()));
+    run.signal(Signal::KILL);
+    eventually("all end", || (processes() == 0).then_some(()));
+}
+
+#[test]
+fn lockstep_knows_a_plugin_by_its_name_in_the_scenario() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let plugin = format!("plugins: [{{name: mine, command: [\"{}\", plugin, hello]}}]", env!("CARGO_BIN_EXE_regatta"));
+    let path = scenario_with(&folder, &format!("robots: [{{count: 5, routes: random}}]\n{plugin}"));
+    let name = unique("run-lockstep").to_string();
+    let args = ["run", &path, "--lockstep", "mine", "--lockstep-timeout", "20", "--for", "2s", "--fleet", &name];
+    let output = regatta().args(args).output().expect("regatta starts");
+    let printed = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(printed.contains("tick 20: centre"), "{printed}");
 }
 
 #[test]
@@ -109,4 +155,16 @@ fn completions_are_printed_for_every_shell() {
         let output = regatta().args(["completions", shell]).output().expect("regatta starts");
         assert!(output.status.success() && String::from_utf8_lossy(&output.stdout).contains("regatta"), "{shell}");
     }
+}
+
+#[test]
+fn a_reader_of_the_output_that_goes_away_ends_a_program_quietly() {
+    let fleet = Fleet::start("pipe", "thirty.yaml", &[]);
+    let mut plugin = fleet.plugin("hello");
+    let mut first = [0; 5];
+    plugin.0.stdout.take().expect("a pipe").read_exact(&mut first).expect("its first line");
+    assert_eq!(&first, b"tick ");
+    let output = plugin.finish();
+    assert_eq!(output.status.code(), Some(141), "as after SIGPIPE");
+    assert_eq!(String::from_utf8_lossy(&output.stderr), "");
 }

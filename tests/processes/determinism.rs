@@ -40,6 +40,18 @@ fn warehouse_1000() {
     is_golden("warehouse", "warehouse-1000.yaml", 3000, GOLDEN_WAREHOUSE);
 }
 
+/// So many that two threads have work each: smaller fleets are moved by one.
+#[test]
+fn warehouse_with_5000_robots_on_two_threads() {
+    let run = |threads: &str, isa: &str| {
+        let args = ["--robots", "5000", "--threads", threads, "--isa", isa];
+        digest(&format!("many-{threads}-{isa}"), "warehouse-1000.yaml", 600, &args)
+    };
+    assert_eq!(run("1", "scalar").as_deref(), Some(GOLDEN_5000));
+    assert_eq!(run("2", "scalar").as_deref(), Some(GOLDEN_5000));
+    assert_eq!(run("2", "baseline").as_deref(), Some(GOLDEN_5000));
+}
+
 #[test]
 fn the_seed_counts() {
     let seeds = ["1", "2"].map(|seed| digest(&format!("seed-{seed}"), "warehouse-1000.yaml", 500, &["--seed", seed]));
@@ -47,4 +59,5 @@ fn the_seed_counts() {
 }
 
 const GOLDEN_THIRTY: &str = "6b3701e82ccd0d62d1679822b7bcb328";
+const GOLDEN_5000: &str = "0832fe1c15759a0cc2305cc4bfad2c4b";
 const GOLDEN_WAREHOUSE: &str = "7ffd6b81730a152ec58717c29102f47c";

@@ -2,7 +2,9 @@
 
 use std::process::Command;
 
-use crate::fleet::{Fleet, Process, root};
+use regatta_plugin::Participant;
+
+use crate::fleet::{Fleet, Process, eventually, root};
 
 #[test]
 fn the_example_plugin_builds_by_itself_and_reads_the_fleet() {
@@ -20,9 +22,17 @@ fn the_example_plugin_builds_by_itself_and_reads_the_fleet() {
     let fleet = Fleet::start("own-plugin", "thirty.yaml", &[]);
     let program = target.join("debug").join(format!("own-plugin{}", std::env::consts::EXE_SUFFIX));
     let plugin = Process::start(Command::new(program).args(["--fleet", &fleet.name.to_string()]));
-    fleet.let_ticks_pass(100);
+    let participant = Participant::join(&fleet.name, "test").expect("joined");
+    let mut column = participant.column_reader("standing").expect("opened");
+    let mut orders = participant.orders().expect("opened");
+    orders.hold(7);
+    orders.send().expect("sent");
+    eventually("robot 7 stands for a second, and others drive on", || {
+        let standing = column.latest().expect("readable")?.values;
+        (standing.len() == 30 && standing[7] > 1.0 && standing.contains(&0.0)).then_some(())
+    });
     let output = plugin.interrupt();
     let text = String::from_utf8_lossy(&output.stdout).into_owned();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    assert!(text.lines().count() > 0, "it printed nothing");
+    assert!(text.lines().any(|line| line.contains("robot ") && line.contains("has stood for")), "{text}");
 }

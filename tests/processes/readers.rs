@@ -6,26 +6,26 @@ use rustix::process::Signal;
 
 use crate::fleet::{Fleet, eventually};
 
-/// Runs something beside an engine, and asserts that it cost no tick more than an idle machine loses anyway.
-pub fn costs_no_late_tick(test: &str, disturb: impl Fn(&Fleet)) {
-    let fleet = Fleet::start(test, "thirty.yaml", &[]);
-    fleet.let_ticks_pass(20);
-    let (calm, _) = late_in(&fleet, |fleet| fleet.let_ticks_pass(200));
-    let (disturbed, ticks) = late_in(&fleet, |fleet| {
-        disturb(fleet);
-        fleet.let_ticks_pass(200);
-    });
-    // An engine that waits for a reader is late on nearly every tick; a test machine that builds something
-    // meanwhile is late on some.
-    assert!(disturbed <= ticks / 3 + 3 * calm, "{disturbed} late of {ticks}; {calm} of 200 when left alone");
-    assert!(fleet.engine.interrupt().status.success());
-}
+/// How often something is tried until it costs no late tick: a test machine that builds something meanwhile may be
+/// late by itself, but an engine that waits for a reader is late every time.
+const ATTEMPTS: usize = 6;
 
-/// Late ticks while something happens, and ticks in all.
-fn late_in(fleet: &Fleet, work: impl Fn(&Fleet)) -> (u64, u64) {
-    let (late, tick) = (fleet.late_ticks(), fleet.tick());
-    work(fleet);
-    (fleet.late_ticks() - late, fleet.tick() - tick)
+/// Runs something beside an engine, and asserts that not a single tick is late for it.
+pub fn costs_no_late_tick(test: &str, disturb: impl Fn(&Fleet)) {
+    // A deadline of 20 ms: far above what a reader costs, far below how long one is stopped.
+    let fleet = Fleet::start(test, "thirty.yaml", &["--rate", "50"]);
+    fleet.let_ticks_pass(20);
+    let late: Vec<_> = (0..ATTEMPTS)
+        .map(|_| {
+            let before = fleet.late_ticks();
+            disturb(&fleet);
+            fleet.let_ticks_pass(20);
+            fleet.late_ticks() - before
+        })
+        .take_while(|late| *late > 0)
+        .collect();
+    assert!(late.len() < ATTEMPTS, "late ticks each time: {late:?}");
+    assert!(fleet.engine.interrupt().status.success());
 }
 
 #[test]
@@ -44,7 +44,7 @@ fn a_stopped_reader_goes_on_where_the_fleet_is() {
         fleet.let_ticks_pass(20);
         reader.signal(Signal::STOP);
         // Long enough for any queue of wake-ups to fill.
-        fleet.let_ticks_pass(400);
+        fleet.let_ticks_pass(300);
         reader.signal(Signal::CONT);
         fleet.let_ticks_pass(50);
         let resumed = fleet.tick() - 50;

@@ -209,6 +209,8 @@ mod tests {
     }
 
     proptest! {
+        #![proptest_config(ProptestConfig::with_cases(if cfg!(miri) { 4 } else { 256 }))]
+
         #[test]
         fn a_curve_stays_in_its_box(points in prop::array::uniform8(-9.0..9.0), lambda in 0.0..=1.0) {
             let at = |i: usize| DVec2::new(points[i], points[i + 1]);

@@ -23,16 +23,19 @@ pub(super) struct RawEdge {
     pub origin: Option<u32>,
     pub destination: Option<u32>,
     pub curve: Option<RawCurve>,
+    /// Lengths of the handles in metres, where they are given.
+    pub forward: Option<f64>,
+    pub backward: Option<f64>,
     pub velocity_forward: Option<f64>,
     /// 0 if it isn't given.
     pub velocity_backwards: Option<f64>,
 }
 
 /// The course of an edge as written.
-#[derive(Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum RawCurve {
     Linear,
-    Spline { forward: f64, backward: f64 },
+    Spline,
 }
 
 /// Keys of a node or an edge.
@@ -149,17 +152,29 @@ impl<'r, 'text, 'file> Fields<'r, 'text, 'file> {
     }
 
     fn edge(mut self, id: Option<u32>) -> RawEdge {
+        let curve = self.curve();
+        let needed = curve == Some(RawCurve::Spline);
         RawEdge {
             at: self.at,
             id,
             origin: self.id(Field::Origin, "Origin_ID"),
             destination: self.id(Field::Destination, "Destination_ID"),
-            curve: self.curve(),
+            curve,
+            forward: self.handle(Field::ParamF, "ParamF", needed),
+            backward: self.handle(Field::ParamB, "ParamB", needed),
             velocity_forward: self.number(Field::VelocityForward, "VelocityForward"),
             velocity_backwards: match self.value(Field::VelocityBackwards) {
                 None | Some(Value::Nothing) => Some(0.0),
                 Some(_) => self.number(Field::VelocityBackwards, "VelocityBackwards"),
             },
+        }
+    }
+
+    /// Looked at whatever the curve is, so that all that is wrong is told at once.
+    fn handle(&mut self, field: Field, name: &str, needed: bool) -> Option<f64> {
+        match self.value(field) {
+            None | Some(Value::Nothing) if !needed => None,
+            _ => self.number(field, name),
         }
     }
 
@@ -170,10 +185,7 @@ impl<'r, 'text, 'file> Fields<'r, 'text, 'file> {
         };
         match name.as_str() {
             "linear" => Some(RawCurve::Linear),
-            "spline" => {
-                let (forward, backward) = (self.number(Field::ParamF, "ParamF"), self.number(Field::ParamB, "ParamB"));
-                Some(RawCurve::Spline { forward: forward?, backward: backward? })
-            }
+            "spline" => Some(RawCurve::Spline),
             _ => {
                 let message = match self.value(Field::CurveType) {
                     None => "has no CurveType: give Spline or Linear".to_owned(),

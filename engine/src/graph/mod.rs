@@ -21,7 +21,7 @@ mod yaml;
 #[cfg(test)]
 mod arc_length_tests;
 
-use std::collections::HashMap;
+use std::collections::BTreeMap;
 
 use glam::DVec2;
 
@@ -96,8 +96,8 @@ pub struct Leg {
 pub struct RouteGraph {
     nodes: Vec<Node>,
     edges: Vec<Edge>,
-    node_by_id: HashMap<u32, NodeIndex>,
-    edge_by_id: HashMap<u32, EdgeIndex>,
+    node_by_id: BTreeMap<u32, NodeIndex>,
+    edge_by_id: BTreeMap<u32, EdgeIndex>,
     /// Legs that leave each node: `departures[departures_start[n]..departures_start[n + 1]]`.
     departures: Vec<Leg>,
     departures_start: Vec<u32>,

@@ -47,16 +47,18 @@ impl Handles {
     }
 }
 
+/// A text that names no [`Handles`].
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("`{}` is neither b_at_origin nor f_at_origin", .0.escape_debug())]
+pub struct ParseHandlesError(String);
+
 impl std::str::FromStr for Handles {
-    type Err = String;
+    type Err = ParseHandlesError;
 
     /// Reads `b_at_origin` or `f_at_origin` in any case.
-    fn from_str(text: &str) -> Result<Self, String> {
+    fn from_str(text: &str) -> Result<Self, ParseHandlesError> {
         let is = |handles: &Self| handles.name().eq_ignore_ascii_case(text.trim());
-        [Self::BAtOrigin, Self::FAtOrigin]
-            .into_iter()
-            .find(is)
-            .ok_or_else(|| format!("`{}` is neither b_at_origin nor f_at_origin", text.trim().escape_debug()))
+        [Self::BAtOrigin, Self::FAtOrigin].into_iter().find(is).ok_or_else(|| ParseHandlesError(text.trim().to_owned()))
     }
 }
 
@@ -170,6 +172,8 @@ mod tests {
     }
 
     proptest! {
+        #![proptest_config(ProptestConfig::with_cases(if cfg!(miri) { 4 } else { 256 }))]
+
         #[test]
         fn unit_is_cosine_and_sine(angle in -PI..=PI) {
             let direction = unit(angle);

@@ -32,7 +32,11 @@ fn warn_of_swapped_handles(graph: &RouteGraph, raw: &RawGraph, options: &ReadOpt
     let handles = validate::handles(raw, options);
     let (mut length, mut other_length) = (0.0, 0.0);
     for (edge, raw_edge) in graph.edges().iter().zip(&raw.edges) {
-        let Some(RawCurve::Spline { forward, backward }) = raw_edge.curve else { continue };
+        let (Some(RawCurve::Spline), Some(forward), Some(backward)) =
+            (raw_edge.curve, raw_edge.forward, raw_edge.backward)
+        else {
+            continue;
+        };
         if forward == backward {
             continue;
         }

@@ -1,6 +1,6 @@
 //! From what a file says to a [`RouteGraph`], or to every reason why not.
 
-use std::collections::HashMap;
+use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
 use glam::DVec2;
@@ -55,8 +55,8 @@ fn refuse_empty(raw: &RawGraph, report: &mut Report<'_>) {
     }
 }
 
-fn index_nodes(raw: &RawGraph, report: &mut Report<'_>) -> HashMap<u32, NodeIndex> {
-    let mut by_id = HashMap::with_capacity(raw.nodes.len());
+fn index_nodes(raw: &RawGraph, report: &mut Report<'_>) -> BTreeMap<u32, NodeIndex> {
+    let mut by_id = BTreeMap::new();
     for (index, node) in (0..).zip(&raw.nodes) {
         let Some(id) = node.id else { continue };
         if let Some(NodeIndex(first)) = by_id.insert(id, NodeIndex(index)) {
@@ -67,7 +67,7 @@ fn index_nodes(raw: &RawGraph, report: &mut Report<'_>) -> HashMap<u32, NodeInde
 }
 
 fn refuse_duplicate_edges(raw: &RawGraph, report: &mut Report<'_>) {
-    let mut places = HashMap::with_capacity(raw.edges.len());
+    let mut places = BTreeMap::new();
     for edge in &raw.edges {
         let Some(id) = edge.id else { continue };
         if let Some(first) = places.insert(id, edge.at) {
@@ -123,19 +123,25 @@ struct EdgeCheck<'a, 'r, 'text> {
 }
 
 impl EdgeCheck<'_, '_, '_> {
-    fn check(mut self, by_id: &HashMap<u32, NodeIndex>, nodes: &[Option<Node>], handles: Handles) -> Option<Edge> {
+    fn check(mut self, by_id: &BTreeMap<u32, NodeIndex>, nodes: &[Option<Node>], handles: Handles) -> Option<Edge> {
         let edge = self.edge;
         let origin = self.node(by_id, edge.origin, "Origin_ID");
         let destination = self.node(by_id, edge.destination, "Destination_ID");
         let velocity_forward = self.forward_speed();
         let velocity_backwards = self.backward_speed();
+        let forward = self.handle_length(edge.forward, "ParamF");
+        let backward = self.handle_length(edge.backward, "ParamB");
         let (origin, destination) = (origin?, destination?);
         if origin == destination {
             self.error("starts and ends at the same node: a route needs to get somewhere");
             return None;
         }
         let (from, to) = (nodes[origin.0 as usize].as_ref()?, nodes[destination.0 as usize].as_ref()?);
-        let curve = self.curve(from, to, handles)?;
+        let drawn = match edge.curve? {
+            RawCurve::Linear => CubicBezier::straight(from.position, to.position),
+            RawCurve::Spline => spline(from, to, HandleLengths { forward: forward?, backward: backward? }, handles),
+        };
+        let curve = self.curve(from, to, drawn)?;
         Some(Edge {
             id: edge.id?,
             origin,
@@ -146,7 +152,7 @@ impl EdgeCheck<'_, '_, '_> {
         })
     }
 
-    fn node(&mut self, by_id: &HashMap<u32, NodeIndex>, id: Option<u32>, key: &str) -> Option<NodeIndex> {
+    fn node(&mut self, by_id: &BTreeMap<u32, NodeIndex>, id: Option<u32>, key: &str) -> Option<NodeIndex> {
         let found = by_id.get(&id?).copied();
         if found.is_none() {
             self.error(format!("{key} {} names no node: add the node or correct the id", id?));
@@ -174,14 +180,7 @@ impl EdgeCheck<'_, '_, '_> {
         None
     }
 
-    fn curve(&mut self, from: &Node, to: &Node, handles: Handles) -> Option<CubicBezier> {
-        let curve = match *self.edge.curve.as_ref()? {
-            RawCurve::Linear => CubicBezier::straight(from.position, to.position),
-            RawCurve::Spline { forward, backward } => {
-                let lengths = self.handle_lengths(forward, backward)?;
-                spline(from, to, lengths, handles)
-            }
-        };
+    fn curve(&mut self, from: &Node, to: &Node, curve: CubicBezier) -> Option<CubicBezier> {
         if curve.control_points.iter().any(|point| point.abs().max_element() > MAX_COORDINATE) {
             self.error(format!("its handles reach beyond ±{MAX_COORDINATE} m: shorten ParamF and ParamB"));
             return None;
@@ -193,14 +192,13 @@ impl EdgeCheck<'_, '_, '_> {
         Some(curve)
     }
 
-    fn handle_lengths(&mut self, forward: f64, backward: f64) -> Option<HandleLengths> {
-        for (name, length) in [("ParamF", forward), ("ParamB", backward)] {
-            if !(0.0..=2.0 * MAX_COORDINATE).contains(&length) {
-                self.error(format!("{name} is {length}: a handle is 0 to {} m long", 2.0 * MAX_COORDINATE));
-                return None;
-            }
+    fn handle_length(&mut self, length: Option<f64>, name: &str) -> Option<f64> {
+        let length = length?;
+        if (0.0..=2.0 * MAX_COORDINATE).contains(&length) {
+            return Some(length);
         }
-        Some(HandleLengths { forward, backward })
+        self.error(format!("{name} is {length}: a handle is 0 to {} m long", 2.0 * MAX_COORDINATE));
+        None
     }
 
     fn error(&mut self, message: impl Into<String>) {

@@ -3,6 +3,7 @@
 mod resolve;
 pub mod yaml;
 
+use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
@@ -91,12 +92,10 @@ pub enum ScenarioError {
         source: std::io::Error,
     },
     /// The file is far larger than any scenario.
-    #[error("{}: {bytes} bytes is too large for a scenario (at most {MAX_FILE_BYTES})", path.display())]
+    #[error("{}: too large for a scenario (at most {MAX_FILE_BYTES} bytes)", path.display())]
     TooLarge {
         /// The file.
         path: PathBuf,
-        /// Its size.
-        bytes: u64,
     },
     /// The file is not a scenario.
     #[error("{}: {source}", path.display())]
@@ -177,9 +176,12 @@ fn parse(text: &str, path: &Path) -> Result<yaml::ScenarioFile, ScenarioError> {
 
 fn read_text(path: &Path) -> Result<String, ScenarioError> {
     let read_error = |source| ScenarioError::Read { path: path.into(), source };
-    let bytes = std::fs::metadata(path).map_err(read_error)?.len();
-    if bytes > MAX_FILE_BYTES {
-        return Err(ScenarioError::TooLarge { path: path.into(), bytes });
+    // Counted while reading: a pipe or a device doesn't tell its size.
+    let file = std::fs::File::open(path).map_err(read_error)?;
+    let mut text = String::new();
+    file.take(MAX_FILE_BYTES + 1).read_to_string(&mut text).map_err(read_error)?;
+    if text.len() as u64 > MAX_FILE_BYTES {
+        return Err(ScenarioError::TooLarge { path: path.into() });
     }
-    std::fs::read_to_string(path).map_err(read_error)
+    Ok(text)
 }

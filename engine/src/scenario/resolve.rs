@@ -1,5 +1,6 @@
 //! From names to things: the second half of reading a scenario.
 
+use std::collections::BTreeSet;
 use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
@@ -32,8 +33,20 @@ pub(super) fn resolve(
     let publish_rate = overrides.publish_rate.or(file.publish_rate).unwrap_or(rate);
     let (tick_period, ticks_per_frame) = clock(rate, publish_rate).map_err(|message| invalid("rate", message))?;
 
+    let exact_rate = rate / f64::from(ticks_per_frame);
+    if (publish_rate - exact_rate).abs() > 1e-6 * publish_rate {
+        warnings.push(format!(
+            "{}: publish_rate {publish_rate} doesn't divide the rate of {rate}: frames come at {exact_rate:.3}",
+            path.display()
+        ));
+    }
+
     let robot_types = file.robot_types.into_iter().map(robot_type).collect::<Result<Vec<_>, _>>();
     let mut robot_types = robot_types.map_err(|message| invalid("robot_types", message))?;
+    let names: BTreeSet<_> = robot_types.iter().map(|robot_type| &robot_type.name).collect();
+    if names.len() < robot_types.len() || robot_types.len() > usize::from(u16::MAX) {
+        return Err(invalid("robot_types", format!("give each a name of its own, and at most {}", u16::MAX)));
+    }
     if robot_types.is_empty() {
         robot_types.push(default_robot_type());
     }

@@ -153,14 +153,17 @@ pub struct LegName {
     pub reverse: bool,
 }
 
+/// A text that is no [`LegName`].
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("'{0}' names no edge: write its id, or -ID to drive it in reverse gear")]
+pub struct ParseLegError(String);
+
 impl std::str::FromStr for LegName {
-    type Err = String;
+    type Err = ParseLegError;
 
     fn from_str(text: &str) -> Result<Self, Self::Err> {
         let (reverse, digits) = text.strip_prefix('-').map_or((false, text), |digits| (true, digits));
-        let edge_id = digits
-            .parse()
-            .map_err(|_| format!("'{text}' names no edge: write its id, or -ID to drive it in reverse gear"))?;
+        let edge_id = digits.parse().map_err(|_| ParseLegError(text.to_owned()))?;
         Ok(Self { edge_id, reverse })
     }
 }

@@ -210,6 +210,8 @@ mod tests {
     use super::*;
 
     proptest! {
+        #![proptest_config(ProptestConfig::with_cases(if cfg!(miri) { 2 } else { 256 }))]
+
         #[test]
         fn columns_are_read_where_they_were_written(robots in 0_usize..3_000) {
             let mut lines = vec![Line::default(); frame_lines(robots)];

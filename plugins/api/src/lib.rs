@@ -32,6 +32,11 @@ mod termination;
 mod wake;
 pub mod world;
 
+/// The plugins' README holds a whole plugin: it compiles.
+#[cfg(doctest)]
+#[doc = include_str!("../../README.md")]
+struct Readme;
+
 pub use column::{ColumnPublisher, ColumnReader, ColumnValues, column_names};
 pub use contact::{ContactEventReader, ContactPublisher, ContactReader};
 pub use control_client::{Control, ControlError, TIMEOUT as CONTROL_TIMEOUT};
@@ -43,7 +48,7 @@ pub use order_log::OrderLogReader;
 pub use order_sender::{OrderError, Orders};
 pub use participant::{Participant, set_verbosity};
 pub use plugin::{Plugin, Rate, RateError};
-pub use run::{Options, run, run_from};
+pub use run::{NAME_VARIABLE, Options, run, run_from};
 pub use subscribe::{Subscriber, WorldReader};
-pub use termination::Termination;
+pub use termination::{PARENT_VARIABLE, Termination};
 pub use world::World;

@@ -59,11 +59,23 @@ pub trait Plugin {
     }
 
     /// Called with the newest frame, at the plugin's [rate](Self::rate). Frames in between are skipped if this
-    /// takes longer than a tick.
+    /// takes longer than a tick. A frame comes again, with the same tick, when the clock or the number of robots was
+    /// changed between two ticks (not in lockstep).
     ///
     /// # Errors
     /// Whatever keeps the plugin from going on.
     fn on_frame(&mut self, frame: &Frame<'_>) -> Result;
+
+    /// Called about ten times a second while no new frame comes: to give a column to readers that have joined since
+    /// ([`ColumnPublisher::update`](crate::ColumnPublisher::update)), say, or to see what other plugins publish
+    /// after the last frame. `has_producer` is whether there is somebody to publish a next one.
+    ///
+    /// # Errors
+    /// Whatever keeps the plugin from going on.
+    fn on_idle(&mut self, has_producer: bool) -> Result {
+        let _ = has_producer;
+        Ok(())
+    }
 
     /// Called with each tick's events, before the next frame, if the plugin [wants](Self::wants_events) them.
     ///

@@ -6,12 +6,12 @@
 //!
 //! | service | subscribers | buffer | borrowed | history | loaned | chunks | chunk at 1 M robots |
 //! |---|---|---|---|---|---|---|---|
-//! | frames | 16 | 1 | 1 | 1 | 1 | 34 | 25.0 MB, a bucket of 32 MiB: 1.1 GB of address space |
-//! | world | 16 | 1 | 1 | 1 | 1 | 34 | 6.4 MB at 100 k edges |
+//! | frames | 16 | 1 | 2 | 1 | 1 | 50 | 25.0 MB, a bucket of 32 MiB: 1.7 GB of address space |
+//! | world | 16 | 1 | 2 | 1 | 1 | 50 | 6.4 MB at 100 k edges |
 //! | events | 16 | 64 | 1 | 0 | 1 | 1041 | 24 B an event, 64 events to begin with: 1.6 MB |
 //! | orders, per sender | 1 | 256 | 1 | 0 | 1 | 258 | 40 B a record, 64 to begin with: 0.7 MB |
-//! | columns, each | 16 | 1 | 1 | 1 | 1 | 34 | 4.0 MB |
-//! | contacts | 16 | 1 | 1 | 1 | 1 | 34 | 48 B a pair, 64 pairs to begin with: 0.1 MB |
+//! | columns, each | 16 | 1 | 2 | 1 | 1 | 50 | 4.0 MB |
+//! | contacts | 16 | 1 | 2 | 1 | 1 | 50 | 48 B a pair, 64 pairs to begin with: 0.2 MB |
 //! | contact events, order log | 16 | 64 | 1 | 0 | 1 | 1041 | 56 and 40 B each, 64 to begin with: 3.7 and 2.7 MB |
 //! | done, per reader | 1 | 1 | 1 | 0 | 1 | 3 | 88 B |
 //!
@@ -44,6 +44,9 @@ pub const CHUNKS_IN_USE: usize = 3;
 
 /// Readers of frames, world, events or one column at the same time.
 pub const MAX_READERS: usize = 16;
+/// Frames, worlds, contacts or samples of one column that a reader may hold at the same time. Rust's readers hold one.
+/// In a loop over frames in Python, the variable still refers to the last frame when the next is asked for.
+pub const MAX_HELD: usize = 2;
 /// Processes at one service: the producer, readers, senders of orders, control clients.
 pub const MAX_PARTICIPANTS: usize = 64;
 /// Senders of orders at the same time.
@@ -230,7 +233,7 @@ where
         .enable_safe_overflow(true)
         .history_size(1)
         .subscriber_max_buffer_size(1)
-        .subscriber_max_borrowed_samples(1)
+        .subscriber_max_borrowed_samples(MAX_HELD)
         .max_publishers(1)
         .max_subscribers(MAX_READERS)
         .max_nodes(MAX_PARTICIPANTS)

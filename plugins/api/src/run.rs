@@ -84,7 +84,8 @@ impl Options {
     pub fn run(&self, mut plugin: impl Plugin, program: &str) -> Result {
         set_verbosity(self.verbose);
         let termination = Termination::watch()?;
-        let name = self.name.as_deref().unwrap_or(program);
+        let given = std::env::var(NAME_VARIABLE).ok();
+        let name = self.name.as_deref().or(given.as_deref()).unwrap_or(program);
         let participant = Participant::join(&self.fleet, name)?;
         let rate = self.rate.unwrap_or_else(|| plugin.rate());
         let result = Runner::open(&participant, &plugin, rate).and_then(|mut runner| {
@@ -97,6 +98,10 @@ impl Options {
         result.and(plugin.on_stop())
     }
 }
+
+/// Environment variable with the name that a plugin goes by unless `--name` says otherwise: `regatta run` sets it to
+/// the name in the scenario.
+pub const NAME_VARIABLE: &str = "REGATTA_PLUGIN_NAME";
 
 /// Longest sleep between two looks at the termination flag.
 const SLICE: Duration = Duration::from_millis(100);
@@ -112,6 +117,8 @@ struct Runner {
     reporter: Option<Reporter>,
     pace: Pace,
     silence: Silence,
+    /// Run and tick of the last frame.
+    last: (u64, u64),
 }
 
 impl Runner {
@@ -123,6 +130,7 @@ impl Runner {
             reporter: None,
             pace: Pace::new(rate),
             silence: Silence { since: Instant::now(), said: false },
+            last: (0, u64::MAX),
         })
     }
 
@@ -133,7 +141,7 @@ impl Runner {
         }
         if self.frames.wait(SLICE)?.is_none() {
             self.silence.look(&self.frames);
-            return Ok(());
+            return plugin.on_idle(self.frames.has_producer());
         }
         self.silence.end();
         let Some(frame) = self.frames.current()? else { return Ok(()) };
@@ -141,7 +149,11 @@ impl Runner {
         if let Some(events) = &mut self.events {
             events.take(|events| plugin.on_events(events))?;
         }
-        if self.pace.is_due(&frame) {
+        let this = (frame.run_id(), frame.tick());
+        // In lockstep once per tick: whether a frame that was published again is seen would depend on who is faster.
+        let again = frame.header().lockstep != 0 && self.last == this;
+        self.last = this;
+        if !again && self.pace.is_due(&frame) {
             plugin.on_frame(&frame)?;
         }
         if frame.header().lockstep != 0 {

@@ -1,0 +1,118 @@
+//! Scenarios as users write them, and as they get them wrong.
+
+use std::path::Path;
+
+use regatta_engine::scenario::{Overrides, Scenario, ScenarioError, Start};
+use regatta_plugin::world::Shape;
+
+/// Nodes 1, 2, 3 in a row; edges 10 (1 to 2), 11 (2 to 1), 12 (2 to 3, also in reverse gear).
+const GRAPH: &str = "
+Vertices:
+- {Id: 1, X: 0, Y: 0, Theta: 0}
+- {Id: 2, X: 5, Y: 0, Theta: 0}
+- {Id: 3, X: 9, Y: 0, Theta: 0}
+Edges:
+- {Id: 10, Origin_ID: 1, Destination_ID: 2, CurveType: linear, VelocityForward: 1}
+- {Id: 11, Origin_ID: 2, Destination_ID: 1, CurveType: linear, VelocityForward: 1}
+- {Id: 12, Origin_ID: 2, Destination_ID: 3, CurveType: linear, VelocityForward: 1, VelocityBackwards: 0.5}
+";
+
+fn read(text: &str) -> Result<Scenario, ScenarioError> {
+    let text = format!("graph: roads.yaml\n{text}");
+    Scenario::from_texts(&text, GRAPH, Path::new("plant.yaml"), &Overrides::default())
+}
+
+#[test]
+fn a_scenario_means_what_it_says() {
+    let scenario = read(
+        "rate: 200\npublish_rate: 50\nseed: 3
+robot_types:
+- {name: tug, length: 1.2, width: 0.8, max_speed: 1.5, max_acceleration: 0.5}
+- {name: disc, shape: circle, length: 0.7}
+robots:
+- {route: [10, 12, -12], repeat: once}
+- {count: 3, type: disc, routes: random}
+- {node: 3}",
+    )
+    .expect("a good scenario");
+    assert_eq!((scenario.tick_period.as_millis(), scenario.ticks_per_frame, scenario.seed), (5, 4, 3));
+    let [tug, disc] = &scenario.robot_types[..] else { panic!("two types") };
+    assert_eq!((tug.shape, tug.max_acceleration), (Shape::Rectangle, 0.5));
+    assert_eq!((disc.shape, disc.length, disc.width, disc.max_speed), (Shape::Circle, 0.7, 0.7, f32::INFINITY));
+    assert_eq!(scenario.robots(), 5);
+    assert_eq!(scenario.group_of(3).robot_type, 1);
+    assert!(matches!(&scenario.group_of(5).start, Start::Route { legs, .. } if legs.len() == 3), "groups repeat");
+    assert!(matches!(scenario.group_of(4).start, Start::Node(_)));
+}
+
+#[test]
+fn a_mistake_is_told_with_its_place_and_what_to_do() {
+    let robots = "robots: [{route: [10]}]";
+    for (text, place, advice) in [
+        ("robots: [{route: [10, 10]}]", "robots, entry 1", "edge 10 ends at node 2, but edge 10 starts at node 1"),
+        ("robots: [{node: 1}, {route: [99]}]", "robots, entry 2", "no edge 99"),
+        ("robots: [{route: [-10]}]", "robots, entry 1", "VelocityBackwards"),
+        ("robots: [{route: [10], repeat: loop}]", "robots, entry 1", "ends at node 2 and starts at node 1"),
+        ("robots: [{route: []}]", "robots, entry 1", "at least one edge"),
+        ("robots: [{node: 7}]", "robots, entry 1", "no node 7"),
+        ("robots: [{count: 0, node: 1}]", "robots, entry 1", "count is 0"),
+        ("robots: [{count: 2}]", "robots, entry 1", "give one of"),
+        ("robots: [{node: 1, routes: random}]", "robots, entry 1", "give one of"),
+        ("robots: [{type: ghost, node: 1}]", "robots, entry 1", "list it under robot_types"),
+        ("robots: []", "robots", "at least one"),
+        ("robots: [{count: 4000000000, node: 1}, {count: 4000000000, node: 1}]", "robots", "at most"),
+        (&format!("rate: 0\n{robots}"), "rate", "0 ticks a second is out of range"),
+        (&format!("rate: .nan\n{robots}"), "rate", "NaN ticks a second"),
+        (&format!("publish_rate: 200\n{robots}"), "rate", "not above the rate"),
+        (&format!("robot_types: [{{name: a, length: -1, width: 1}}]\n{robots}"), "robot_types", "length is -1"),
+        (&format!("robot_types: [{{name: a, length: 1}}]\n{robots}"), "robot_types", "width is missing"),
+        (
+            &format!("robot_types: [{{name: a, shape: circle, length: 1, width: 2}}]\n{robots}"),
+            "robot_types",
+            "leave width out",
+        ),
+        (
+            &format!("robot_types: [{{name: a, length: 1, width: 1}}, {{name: a, length: 2, width: 1}}]\n{robots}"),
+            "robot_types",
+            "a name of its own",
+        ),
+    ] {
+        let message = read(text).expect_err(text).to_string();
+        assert!(message.starts_with(&format!("plant.yaml: {place}: ")), "{text}: {message}");
+        assert!(message.contains(advice) && message.lines().count() == 1, "{text}: {message}");
+    }
+}
+
+#[test]
+fn a_misspelt_key_or_a_broken_file_is_told_with_its_line() {
+    for (text, told) in [
+        ("robots:\n- {rout: [10]}", "unknown field `rout`"),
+        ("robots: [{route: [x10]}]", "names no edge"),
+        ("viewer: maybe\nrobots: [{node: 1}]", "maybe"),
+        ("robots: [", "line"),
+        ("robots: {", "line"),
+    ] {
+        let message = read(text).expect_err(text).to_string();
+        assert!(message.starts_with("plant.yaml: ") && message.contains(told), "{text}: {message}");
+        assert!(message.contains("line "), "{text}: {message}");
+    }
+}
+
+#[test]
+fn a_publish_rate_that_does_not_fit_is_rounded_and_told() {
+    let scenario = read("rate: 100\npublish_rate: 40\nrobots: [{node: 1}]").expect("usable");
+    assert_eq!(scenario.ticks_per_frame, 3);
+    assert!(scenario.warnings.iter().any(|warning| warning.contains("frames come at 33.333")), "{scenario:?}");
+    let scenario = read("rate: 100\npublish_rate: 50\nrobots: [{node: 1}]").expect("usable");
+    assert!(!scenario.warnings.iter().any(|warning| warning.contains("publish_rate")), "{scenario:?}");
+}
+
+#[test]
+fn what_is_no_file_is_told() {
+    let read = |path: &str| Scenario::read(Path::new(path), &Overrides::default()).expect_err(path).to_string();
+    assert!(read("no/such.yaml").starts_with("no/such.yaml: "));
+    assert!(read(env!("CARGO_MANIFEST_DIR")).contains("directory"));
+    if cfg!(target_os = "linux") {
+        assert!(read("/dev/zero").contains("too large"));
+    }
+}

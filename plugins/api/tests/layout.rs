@@ -1,0 +1,157 @@
+//! The contract as data: `plugins/python/regatta/layout.json`, by which the Python package opens services and checks its
+//! own structures. This test keeps that file true. After a change of the contract, write it anew:
+//!
+//! ```console
+//! $ REGATTA_WRITE_LAYOUT=1 cargo test -p regatta-plugin --test layout
+//! ```
+
+use std::any::type_name;
+use std::mem::offset_of;
+use std::path::Path;
+
+use iceoryx2::prelude::*;
+use iceoryx2::service::Service;
+use regatta_plugin::column::ColumnHeader;
+use regatta_plugin::contact::{
+    ContactChange, ContactEvent, ContactEventHeader, ContactEventReader, ContactHeader, ContactLevel, ContactReader,
+    ContactRecord,
+};
+use regatta_plugin::control::{ControlKind, ControlRequest, ControlResponse};
+use regatta_plugin::event::{EventHeader, EventKind, EventRecord, Refusal};
+use regatta_plugin::frame::{CONTRACT_VERSION, ClockState, FrameHeader, NO_EDGE, RobotState};
+use regatta_plugin::lockstep::Done;
+use regatta_plugin::order::{OrderHeader, OrderKind, OrderRecord};
+use regatta_plugin::order_log::{OrderLogHeader, OrderLogReader};
+use regatta_plugin::publish::Producer;
+use regatta_plugin::world::{EdgeRecord, NodeRecord, RobotTypeRecord, Shape, WorldHeader};
+use regatta_plugin::{FleetName, Participant, Result, qos};
+use serde_json::{Map, Value, json};
+
+const FILE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../python/regatta/layout.json");
+
+/// Size, alignment and fields of types. Doesn't compile if a field is left out.
+macro_rules! records {
+    ($($type:ident { $($field:ident),* })*) => {
+        Map::from_iter([$({
+            let $type { $($field: _),* } = bytemuck::Zeroable::zeroed();
+            let fields = json!([$([stringify!($field), kind(|r: &$type| &r.$field), offset_of!($type, $field)]),*]);
+            let record = json!({ "size": size_of::<$type>(), "alignment": align_of::<$type>(), "fields": fields });
+            (stringify!($type).to_owned(), record)
+        }),*])
+    };
+}
+
+/// Numbers of enums' variants. Doesn't compile if a variant is left out.
+macro_rules! enums {
+    ($($type:ident { $($variant:ident),* })*) => {
+        Map::from_iter([$({
+            let number = |variant: $type| match variant { $($type::$variant => variant as u32),* };
+            let variants = [$((stringify!($variant).to_owned(), json!(number($type::$variant)))),*];
+            (stringify!($type).to_owned(), Value::Object(Map::from_iter(variants)))
+        }),*])
+    };
+}
+
+/// A field's type, as Rust writes it.
+fn kind<T, F>(_: fn(&T) -> &F) -> &'static str {
+    type_name::<F>()
+}
+
+fn all_records() -> Map<String, Value> {
+    records! {
+        FrameHeader { run_id, tick, sim_time_nanos, wall_time_nanos, late_ticks, world_revision, tick_cost_nanos,
+            tick_period_nanos, speed, robots, stride_lines, clock, lockstep, reserved }
+        WorldHeader { run_id, revision, nodes, edges, robot_types, reserved }
+        NodeRecord { id, x, y, theta }
+        EdgeRecord { id, origin, destination, length, control_points, velocity_forward, velocity_backwards, reserved }
+        RobotTypeRecord { name, shape, length, width, max_speed, max_acceleration }
+        ColumnHeader { run_id, tick, robots, reserved }
+        OrderHeader { sender }
+        OrderRecord { token, kind, robot, legs, id, reverse, released, robot_type, s }
+        OrderLogHeader { run_id, tick, sequence }
+        EventHeader { run_id, tick, dropped, sequence }
+        EventRecord { token, kind, robot, id, detail }
+        ContactHeader { run_id, tick, sim_time_nanos, touching_ever, possible_ever, frames_skipped, touching, possible,
+            capped, reserved }
+        ContactRecord { since_tick, since_nanos, robots, level, edge, x, y, relative_speed, reserved }
+        ContactEventHeader { run_id, tick, sequence }
+        ContactEvent { tick, sim_time_nanos, robots, level, change, edge, x, y, relative_speed }
+        ControlRequest { count, kind, speed }
+        ControlResponse { run_id, tick, sim_time_nanos, late_ticks, tick_cost_p50_nanos, tick_cost_p99_nanos,
+            resident_bytes, wall_time_nanos, robots_by_state, robots, pid, clock, speed, real_time_factor, accepted,
+            reserved, reason }
+        Done { run_id, tick, name }
+    }
+}
+
+fn all_enums() -> Map<String, Value> {
+    enums! {
+        RobotState { Idle, Driving, Waiting, Held, Faulted, Absent }
+        ClockState { Running, Paused, Stopped }
+        Shape { Rectangle, Circle }
+        OrderKind { Leg, Assign, Extend, Cancel, Hold, Resume, SpawnAtNode, SpawnOnEdge, Remove }
+        EventKind { ReachedNode, RouteDone, WaitingForRelease, Held, Resumed, Accepted, Refused, Spawned, Removed, Faulted }
+        Refusal { UnknownRobot, UnknownEdge, UnknownNode, UnknownRobotType, NotConnected, NoReverse, MalformedRoute,
+            DistanceOutOfRange, FleetFull, MalformedOrder }
+        ContactLevel { Possible, Touching }
+        ContactChange { Began, Ended }
+        ControlKind { Status, Pause, Resume, Step, Speed, Robots, Seek }
+    }
+}
+
+/// What iceoryx2 compares when a service is opened, for every service of a fleet: by pattern and name.
+fn all_services(fleet: &FleetName) -> Result<Map<String, Value>> {
+    let producer = Producer::create(fleet, 1)?;
+    let other = Participant::join(fleet, "layout")?;
+    let _open = (other.column_reader("NAME")?, ContactReader::open_on(&other)?, ContactEventReader::open_on(&other)?);
+    let _log = OrderLogReader::open_on(&other)?;
+    let prefix = qos::service_name(fleet, "");
+    let mut services = Map::new();
+    ipc::Service::list(Config::global_config(), |service| {
+        let service = &service.static_details;
+        if let Some(name) = service.name().as_str().strip_prefix(&prefix) {
+            let Value::Object(mut pattern) = json!(service.messaging_pattern()) else { unreachable!("an enum") };
+            for (pattern, config) in &mut pattern {
+                let group = services.entry(pattern).or_insert_with(|| json!({}));
+                group[name] = config.take();
+            }
+        }
+        CallbackProgression::Continue
+    })?;
+    drop(producer);
+    Ok(services)
+}
+
+/// JSON with one line for whatever is `depth` levels down.
+fn lines(value: &Value, depth: usize, indent: &str) -> String {
+    match value {
+        Value::Object(members) if depth > 0 => {
+            let inner = format!("{indent}  ");
+            let line = |(name, value)| format!("{inner}{}: {}", json!(name), lines(value, depth - 1, &inner));
+            format!("{{\n{}\n{indent}}}", members.iter().map(line).collect::<Vec<_>>().join(",\n"))
+        }
+        value => value.to_string(),
+    }
+}
+
+#[test]
+fn the_layout_file_is_true() {
+    let fleet = format!("test-layout-{}", std::process::id()).parse().expect("a name");
+    let layout = json!({
+        "contract_version": CONTRACT_VERSION,
+        "version_attribute": qos::VERSION_ATTRIBUTE,
+        "no_edge": NO_EDGE,
+        "order_buffer": qos::ORDER_BUFFER,
+        "event_buffer": qos::EVENT_BUFFER,
+        "records": all_records(),
+        "enums": all_enums(),
+        "services": all_services(&fleet).expect("services"),
+    });
+    let text = lines(&layout, 3, "") + "\n";
+    if std::env::var_os("REGATTA_WRITE_LAYOUT").is_some() {
+        std::fs::write(FILE, &text).expect("written");
+    }
+    let committed = std::fs::read_to_string(Path::new(FILE)).expect("the layout file");
+    let differing = text.lines().find(|line| !committed.lines().any(|other| other == *line));
+    assert_eq!(committed, text, "differs at {differing:?}; REGATTA_WRITE_LAYOUT=1 writes it anew (see above)");
+}

@@ -1,0 +1,163 @@
+//! Memory and processor time of the processes of a fleet.
+
+use std::collections::BTreeMap;
+use std::io;
+use std::sync::{Arc, Mutex, PoisonError, Weak};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use regatta_plugin::FleetName;
+use regatta_plugin::health::{self, HealthError, Occupant};
+use sysinfo::{Pid, ProcessRefreshKind, ProcessStatus, ProcessesToUpdate, System};
+
+use crate::snapshot::Process;
+
+/// Between two looks.
+const PERIOD: Duration = Duration::from_secs(1);
+
+/// The newest look at a fleet's processes, or why there is none.
+type Look = Result<Vec<Process>, String>;
+
+/// Looks at the processes of a fleet once a second, on a thread of its own: listing them may take long on a machine
+/// with many.
+#[derive(Clone, Debug)]
+pub struct ProcessWatch {
+    newest: Arc<Mutex<Look>>,
+}
+
+impl ProcessWatch {
+    /// Starts to look. Ends when the last clone is dropped.
+    ///
+    /// # Errors
+    /// If there can be no thread.
+    pub fn start(fleet: &FleetName) -> io::Result<Self> {
+        let newest = Arc::new(Mutex::new(Ok(Vec::new())));
+        let (fleet, theirs) = (fleet.clone(), Arc::downgrade(&newest));
+        thread::Builder::new().name("processes".to_owned()).spawn(move || look_again_and_again(&fleet, &theirs))?;
+        Ok(Self { newest })
+    }
+
+    /// The newest look. Empty before the first.
+    ///
+    /// # Errors
+    /// Why the processes can't be told, in one line.
+    pub fn newest(&self) -> Look {
+        self.newest.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+}
+
+fn look_again_and_again(fleet: &FleetName, newest: &Weak<Mutex<Look>>) {
+    let mut sampler = Sampler::default();
+    while let Some(newest) = newest.upgrade() {
+        let look = sampler.look(fleet);
+        *newest.lock().unwrap_or_else(PoisonError::into_inner) = look;
+        drop(newest);
+        thread::sleep(PERIOD);
+    }
+}
+
+/// Processor time of each process at the look before, to tell how busy it is.
+#[derive(Default)]
+struct Sampler {
+    system: Option<System>,
+    before: BTreeMap<u32, (Instant, f64)>,
+}
+
+impl Sampler {
+    fn look(&mut self, fleet: &FleetName) -> Look {
+        let occupants = health::occupants().map_err(|error: HealthError| error.to_string())?;
+        let mut processes = members(&occupants, fleet);
+        let pids: Vec<_> = processes.iter().map(|process| Pid::from_u32(process.pid)).collect();
+        let system = match &mut self.system {
+            Some(system) => system,
+            None => self.system.insert(System::new().map_err(|error| format!("can't look at processes ({error})"))?),
+        };
+        let what = ProcessRefreshKind::nothing().with_memory().with_cpu().without_tasks();
+        system.refresh_processes_specifics(ProcessesToUpdate::Some(&pids), true, what);
+        let now = Instant::now();
+        // One that has ended since it was listed has no figures any more.
+        processes.retain_mut(|process| measure(process, system, &self.before, now));
+        self.before = processes.iter().map(|process| (process.pid, (now, process.cpu_seconds))).collect();
+        Ok(processes)
+    }
+}
+
+/// The living processes of a fleet, each once, by name.
+fn members(occupants: &[Occupant], fleet: &FleetName) -> Vec<Process> {
+    let prefix = format!("regatta/{fleet}/");
+    let mut members = BTreeMap::<u32, Process>::new();
+    for occupant in occupants.iter().filter(|occupant| occupant.alive && occupant.pid != 0) {
+        let Some(name) = occupant.name.strip_prefix(&prefix) else { continue };
+        // One that has joined more than once goes by the first of its names: occupants come sorted by name.
+        let member = members.entry(occupant.pid).or_insert_with(|| Process {
+            name: name.to_owned(),
+            pid: occupant.pid,
+            stopped: false,
+            shared_bytes: 0,
+            resident_bytes: 0,
+            cpu_seconds: 0.0,
+            cpu_cores: 0.0,
+        });
+        member.shared_bytes += occupant.bytes;
+    }
+    let mut members: Vec<_> = members.into_values().collect();
+    members.sort_by(|a, b| (&a.name, a.pid).cmp(&(&b.name, b.pid)));
+    members
+}
+
+/// Fills in what the operating system knows of a process. Whether it knows anything.
+fn measure(process: &mut Process, system: &System, before: &BTreeMap<u32, (Instant, f64)>, now: Instant) -> bool {
+    let Some(known) = system.process(Pid::from_u32(process.pid)) else { return false };
+    process.stopped = known.status() == ProcessStatus::Stop;
+    process.resident_bytes = known.memory();
+    process.cpu_seconds = known.accumulated_cpu_time() as f64 * 1e-3;
+    process.cpu_cores = before.get(&process.pid).map_or(0.0, |(then, seconds)| {
+        let passed = now.saturating_duration_since(*then).as_secs_f64();
+        if passed > 0.0 { (process.cpu_seconds - seconds).max(0.0) / passed } else { 0.0 }
+    });
+    true
+}
+
+#[cfg(test)]
+mod tests {
+    use regatta_plugin::Participant;
+
+    use super::*;
+
+    fn occupant(name: &str, pid: u32, alive: bool, bytes: u64) -> Occupant {
+        Occupant { name: name.to_owned(), executable: "regatta".to_owned(), pid, alive, bytes }
+    }
+
+    #[test]
+    fn each_living_process_of_the_fleet_is_listed_once() {
+        let fleet: FleetName = "f".parse().expect("a name");
+        let occupants = [
+            occupant("regatta/f/control", 12, true, 1),
+            occupant("regatta/f/dead", 13, false, 8),
+            occupant("regatta/f/producer", 12, true, 2),
+            occupant("regatta/f/zebra", 11, true, 4),
+            occupant("regatta/ff/producer", 14, true, 8),
+            occupant("other", 15, true, 8),
+        ];
+        let members: Vec<_> =
+            members(&occupants, &fleet).into_iter().map(|p| (p.name, p.pid, p.shared_bytes)).collect();
+        assert_eq!(members, [("control".to_owned(), 12, 3), ("zebra".to_owned(), 11, 4)]);
+    }
+
+    #[test]
+    fn this_process_is_seen_with_its_memory_and_time() {
+        let fleet: FleetName = format!("unit-metrics-watch-{}", std::process::id()).parse().expect("a name");
+        let _place = Participant::join(&fleet, "me").expect("joined");
+        let mut sampler = Sampler::default();
+        let busy = Instant::now();
+        sampler.look(&fleet).expect("listable");
+        // The system counts processor time in hundredths of a second.
+        while busy.elapsed() < Duration::from_millis(100) {
+            std::hint::spin_loop();
+        }
+        let look = sampler.look(&fleet).expect("listable");
+        let [me] = &look[..] else { panic!("{look:?}") };
+        assert_eq!((me.name.as_str(), me.pid, me.stopped), ("me", std::process::id(), false));
+        assert!(me.resident_bytes > 1 << 20 && me.cpu_seconds > 0.0 && me.cpu_cores > 0.0, "{me:?}");
+    }
+}

@@ -1,0 +1,136 @@
+//! A row of the CSV file: a snapshot as numbers between commas.
+
+use std::fmt::Write;
+use std::time::Duration;
+
+use regatta_plugin::frame::ClockState;
+
+use crate::census::STATE_NAMES;
+use crate::histogram::Spread;
+use crate::snapshot::{Lap, Process, Run, Snapshot};
+
+/// A cell of a row: what it is, in which unit, and its value if that is known.
+struct Cell {
+    name: String,
+    text: Option<String>,
+}
+
+fn cell(name: &str, value: Option<impl ToString>) -> Cell {
+    Cell { name: name.to_owned(), text: value.map(|value| value.to_string()) }
+}
+
+/// The names of all columns, as the first line of the file.
+pub fn header() -> String {
+    let names: Vec<_> = cells(Duration::ZERO, None, &Lap::default()).into_iter().map(|cell| cell.name).collect();
+    names.join(",")
+}
+
+/// A row at a time since the Unix epoch. A cell is empty where nothing is known.
+pub fn row(now: Duration, snapshot: &Snapshot, lap: &Lap) -> String {
+    let mut row = String::new();
+    for (index, cell) in cells(now, Some(snapshot), lap).into_iter().enumerate() {
+        let comma = if index == 0 { "" } else { "," };
+        // Writing to a string doesn't fail.
+        let _ = write!(row, "{comma}{}", cell.text.unwrap_or_default());
+    }
+    row
+}
+
+/// All cells of a row. Without a snapshot only their names count.
+fn cells(now: Duration, snapshot: Option<&Snapshot>, lap: &Lap) -> Vec<Cell> {
+    let mut cells = vec![cell("unix_time_seconds", Some(format!("{:.3}", now.as_secs_f64())))];
+    cells.extend(run_cells(snapshot.and_then(|snapshot| snapshot.run.as_ref())));
+    cells.extend(total_cells(snapshot));
+    for (name, spread) in [("tick_cost", lap.tick_cost), ("tick_jitter", lap.jitter), ("frame_age", lap.frame_age)] {
+        cells.extend(spread_cells(name, &spread));
+    }
+    cells.extend(collision_cells(snapshot));
+    cells.extend(process_cells(snapshot.map(|snapshot| &snapshot.processes[..])));
+    cells
+}
+
+fn run_cells(run: Option<&Run>) -> Vec<Cell> {
+    let seconds = |seconds: f64| format!("{seconds:.9}");
+    let mut cells = vec![
+        cell("run_id", run.map(|run| format!("{:#018x}", run.run_id))),
+        cell("tick", run.map(|run| run.tick)),
+        cell("simulated_seconds", run.map(|run| seconds(run.sim_time.as_secs_f64()))),
+        cell("paused", run.map(|run| u8::from(run.clock != ClockState::Running))),
+        cell("wanted_speed_ratio", run.map(|run| run.speed)),
+        cell("real_time_ratio", run.and_then(|run| run.real_time_factor)),
+        cell("late_ticks", run.map(|run| run.late_ticks)),
+    ];
+    for (index, state) in STATE_NAMES.into_iter().enumerate() {
+        cells.push(cell(&format!("robots_{state}"), run.map(|run| run.census.by_state[index])));
+    }
+    cells.push(cell("mean_speed_metres_per_second", run.map(|run| run.census.mean_speed())));
+    cells
+}
+
+fn total_cells(snapshot: Option<&Snapshot>) -> Vec<Cell> {
+    let totals = snapshot.map(|snapshot| &snapshot.totals);
+    vec![
+        cell("driven_metres", totals.map(|totals| totals.driven_metres)),
+        cell("frames_read", totals.map(|totals| totals.frames_read)),
+        cell("frames_skipped", totals.map(|totals| totals.frames_skipped)),
+    ]
+}
+
+fn spread_cells(name: &str, spread: &Spread) -> [Cell; 2] {
+    let seconds = |seconds: f64| format!("{seconds:.9}");
+    let (mean, max) = spread.mean_and_max().unzip();
+    [cell(&format!("{name}_mean_seconds"), mean.map(seconds)), cell(&format!("{name}_max_seconds"), max.map(seconds))]
+}
+
+fn collision_cells(snapshot: Option<&Snapshot>) -> Vec<Cell> {
+    let robots = snapshot.and_then(|snapshot| snapshot.collisions.robots);
+    let pairs = snapshot.and_then(|snapshot| snapshot.collisions.pairs);
+    vec![
+        cell("collision_robots_possible", robots.map(|robots| robots.possible)),
+        cell("collision_robots_touching", robots.map(|robots| robots.touching)),
+        cell("collision_pairs_possible", pairs.map(|pairs| pairs.possible)),
+        cell("collision_pairs_touching", pairs.map(|pairs| pairs.touching)),
+    ]
+}
+
+fn process_cells(processes: Option<&[Process]>) -> Vec<Cell> {
+    let sum = |value: fn(&Process) -> f64| processes.map(|processes| processes.iter().map(value).sum::<f64>());
+    vec![
+        cell("processes", processes.map(<[_]>::len)),
+        cell("resident_memory_bytes", sum(|process| process.resident_bytes as f64)),
+        cell("cpu_cores", sum(|process| process.cpu_cores).map(|cores| format!("{cores:.3}"))),
+    ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing;
+
+    #[test]
+    fn every_row_has_a_cell_for_each_name() {
+        let names: Vec<_> = header().split(',').map(str::to_owned).collect();
+        for snapshot in [testing::snapshot(), testing::without_engine()] {
+            let row = row(Duration::from_millis(1_500), &snapshot, &Lap::default());
+            assert_eq!(row.split(',').count(), names.len(), "{row}");
+            assert!(row.starts_with("1.500,"), "{row}");
+        }
+        let mut once = names.clone();
+        once.sort();
+        once.dedup();
+        assert_eq!(once.len(), names.len(), "{names:?}");
+    }
+
+    #[test]
+    fn cells_hold_the_snapshots_numbers() {
+        let (snapshot, header) = (testing::snapshot(), header());
+        let row = row(Duration::ZERO, &snapshot, &Lap::default());
+        let value = |name: &str| header.split(',').zip(row.split(',')).find(|cell| cell.0 == name).expect(name).1;
+        let run = snapshot.run.expect("a run");
+        assert_eq!(value("tick"), run.tick.to_string());
+        assert_eq!(value("robots_driving"), run.census.by_state[1].to_string());
+        assert_eq!(value("late_ticks"), run.late_ticks.to_string());
+        assert_eq!(value("tick_cost_max_seconds"), "", "nothing was measured");
+        assert_eq!(value("processes"), snapshot.processes.len().to_string());
+    }
+}

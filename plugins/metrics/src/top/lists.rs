@@ -1,0 +1,117 @@
+//! The current collisions, and the processes of the fleet.
+
+use ratatui::Frame;
+use ratatui::layout::{Alignment, Constraint, Flex, Layout, Rect};
+use ratatui::text::{Line, Span, Text};
+use ratatui::widgets::{Cell, Paragraph, Row, Scrollbar, ScrollbarOrientation, ScrollbarState, Table, Wrap};
+use regatta_plugin::contact::{ContactHeader, ContactLevel, ContactRecord};
+
+use super::screen::{View, heading};
+use super::{format, theme};
+use crate::snapshot::{Process, Run, Snapshot};
+
+/// Columns of text that a pair takes at most. A wide list has several pairs side by side.
+const COLUMN: u16 = 64;
+
+/// Pairs that touch or may touch, from the `scroll`th on, or from the last that fills the list. Gives which that is.
+pub fn draw_collisions(frame: &mut Frame<'_>, area: Rect, snapshot: &Snapshot, run: &Run, scroll: usize) -> usize {
+    let collisions = &snapshot.collisions;
+    let note = collisions.pairs.as_ref().map(totals).unwrap_or_default();
+    let area = heading(frame, area, "collisions", note);
+    if collisions.pairs.is_none() {
+        hint(frame, area, "Nobody checks: start `regatta plugin collision`.");
+        return 0;
+    }
+    if collisions.list.is_empty() {
+        hint(frame, area, "No robots touch, or are about to.");
+        return 0;
+    }
+    let columns = usize::from((area.width / COLUMN).max(1));
+    let rows = usize::from(area.height.saturating_sub(1));
+    let furthest = collisions.list.len().saturating_sub(rows * columns);
+    let scroll = scroll.min(furthest);
+    let places = Layout::horizontal(vec![Constraint::Fill(1); columns])
+        .split(Rect { width: area.width.saturating_sub(2), ..area });
+    for (place, pairs) in places.iter().zip(collisions.list[scroll..].chunks(rows.max(1))) {
+        draw_column(frame, *place, pairs, run);
+    }
+    draw_scrollbar(frame, area, scroll, furthest);
+    scroll
+}
+
+fn draw_column(frame: &mut Frame<'_>, area: Rect, pairs: &[ContactRecord], run: &Run) {
+    let header = Row::new([left("level"), left("robots"), right("x, y (m)"), right("m/s"), right("since")]);
+    let widths = [8, 17, 17, 5, 7].map(Constraint::Max);
+    let rows = pairs.iter().take(area.height.into()).map(|pair| collision(pair, run));
+    frame.render_widget(Table::new(rows, widths).header(header.style(theme::quiet())).flex(Flex::Start), area);
+}
+
+/// How many there are.
+fn totals(pairs: &ContactHeader) -> Line<'static> {
+    let touching = format!("{} touching", format::count(pairs.touching.into()));
+    let capped = if pairs.capped != 0 { ", and more" } else { "" };
+    let possible = format!(", {} possible{capped}", format::count(pairs.possible.into()));
+    let style = if pairs.touching > 0 { theme::text(theme::BAD) } else { theme::text(theme::GOOD) };
+    Line::from(vec![Span::styled(touching, style), Span::styled(possible, theme::quiet())])
+}
+
+/// Which part of a list is shown, at its right edge, if there is more.
+fn draw_scrollbar(frame: &mut Frame<'_>, area: Rect, scroll: usize, furthest: usize) {
+    if furthest > 0 {
+        let area = Rect { y: area.y + 1, height: area.height.saturating_sub(1), ..area };
+        let mut state = ScrollbarState::new(furthest + 1).position(scroll);
+        let bar = Scrollbar::new(ScrollbarOrientation::VerticalRight).begin_symbol(None).end_symbol(None);
+        frame.render_stateful_widget(bar.style(theme::quiet()).track_symbol(Some("│")), area, &mut state);
+    }
+}
+
+fn collision(pair: &ContactRecord, run: &Run) -> Row<'static> {
+    let (word, colour) = match ContactLevel::from_number(pair.level) {
+        Some(ContactLevel::Touching) => ("touching", theme::BAD),
+        Some(ContactLevel::Possible) => ("possible", theme::WARNING),
+        None => ("unknown", theme::QUIET),
+    };
+    let since = run.sim_time.as_secs_f64() - pair.since_nanos as f64 * 1e-9;
+    Row::new([
+        Cell::from(Span::styled(word, theme::text(colour))),
+        left(format!("{} {}", pair.robots[0], pair.robots[1])),
+        right(format!("{:.1}, {:.1}", pair.x, pair.y)),
+        right(format!("{:.1}", pair.relative_speed)),
+        right(format::seconds(since.max(0.0))),
+    ])
+}
+
+/// The processes of the fleet with their processor time and memory.
+pub fn draw_processes(frame: &mut Frame<'_>, area: Rect, view: &View) {
+    let processes = &view.snapshot.processes;
+    let count = Span::styled(format::count(processes.len() as u64), theme::strong());
+    let area = heading(frame, area, "processes", count);
+    if let Some(error) = &view.process_error {
+        return hint(frame, area, error);
+    }
+    let header = Row::new([left("name"), right("pid"), right("cpu"), right("memory")]).style(theme::quiet());
+    let widths = [Constraint::Fill(1), Constraint::Length(7), Constraint::Length(6), Constraint::Length(6)];
+    frame.render_widget(Table::new(processes.iter().map(process), widths).header(header), area);
+}
+
+fn process(process: &Process) -> Row<'static> {
+    let busy = match process.stopped {
+        true => Text::styled("halted", theme::text(theme::BAD)),
+        false => Text::from(format!("{:.0} %", 100.0 * process.cpu_cores)),
+    };
+    let busy = Cell::from(busy.alignment(Alignment::Right));
+    let memory = format::bytes(process.resident_bytes);
+    Row::new([left(process.name.clone()), right(process.pid.to_string()), busy, right(memory)])
+}
+
+fn hint(frame: &mut Frame<'_>, area: Rect, text: &str) {
+    frame.render_widget(Paragraph::new(text).style(theme::quiet()).wrap(Wrap { trim: true }), area);
+}
+
+fn left<'a>(text: impl Into<Text<'a>>) -> Cell<'a> {
+    Cell::from(text.into())
+}
+
+fn right<'a>(text: impl Into<Text<'a>>) -> Cell<'a> {
+    Cell::from(text.into().alignment(Alignment::Right))
+}

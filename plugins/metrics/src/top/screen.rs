@@ -1,0 +1,190 @@
+//! The screen of `top`: everything fits into 80 columns and 24 lines; more room makes the graphs taller and the lists
+//! longer.
+
+use ratatui::Frame;
+use ratatui::layout::{Constraint, Layout, Rect};
+use ratatui::style::Stylize;
+use ratatui::text::{Line, Span};
+use ratatui::widgets::{Block, Borders, Clear, Padding, Paragraph, Wrap};
+use regatta_plugin::FleetName;
+use regatta_plugin::frame::ClockState;
+
+use super::history::History;
+use super::steering::Outcome;
+use super::{figures, format, graphs, lists, theme};
+use crate::snapshot::{Collisions, Run, Snapshot, Totals};
+
+/// What the screen shows.
+#[derive(Debug)]
+pub struct View {
+    /// The fleet.
+    pub snapshot: Snapshot,
+    /// Its last minutes.
+    pub history: History,
+    /// Why its processes can't be told.
+    pub process_error: Option<String>,
+    /// Collisions above the first line of the list.
+    pub scroll: usize,
+    /// Whether the keys are explained.
+    pub help: bool,
+    /// What came of the last key.
+    pub outcome: Option<Outcome>,
+}
+
+impl View {
+    /// A screen on which nothing has happened yet.
+    pub fn new(fleet: &FleetName) -> Self {
+        let snapshot = Snapshot {
+            fleet: fleet.clone(),
+            totals: Totals::default(),
+            run: None,
+            collisions: Collisions::default(),
+            processes: Vec::new(),
+        };
+        let history = History::default();
+        Self { snapshot, history, process_error: None, scroll: 0, help: false, outcome: None }
+    }
+
+    /// Scrolls the collisions by so many lines, not past their end.
+    pub fn scroll_by(&mut self, lines: isize) {
+        let last = self.snapshot.collisions.list.len().saturating_sub(1);
+        self.scroll = self.scroll.min(last).saturating_add_signed(lines).min(last);
+    }
+}
+
+/// Below this nothing can be told apart.
+const SMALLEST: (u16, u16) = (72, 20);
+
+const KEYS: [(&str, &str); 9] = [
+    ("space", "pause or resume"),
+    ("s", "pause, and step one tick"),
+    ("+  -", "faster, slower"),
+    ("m", "as fast as possible"),
+    ("1", "real time"),
+    ("↑ ↓ PgUp PgDn", "scroll the collisions"),
+    ("Home End", "first, last collision"),
+    ("?", "this list"),
+    ("q  Esc  Ctrl-C", "end"),
+];
+
+/// Draws all of it. Scrolls back what was scrolled too far for this screen.
+pub fn draw(frame: &mut Frame<'_>, view: &mut View) {
+    let area = frame.area();
+    if area.width < SMALLEST.0 || area.height < SMALLEST.1 {
+        return centred(frame, area, vec![Line::from("This window is too small."), Line::from("80 × 24 shows all.")]);
+    }
+    let [head, body, foot] =
+        Layout::vertical([Constraint::Length(1), Constraint::Min(0), Constraint::Length(1)]).areas(area);
+    frame.render_widget(head_line(view), head);
+    match view.snapshot.run {
+        Some(run) => view.scroll = draw_run(frame, body, view, &run),
+        None => draw_waiting(frame, body, view),
+    }
+    frame.render_widget(foot_line(view), foot);
+    if view.help {
+        draw_help(frame, body);
+    }
+}
+
+/// All of a fleet that has an engine. Gives how far its collisions are scrolled.
+fn draw_run(frame: &mut Frame<'_>, area: Rect, view: &View, run: &Run) -> usize {
+    let graphs = (area.height / 5).clamp(5, 14);
+    let [above, middle, below] =
+        Layout::vertical([Constraint::Length(graphs), Constraint::Length(6), Constraint::Min(0)])
+            .spacing(1)
+            .areas(inset(area));
+    graphs::draw(frame, above, &view.history, run);
+    let [left, right] = Layout::horizontal([Constraint::Fill(2), Constraint::Fill(3)]).spacing(2).areas(middle);
+    figures::draw_robots(frame, left, &run.census);
+    figures::draw_figures(frame, right, view, run);
+    let processes = (area.width / 4).clamp(31, 60);
+    let [left, right] =
+        Layout::horizontal([Constraint::Fill(1), Constraint::Length(processes)]).spacing(2).areas(below);
+    lists::draw_processes(frame, right, view);
+    lists::draw_collisions(frame, left, &view.snapshot, run, view.scroll)
+}
+
+/// Without an engine there is nothing to show but who else waits for it.
+fn draw_waiting(frame: &mut Frame<'_>, area: Rect, view: &View) {
+    let fleet = &view.snapshot.fleet;
+    let flag = if fleet.as_str() == "default" { String::new() } else { format!(" --fleet {fleet}") };
+    let lines = vec![
+        Line::from(format!("No engine runs the fleet '{fleet}'.")).style(theme::strong()),
+        Line::default(),
+        Line::from(vec!["Start one:  ".into(), Span::from(format!("regatta run{flag}")).bold()]),
+        Line::from("This view goes on as soon as there is one.").style(theme::quiet()),
+    ];
+    let [above, below] = Layout::vertical([Constraint::Fill(1), Constraint::Fill(1)]).areas(inset(area));
+    centred(frame, above, lines);
+    lists::draw_processes(frame, below, view);
+}
+
+fn head_line(view: &View) -> Line<'_> {
+    let mut spans = vec![" regatta ".bold(), Span::from(format!(" {}   ", view.snapshot.fleet))];
+    if let Some(run) = &view.snapshot.run {
+        let (colour, word) = match run.clock {
+            ClockState::Running => (theme::GOOD, "running"),
+            ClockState::Paused => (theme::WARNING, "paused"),
+            ClockState::Stopped => (theme::BAD, "stopped"),
+        };
+        spans.push(Span::from(format!("● {word}")).style(theme::text(colour)).bold());
+        spans.push(Span::from(format!("  {}   ", format::speed(run.speed))));
+        spans.extend([Span::styled("t ", theme::quiet()), format::clock(run.sim_time).into()]);
+        spans.extend([Span::styled("   tick ", theme::quiet()), format::count(run.tick).into()]);
+    }
+    Line::from(spans)
+}
+
+/// The keys; or for a while what came of the last one.
+fn foot_line(view: &View) -> Line<'_> {
+    match &view.outcome {
+        Some(Ok(text)) => Line::from(format!(" {text}")).style(theme::text(theme::GOOD)),
+        Some(Err(text)) => Line::from(format!(" {text}")).style(theme::text(theme::BAD)),
+        None => {
+            let keys = [("space", "pause"), ("s", "step"), ("+ -", "speed"), ("m", "max"), ("1", "real time")];
+            let more = [("↑ ↓", "scroll"), ("?", "help"), ("q", "quit")];
+            let spans = keys.into_iter().chain(more).flat_map(|(key, what)| {
+                [Span::from(format!(" {key}")).bold(), Span::styled(format!(" {what} "), theme::quiet())]
+            });
+            Line::from_iter(spans)
+        }
+    }
+}
+
+fn draw_help(frame: &mut Frame<'_>, area: Rect) {
+    let lines = KEYS.into_iter().map(|(key, what)| Line::from(vec![format!("{key:<15}").bold(), what.into()]));
+    let place = area.centered(Constraint::Length(46), Constraint::Length(KEYS.len() as u16 + 4));
+    let block = Block::bordered()
+        .border_style(theme::quiet())
+        .title(Span::styled(" keys ", theme::strong()))
+        .padding(Padding::new(2, 2, 1, 1));
+    frame.render_widget(Clear, place);
+    frame.render_widget(Paragraph::new(lines.collect::<Vec<_>>()).block(block), place);
+}
+
+fn centred(frame: &mut Frame<'_>, area: Rect, lines: Vec<Line<'_>>) {
+    let place = area.centered_vertically(Constraint::Length(lines.len() as u16));
+    frame.render_widget(Paragraph::new(lines).centered().wrap(Wrap { trim: true }), place);
+}
+
+/// A rule with a title at its left and a note at its right; gives what is below it.
+pub fn heading<'a>(frame: &mut Frame<'_>, area: Rect, title: impl Into<Span<'a>>, note: impl Into<Line<'a>>) -> Rect {
+    let title = Line::from(vec![title.into().style(theme::strong()), " ".into()]);
+    let mut note: Line<'_> = note.into();
+    if note.width() > 0 {
+        note.spans.insert(0, " ".into());
+    }
+    let block = Block::new().borders(Borders::TOP).border_style(theme::quiet());
+    let block = block.title_top(title).title_top(note.right_aligned());
+    let inside = block.inner(area);
+    frame.render_widget(block, area);
+    inside
+}
+
+fn inset(area: Rect) -> Rect {
+    Rect { x: area.x + 1, width: area.width.saturating_sub(2), ..area }
+}
+
+#[cfg(test)]
+#[path = "screen_tests.rs"]
+mod tests;

@@ -1,0 +1,294 @@
+"""The contract: everything that crosses a process boundary, as plain data.
+
+The structures are those of the Rust crate ``regatta-plugin``, which describes their fields. ``layout.json`` beside this
+file is written from that crate: it holds the sizes and offsets that the tests compare these with, and the quality of
+service by which :mod:`regatta._shared_memory` opens services.
+"""
+
+import ctypes
+import json
+from pathlib import Path
+from typing import Annotated, Any, ClassVar, TypeVar, get_args, get_type_hints
+
+import numpy as np
+
+LAYOUT: dict[str, Any] = json.loads(Path(__file__).with_name("layout.json").read_text(encoding="utf-8"))
+"""The contract as data."""
+
+CONTRACT_VERSION: int = LAYOUT["contract_version"]
+"""Two processes talk only if theirs are equal."""
+
+NO_EDGE: int = LAYOUT["no_edge"]
+"""In the column ``edge``: the robot stands on no edge."""
+
+BYTES_PER_LINE = 64
+WORDS_PER_LINE = 16
+
+u32 = Annotated[int, ctypes.c_uint32]
+u64 = Annotated[int, ctypes.c_uint64]
+f32 = Annotated[float, ctypes.c_float]
+
+
+class Record(ctypes.Structure):
+    """Plain data that Rust knows by the same name, with ``regatta_`` before it."""
+
+    _fields_: ClassVar[Any]
+
+    @classmethod
+    def type_name(cls) -> str:
+        """The name by which iceoryx2 compares types."""
+        return f"regatta_{cls.__name__}"
+
+
+R = TypeVar("R", bound=type[Record])
+
+
+def dtype(cls: type[Record]) -> np.dtype[np.void]:
+    """The same as numpy has it, with text as one value rather than single characters."""
+    names, kinds, offsets = [], [], []
+    for name, field in (np.dtype(cls).fields or {}).items():
+        kind = field[0]
+        names.append(name)
+        kinds.append(np.dtype(f"S{kind.itemsize}") if kind.base.kind == "S" else kind)
+        offsets.append(field[1])
+    return np.dtype({"names": names, "formats": kinds, "offsets": offsets, "itemsize": ctypes.sizeof(cls)})
+
+
+def record(cls: R) -> R:
+    """Lays out a class's annotated fields, in their order."""
+    hints = get_type_hints(cls, include_extras=True)
+    cls._fields_ = [(name, get_args(hints[name])[1]) for name in cls.__annotations__]
+    return cls
+
+
+@record
+class Line(Record):
+    """One cache line: sixteen values of four bytes."""
+
+    words: Annotated[Any, ctypes.c_float * WORDS_PER_LINE]
+
+
+@record
+class FrameHeader(Record):
+    """What a frame says about itself."""
+
+    run_id: u64
+    tick: u64
+    sim_time_nanos: u64
+    wall_time_nanos: u64
+    late_ticks: u64
+    world_revision: u64
+    tick_cost_nanos: u64
+    tick_period_nanos: u64
+    speed: f32
+    robots: u32
+    stride_lines: u32
+    clock: u32
+    lockstep: u32
+    reserved: u32
+
+
+@record
+class WorldHeader(Record):
+    """What a world says about itself."""
+
+    run_id: u64
+    revision: u64
+    nodes: u32
+    edges: u32
+    robot_types: u32
+    reserved: u32
+
+
+@record
+class NodeRecord(Record):
+    """A node of the route graph."""
+
+    id: u32
+    x: f32
+    y: f32
+    theta: f32
+
+
+@record
+class EdgeRecord(Record):
+    """An edge of the route graph: a cubic Bézier curve."""
+
+    id: u32
+    origin: u32
+    destination: u32
+    length: f32
+    control_points: Annotated[Any, ctypes.c_float * 2 * 4]
+    velocity_forward: f32
+    velocity_backwards: f32
+    reserved: Annotated[Any, ctypes.c_uint32 * 2]
+
+
+@record
+class RobotTypeRecord(Record):
+    """A kind of robot."""
+
+    name: Annotated[bytes, ctypes.c_char * 44]
+    shape: u32
+    length: f32
+    width: f32
+    max_speed: f32
+    max_acceleration: f32
+
+
+@record
+class ColumnHeader(Record):
+    """What a column says about itself."""
+
+    run_id: u64
+    tick: u64
+    robots: u32
+    reserved: u32
+
+
+@record
+class OrderHeader(Record):
+    """Who sends orders."""
+
+    sender: u64
+
+
+@record
+class OrderRecord(Record):
+    """One order, or one leg of the route of the order before it."""
+
+    token: u64
+    kind: u32
+    robot: u32
+    legs: u32
+    id: u32
+    reverse: u32
+    released: u32
+    robot_type: u32
+    s: f32
+
+
+@record
+class OrderLogHeader(Record):
+    """Which tick's orders these are."""
+
+    run_id: u64
+    tick: u64
+    sequence: u64
+
+
+@record
+class EventHeader(Record):
+    """Which tick's events these are."""
+
+    run_id: u64
+    tick: u64
+    dropped: u64
+    sequence: u64
+
+
+@record
+class EventRecord(Record):
+    """One event."""
+
+    token: u64
+    kind: u32
+    robot: u32
+    id: u32
+    detail: u32
+
+
+@record
+class ContactHeader(Record):
+    """Which frame's contacts these are, and totals."""
+
+    run_id: u64
+    tick: u64
+    sim_time_nanos: u64
+    touching_ever: u64
+    possible_ever: u64
+    frames_skipped: u64
+    touching: u32
+    possible: u32
+    capped: u32
+    reserved: u32
+
+
+@record
+class ContactRecord(Record):
+    """Two robots that touch, or may."""
+
+    since_tick: u64
+    since_nanos: u64
+    robots: Annotated[Any, ctypes.c_uint32 * 2]
+    level: u32
+    edge: u32
+    x: f32
+    y: f32
+    relative_speed: f32
+    reserved: u32
+
+
+@record
+class ContactEventHeader(Record):
+    """Which tick's changes of contacts these are."""
+
+    run_id: u64
+    tick: u64
+    sequence: u64
+
+
+@record
+class ContactEvent(Record):
+    """A pair that came to a level, or left it."""
+
+    tick: u64
+    sim_time_nanos: u64
+    robots: Annotated[Any, ctypes.c_uint32 * 2]
+    level: u32
+    change: u32
+    edge: u32
+    x: f32
+    y: f32
+    relative_speed: f32
+
+
+@record
+class ControlRequest(Record):
+    """A request."""
+
+    count: u64
+    kind: u32
+    speed: f32
+
+
+@record
+class ControlResponse(Record):
+    """The answer: whether the request was carried out, and the status after it."""
+
+    run_id: u64
+    tick: u64
+    sim_time_nanos: u64
+    late_ticks: u64
+    tick_cost_p50_nanos: u64
+    tick_cost_p99_nanos: u64
+    resident_bytes: u64
+    wall_time_nanos: u64
+    robots_by_state: Annotated[Any, ctypes.c_uint32 * 5]
+    robots: u32
+    pid: u32
+    clock: u32
+    speed: f32
+    real_time_factor: f32
+    accepted: u32
+    reserved: u32
+    reason: Annotated[bytes, ctypes.c_char * 128]
+
+
+@record
+class Done(Record):
+    """A reader's report that it has finished a tick, in lockstep."""
+
+    run_id: u64
+    tick: u64
+    name: Annotated[bytes, ctypes.c_char * 64]

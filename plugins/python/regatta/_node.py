@@ -1,0 +1,116 @@
+"""A process's place in a fleet, and how services are opened on it. With ``_ports``, all that knows iceoryx2."""
+
+import time
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+import iceoryx2 as iox
+
+from regatta._contract import CONTRACT_VERSION, LAYOUT, Done, Record
+from regatta._errors import VersionError
+from regatta._ports import Client, Receiver, Reporter, Sender, Wake, unusable
+
+Header = TypeVar("Header", bound=Record)
+Request = TypeVar("Request", bound=Record)
+Response = TypeVar("Response", bound=Record)
+
+ATTEMPTS = 10
+"""Attempts to open a service, 50 ms apart: services come and go while other processes start and stop."""
+
+# Each of its errors becomes one of ours.
+iox.set_log_level_from_env_or(iox.LogLevel.Fatal)
+
+
+class Node:
+    """A process's place in a fleet. Services are opened on it as ``layout.json`` describes them."""
+
+    def __init__(self, fleet: str, name: str) -> None:
+        self.fleet = fleet
+        self.name = name
+        builder = iox.NodeBuilder.new().name(iox.NodeName.new(f"regatta/{fleet}/{name}"))
+        # iceoryx2's own handling takes over every signal that a process can get.
+        builder = builder.signal_handling_mode(iox.SignalHandlingMode.Disabled)
+        try:
+            self._node = builder.create(iox.ServiceType.Ipc)
+        except iox.NodeCreationFailure as error:
+            raise unusable(f"fleet '{fleet}'", 0, error) from None
+
+    def receiver(self, service: str, what: str, payload: type[Record], header: type[Header]) -> Receiver[Header]:
+        """Opens a service to receive from, whether or not anybody sends to it yet."""
+        return Receiver(self._slices(service, payload, header), what, payload, header)
+
+    def sender(self, service: str, what: str, payload: type[Record], header: type[Header]) -> Sender[Header]:
+        """Opens a service to send to."""
+        return Sender(self._slices(service, payload, header), what, payload)
+
+    def client(self, service: str, request: type[Request], response: type[Response]) -> Client[Request, Response]:
+        """Opens a service to send requests to."""
+        opened = self._open("RequestResponse", service, lambda builder: builder.request_response(request, response))
+        return Client(opened, response)
+
+    def wake(self) -> Wake:
+        """Opens what is woken after each frame."""
+        return Wake(self._event("wake"))
+
+    def reporter(self) -> Reporter:
+        """Opens the reports of finished ticks, for lockstep."""
+        reports = self._open("PublishSubscribe", "done", lambda builder: builder.publish_subscribe(Done))
+        return Reporter(reports, self._event("done"), self.name)
+
+    def _event(self, service: str) -> Any:
+        return self._open("Event", service, lambda builder: builder.event())
+
+    def _slices(self, service: str, payload: type[Record], header: type[Record]) -> Any:
+        details = _config("PublishSubscribe", service)["message_type_details"]
+        # ctypes can't lay a structure out on cache lines.
+        alignment = iox.Alignment.new(details["payload"]["alignment"])
+
+        def typed(builder: Any) -> Any:
+            slices = builder.publish_subscribe(iox.Slice[payload])
+            return slices.user_header(header).payload_alignment(alignment)
+
+        return self._open("PublishSubscribe", service, typed)
+
+    def _open(self, pattern: str, service: str, typed: Callable[[Any], Any]) -> Any:
+        config = _config(pattern, service)
+        what = f"regatta/{self.fleet}/{service}"
+        name = iox.ServiceName.new(what)
+        version = iox.AttributeVerifier.new().require(
+            iox.AttributeKey.new(LAYOUT["version_attribute"]), iox.AttributeValue.new(str(CONTRACT_VERSION))
+        )
+        for attempt in range(1, ATTEMPTS + 1):
+            try:
+                builder = typed(self._node.service_builder(name))
+                # The layout names everything as iceoryx2's builders do.
+                for setting, value in config.items():
+                    if isinstance(value, int):
+                        builder = getattr(builder, setting)(value)
+                return builder.open_or_create_with_attributes(version)
+            except Exception as error:  # each pattern has an error of its own
+                # Also when iceoryx2 has already found the payload types to differ: the version explains why.
+                self._check_version(name, pattern)
+                if attempt == ATTEMPTS:
+                    raise unusable(what, config["max_nodes"], error) from None
+            time.sleep(0.05)
+
+    def _check_version(self, name: Any, pattern: str) -> None:
+        """Raises an error if the service exists and is of another version."""
+        try:
+            patterns = iox.MessagingPattern
+            details = iox.Service.details(name, self._node.config, getattr(patterns, pattern), iox.ServiceType.Ipc)
+        except iox.ServiceDetailsError:
+            return
+        if details is None:
+            return
+        values = details.attributes().key_values(iox.AttributeKey.new(LAYOUT["version_attribute"]))
+        theirs = values[0].to_string() if values else "unknown"
+        if theirs != str(CONTRACT_VERSION):
+            raise VersionError(
+                f"fleet '{self.fleet}' speaks contract version {theirs}, this program speaks version {CONTRACT_VERSION}"
+                f" ({name.to_string()}); use both from the same release, or use another fleet name"
+            ) from None
+
+
+def _config(pattern: str, service: str) -> dict[str, Any]:
+    config: dict[str, Any] = LAYOUT["services"][pattern]["columns/NAME" if service.startswith("columns/") else service]
+    return config

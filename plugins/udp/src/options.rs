@@ -1,0 +1,146 @@
+//! What both command lines share.
+
+use std::ffi::OsString;
+use std::ops::Range;
+use std::str::FromStr;
+
+use clap::Parser;
+use clap::error::ErrorKind;
+use regatta_plugin::{Error, Result};
+
+use crate::fixed::MAX_DECIMALS;
+use crate::line::AngleUnit;
+use crate::packer::{MAX_DATAGRAM_BYTES, MIN_DATAGRAM_BYTES};
+
+/// How lines are written.
+#[derive(clap::Args, Clone, Debug)]
+pub struct Form {
+    /// Angles in radians instead of degrees
+    #[arg(long)]
+    pub radians: bool,
+    /// Decimals of what is sent; angles in radians have two more
+    #[arg(long, value_name = "N", default_value = "3", value_parser = decimals)]
+    pub decimals: usize,
+    /// Longest datagram to send, in bytes
+    #[arg(long, value_name = "BYTES", default_value = "1400", value_parser = datagram_bytes)]
+    pub mtu: usize,
+}
+
+impl Form {
+    /// The unit of angles.
+    pub fn unit(&self) -> AngleUnit {
+        if self.radians { AngleUnit::Radians } else { AngleUnit::Degrees }
+    }
+}
+
+/// `X,Y` in metres.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Offset(pub [f64; 2]);
+
+/// A text that is no [`Offset`].
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("give X,Y in metres, 1.5,-2 say")]
+pub struct ParseOffsetError;
+
+impl FromStr for Offset {
+    type Err = ParseOffsetError;
+
+    fn from_str(text: &str) -> Result<Self, ParseOffsetError> {
+        let number = |text: &str| text.trim().parse::<f64>().ok().filter(|number| number.is_finite());
+        let both = text.split_once(',').and_then(|(x, y)| Some(Self([number(x)?, number(y)?])));
+        both.ok_or(ParseOffsetError)
+    }
+}
+
+/// `A..B`: robots A to B - 1. Either end may be left out.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct RobotRange(pub Range<u32>);
+
+/// A text that is no [`RobotRange`].
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("give A..B, the first robot and the one after the last: 0..100 say, or 100..")]
+pub struct ParseRangeError;
+
+impl FromStr for RobotRange {
+    type Err = ParseRangeError;
+
+    fn from_str(text: &str) -> Result<Self, ParseRangeError> {
+        let end = |text: &str, open: u32| if text.is_empty() { Some(open) } else { text.parse().ok() };
+        let range = text.split_once("..").and_then(|(a, b)| Some(end(a, 0)?..end(b, u32::MAX)?));
+        range.filter(|range| !range.is_empty()).map(Self).ok_or(ParseRangeError)
+    }
+}
+
+pub fn decimals(text: &str) -> Result<usize, String> {
+    within(text, 1..=MAX_DECIMALS)
+}
+
+pub fn datagram_bytes(text: &str) -> Result<usize, String> {
+    within(text, MIN_DATAGRAM_BYTES..=MAX_DATAGRAM_BYTES)
+}
+
+/// Seconds, of a length that makes sense.
+pub fn seconds(text: &str) -> Result<std::time::Duration, String> {
+    let seconds = text.parse().ok().filter(|seconds| (0.001..=1e6).contains(seconds));
+    seconds.map(std::time::Duration::from_secs_f64).ok_or_else(|| "give seconds, 0.001 to 1000000".to_owned())
+}
+
+fn within(text: &str, range: std::ops::RangeInclusive<usize>) -> Result<usize, String> {
+    let wrong = || format!("give a number from {} to {}", range.start(), range.end());
+    text.parse().ok().filter(|number| range.contains(number)).ok_or_else(wrong)
+}
+
+/// The options on a command line, whose first argument is the plugin; `None` if it asked for help, which is
+/// printed. A mistake becomes one line.
+pub fn parse<Options: Parser>(args: impl IntoIterator<Item: Into<OsString> + Clone>) -> Result<Option<Options>> {
+    match Options::try_parse_from(args) {
+        Ok(options) => Ok(Some(options)),
+        Err(error) if error.kind() == ErrorKind::DisplayHelp => {
+            error.print()?;
+            Ok(None)
+        }
+        Err(error) => Err(Error::new(one_line(&error))),
+    }
+}
+
+/// Clap's first paragraph on one line; the rest is the usage, which `--help` shows.
+fn one_line(error: &clap::Error) -> String {
+    let text = error.to_string();
+    let paragraph = text.split("\n\n").next().unwrap_or_default().trim_start_matches("error: ");
+    let words: Vec<_> = paragraph.split_whitespace().collect();
+    format!("{}; --help lists the options", words.join(" "))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ranges_of_robots() {
+        let range = |text: &str| text.parse::<RobotRange>().ok().map(|range| range.0);
+        assert_eq!(range("3..10"), Some(3..10));
+        assert_eq!(range("3.."), Some(3..u32::MAX));
+        assert_eq!(range("..7"), Some(0..7));
+        assert_eq!(range(".."), Some(0..u32::MAX));
+        for wrong in ["", "3", "3..3", "5..3", "-1..3", "a..b", "3...7", "1..5000000000"] {
+            assert_eq!(range(wrong), None, "{wrong}");
+        }
+    }
+
+    #[test]
+    fn offsets() {
+        assert_eq!("1.5,-2".parse(), Ok(Offset([1.5, -2.0])));
+        for wrong in ["", "1", "1,2,3", "nan,0", "inf,0", "x,y"] {
+            assert!(wrong.parse::<Offset>().is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn numbers_out_of_range_say_what_the_range_is() {
+        assert_eq!(decimals("3"), Ok(3));
+        assert!(decimals("0").is_err_and(|message| message.contains("1 to 9")));
+        assert!(datagram_bytes("65508").is_err_and(|message| message.contains("65507")));
+        assert!(seconds("nan").is_err() && seconds("0").is_err() && seconds("-1").is_err());
+        assert_eq!(seconds("0.5"), Ok(std::time::Duration::from_millis(500)));
+    }
+}

@@ -1,0 +1,210 @@
+//! `regatta plugin udp`: a fleet's poses as lines in datagrams.
+
+use std::ffi::OsString;
+use std::time::{Duration, Instant};
+
+use clap::Parser;
+use regatta_plugin::frame::RobotState;
+use regatta_plugin::{Frame, Participant, Plugin, Rate, Result};
+
+use crate::answer_thread::EchoListener;
+use crate::echo::EchoRules;
+use crate::line::{AngleUnit, LineFormat, PoseLine, Separator};
+use crate::options::{self, Form, Offset, RobotRange};
+use crate::outlet::{Outlet, Sent};
+use crate::packer::Packer;
+use crate::socket::{Listen, Socket, resolve};
+use crate::tally::{Effort, EverySecond};
+
+/// Sends a fleet's poses as text in UDP datagrams: lines `id,x,y,theta`
+#[derive(Parser, Debug)]
+#[command(name = "udp", bin_name = "regatta plugin udp", max_term_width = 100)]
+#[command(mut_arg("rate", |rate| rate.help("Frames per second to send, or 'all' [default: 50]")))]
+#[command(mut_arg("verbose", |verbose| verbose.help("Tell the figures once a second, and warnings of shared memory (iceoryx2); twice for all of its log")))]
+struct SenderOptions {
+    /// Where to send to
+    #[arg(long, value_name = "HOST:PORT")]
+    to: String,
+    /// Which robots to send, the first and the one after the last
+    #[arg(long, value_name = "A..B", default_value = "..")]
+    robots: RobotRange,
+    #[command(flatten)]
+    form: Form,
+    /// Part of the time between frames over which a frame's datagrams are spread, 0 to 1
+    #[arg(long, value_name = "PART", default_value = "0.5")]
+    pace: f64,
+    /// Where to receive answers `id x y theta`, which are held against what was sent
+    #[arg(long, value_name = "[HOST:]PORT")]
+    listen: Option<Listen>,
+    /// What the other side adds to positions before it answers, in metres
+    #[arg(long, value_name = "X,Y", default_value = "0,0", allow_hyphen_values = true)]
+    echo_offset: Offset,
+    /// Decimals of the answers [default: as sent]
+    #[arg(long, value_name = "N", value_parser = options::decimals)]
+    echo_decimals: Option<usize>,
+    /// Seconds that an answer may take
+    #[arg(long, value_name = "SECONDS", default_value = "1", value_parser = options::seconds)]
+    echo_deadline: Duration,
+    /// Print the closing figures as JSON too, on standard output
+    #[arg(long)]
+    json: bool,
+    #[command(flatten)]
+    plugin: regatta_plugin::Options,
+}
+
+/// Runs the plugin with a command line, whose first argument is the plugin.
+///
+/// # Errors
+/// If an option is wrong, a socket can't be had, or the fleet can't be read.
+pub fn run(args: impl IntoIterator<Item: Into<OsString> + Clone>) -> Result {
+    let Some(options) = options::parse::<SenderOptions>(args)? else { return Ok(()) };
+    let sender = Sender::open(&options)?;
+    options.plugin.run(sender, "udp")
+}
+
+/// The plugin.
+#[derive(Debug)]
+struct Sender {
+    robots: RobotRange,
+    unit: AngleUnit,
+    packer: Packer,
+    outlet: Outlet,
+    echo: Option<EchoListener>,
+    effort: Effort,
+    second: EverySecond,
+    verbose: bool,
+    json: bool,
+}
+
+impl Sender {
+    fn open(options: &SenderOptions) -> Result<Self> {
+        let unit = options.form.unit();
+        let format = LineFormat::new(Separator::Comma, options.form.decimals, unit);
+        let to = resolve(&options.to)?;
+        let verbose = options.plugin.verbose > 0;
+        let echo = options.listen.as_ref().map(|listen| -> Result<_> {
+            let decimals = options.echo_decimals.unwrap_or(crate::fixed::MAX_DECIMALS);
+            let rules = EchoRules::new(format, decimals, unit, options.echo_offset.0, options.echo_deadline);
+            let socket = Socket::listen(listen)?;
+            eprintln!("udp: listening for answers on {}", socket.local_address()?);
+            Ok(EchoListener::start(socket, rules, verbose))
+        });
+        Ok(Self {
+            robots: options.robots.clone(),
+            unit,
+            packer: Packer::new(format, options.form.mtu),
+            outlet: Outlet::open("udp", to, options.pace)?,
+            echo: echo.transpose()?,
+            effort: Effort::start(),
+            second: EverySecond::new(Instant::now()),
+            verbose,
+            json: options.json,
+        })
+    }
+
+    /// The lines of a frame: of each robot wanted that is there.
+    fn lines<'frame>(&self, frame: &Frame<'frame>) -> impl Iterator<Item = PoseLine> + use<'frame> {
+        let end = self.robots.0.end.min(frame.len() as u32);
+        let (unit, columns) = (self.unit, frame.columns());
+        (self.robots.0.start.min(end)..end).filter_map(move |id| {
+            let row = id as usize;
+            let there = columns.state[row] != RobotState::Absent as u8;
+            let line =
+                || PoseLine { id, x: columns.x[row], y: columns.y[row], theta: unit.from_radians(columns.theta[row]) };
+            there.then(line)
+        })
+    }
+
+    fn tell(&mut self, now: Instant) {
+        if !self.second.has_passed(now) {
+            return;
+        }
+        if self.verbose {
+            eprintln!("udp: {}", self.summary());
+        }
+        if let Some(error) = self.outlet.failure.take() {
+            eprintln!("udp: can't send all lines to {}: {}", self.outlet.to, explained(&error));
+        }
+    }
+
+    fn summary(&self) -> String {
+        let Sent { frames, lines, datagrams, bytes, refused, not_finite } = self.outlet.sent;
+        let mut text = format!(
+            "{lines} lines of {frames} frames sent to {} in {datagrams} datagrams ({bytes} bytes) {}",
+            self.outlet.to, self.effort
+        );
+        for (count, what) in [(refused, "lines not sent"), (not_finite, "poses not finite")] {
+            if count > 0 {
+                text += &format!(", {count} {what}");
+            }
+        }
+        text
+    }
+
+    fn json(&self) -> serde_json::Value {
+        let Sent { frames, lines, datagrams, bytes, refused, not_finite } = self.outlet.sent;
+        let echo = self.echo.as_ref().map(|echo| {
+            let totals = echo.with(|check| check.totals());
+            serde_json::json!({
+                "sent": totals.sent, "answered": totals.answered, "missing": totals.missing, "late": totals.late,
+                "differing": totals.differing, "unchecked": totals.unchecked, "open": totals.open(),
+                "repeated": totals.repeated, "unknown": totals.unknown,
+            })
+        });
+        serde_json::json!({
+            "frames": frames, "lines": lines, "datagrams": datagrams, "bytes": bytes, "lines_not_sent": refused,
+            "poses_not_finite": not_finite, "wall_secs": self.effort.wall_secs(), "cpu_secs": self.effort.cpu_secs(),
+            "echo": echo,
+        })
+    }
+}
+
+impl Plugin for Sender {
+    fn on_start(&mut self, _: &Participant) -> Result {
+        self.effort = Effort::start();
+        Ok(())
+    }
+
+    fn on_frame(&mut self, frame: &Frame) -> Result {
+        let now = Instant::now();
+        let finite = |line: &PoseLine| line.x.is_finite() && line.y.is_finite() && line.theta.is_finite();
+        if let Some(echo) = &self.echo {
+            let mut noted = echo.with(|check| check.frame(self.robots.0.start, now));
+            self.lines(frame).filter(finite).for_each(|line| noted.push(&line));
+            echo.with(|check| check.note(noted));
+        }
+        self.outlet.start_frame(now, frame.header().lockstep != 0);
+        for line in self.lines(frame) {
+            if finite(&line) {
+                self.packer.push(&line, |batch| self.outlet.send(batch));
+            } else {
+                self.outlet.sent.not_finite += 1;
+            }
+        }
+        self.packer.flush(|batch| self.outlet.send(batch));
+        self.outlet.sent.frames += 1;
+        self.tell(now);
+        Ok(())
+    }
+
+    fn on_stop(&mut self) -> Result {
+        if let Some(echo) = &mut self.echo {
+            echo.finish();
+            eprintln!("udp: {}", echo.summary());
+        }
+        eprintln!("udp: {}", self.summary());
+        if self.json {
+            println!("{}", self.json());
+        }
+        Ok(())
+    }
+
+    fn rate(&self) -> Rate {
+        Rate::PerSecond(50.0)
+    }
+}
+
+fn explained(error: &std::io::Error) -> String {
+    let too_long = quinn_udp::is_msg_size_err(error);
+    if too_long { format!("{error}; lower --mtu") } else { error.to_string() }
+}

@@ -1,0 +1,95 @@
+//! What the source tells of itself.
+
+use std::time::Instant;
+
+use super::Source;
+use super::intake::Intake;
+use crate::tally::Faults;
+
+/// What a user should know of.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Trouble {
+    pub faults: Faults,
+    pub dropped: u64,
+    pub orders_refused: u64,
+    pub answers_refused: u64,
+    pub receive_errors: u64,
+}
+
+impl Source {
+    /// Tells once a second what is going on: always what is wrong, the rest if asked to.
+    pub(super) fn tell(&mut self) {
+        if !self.second.has_passed(Instant::now()) {
+            return;
+        }
+        let trouble = self.trouble();
+        if self.verbose {
+            eprintln!("udp-source: {}", self.summary());
+        } else if trouble != self.told {
+            eprintln!("udp-source: ignored so far: {}", trouble.text());
+        }
+        self.told = trouble;
+    }
+
+    fn trouble(&self) -> Trouble {
+        Trouble {
+            faults: self.intake.faults,
+            dropped: self.socket.dropped().unwrap_or(0),
+            orders_refused: self.orders_refused,
+            answers_refused: self.answers.as_ref().map_or(0, |answers| answers.outlet.sent.refused),
+            receive_errors: self.receive_errors,
+        }
+    }
+
+    fn summary(&self) -> String {
+        let Intake { lines, datagrams, bytes, .. } = self.intake;
+        let [standing, driving] = self.intake.robots.standing_and_driving(self.now());
+        let answered =
+            self.answers.as_ref().map_or(String::new(), |answers| format!(", {} answered", answers.outlet.sent.lines));
+        format!(
+            "{lines} lines of {} robots received in {datagrams} datagrams ({bytes} bytes){answered} {}; {} frames, \
+             {} late; ignored: {}",
+            standing + driving,
+            self.effort,
+            self.ticker.tick,
+            self.ticker.late_ticks,
+            self.trouble().text()
+        )
+    }
+
+    /// Tells the closing figures.
+    pub(super) fn close(&self, json: bool) {
+        eprintln!("udp-source: {}", self.summary());
+        if !json {
+            return;
+        }
+        let Intake { lines, datagrams, bytes, faults, .. } = self.intake;
+        let json = serde_json::json!({
+            "lines": lines, "datagrams": datagrams, "bytes": bytes, "dropped_packets": self.socket.dropped(),
+            "receive_buffer_bytes": self.socket.receive_buffer_bytes(),
+            "malformed": faults.malformed, "negative_ids": faults.negative_id, "ids_too_large": faults.id_too_large,
+            "not_finite": faults.not_finite, "oversized_datagrams": faults.oversized,
+            "answers": self.answers.as_ref().map(|answers| answers.outlet.sent.lines), "orders_refused": self.orders_refused,
+            "frames": self.ticker.tick, "late_ticks": self.ticker.late_ticks,
+            "wall_secs": self.effort.wall_secs(), "cpu_secs": self.effort.cpu_secs(),
+        });
+        println!("{json}");
+    }
+}
+
+impl Trouble {
+    fn text(&self) -> String {
+        let mut text = self.faults.to_string();
+        for (count, what) in [
+            (self.dropped, "packets dropped by the system, of up to 64 datagrams each (the receive buffer was full)"),
+            (self.orders_refused, "orders refused (robots are driven by whoever sends the poses)"),
+            (self.answers_refused, "answers not sent"),
+            (self.receive_errors, "errors of the socket"),
+        ] {
+            if count > 0 {
+                text += &format!(", {count} {what}");
+            }
+        }
+        text.strip_prefix("nothing, ").map_or(text.clone(), str::to_owned)
+    }
+}

@@ -1,0 +1,175 @@
+//! How many lines a second come through UDP, and at what cost: engine → `udp` → loopback → `udp-source`, each a
+//! process of its own.
+
+use std::fmt::Write as _;
+use std::fs::{self, File};
+use std::path::Path;
+use std::process::{Command, ExitCode, Stdio};
+use std::time::{Duration, Instant};
+
+use clap::Args;
+use regatta_engine::graph::generate::Warehouse;
+use serde_json::{Value, json};
+
+use super::experiment::Experiment;
+use super::{Output, circumstances, write};
+use crate::Failure;
+use crate::supervisor::Supervisor;
+
+/// Robots and frames a second: the two that are promised, and on to where it breaks.
+const LOADS: &[(u32, u32)] =
+    &[(10_000, 50), (100_000, 10), (100_000, 20), (100_000, 50), (100_000, 100), (1_000_000, 2), (1_000_000, 10)];
+/// Where the robots drive.
+const WAREHOUSE: Warehouse = Warehouse { aisles: 24, rows: 18, bays: 6 };
+const SCENARIO: &str = "udp.yaml";
+/// How long the last datagrams may take to be received.
+const LAST_WAIT: Duration = Duration::from_millis(500);
+const START_PATIENCE: Duration = Duration::from_secs(60);
+
+#[derive(Args)]
+pub struct UdpArgs {
+    #[command(flatten)]
+    output: Output,
+    /// Seconds that each load is measured for.
+    #[arg(long, default_value_t = 10)]
+    secs: u64,
+    /// Measure only this many robots, and `--hz`.
+    #[arg(long, requires = "hz")]
+    robots: Option<u32>,
+    /// Frames a second.
+    #[arg(long, requires = "robots")]
+    hz: Option<u32>,
+    /// More options for `regatta plugin udp`: --udp-option=--pace=0 say.
+    #[arg(long, value_name = "OPTION", allow_hyphen_values = true)]
+    udp_option: Vec<String>,
+}
+
+/// What either side said at the end.
+struct Figures {
+    robots: u32,
+    hz: u32,
+    sender: Value,
+    receiver: Value,
+}
+
+pub fn run(args: &UdpArgs) -> Result<ExitCode, Failure> {
+    let loads = args.robots.zip(args.hz).map_or(LOADS.to_vec(), |load| vec![load]);
+    let folder = tempfile::tempdir().map_err(|error| format!("can't make a temporary folder: {error}"))?;
+    write(&folder.path().join("warehouse.yaml"), &WAREHOUSE.generate()?)?;
+    write(&folder.path().join(SCENARIO), "graph: warehouse.yaml\nseed: 1\nrobots: [{count: 1, routes: random}]\n")?;
+    let figures = loads.into_iter().map(|load| measure(folder.path(), load, args));
+    let figures = figures.collect::<Result<Vec<_>, _>>()?;
+    let (line, machine) = circumstances();
+    let loads: Vec<_> = figures
+        .iter()
+        .map(|f| json!({"robots": f.robots, "hz": f.hz, "sender": f.sender, "receiver": f.receiver}))
+        .collect();
+    let json = json!({"machine": machine, "secs": args.secs, "udp_options": args.udp_option, "loads": loads});
+    args.output.write("udp", &markdown(&figures, &line), &json)?;
+    Ok(ExitCode::SUCCESS)
+}
+
+fn measure(folder: &Path, (robots, hz): (u32, u32), args: &UdpArgs) -> Result<Figures, Failure> {
+    let options = [("robots", robots), ("rate", hz)];
+    let options: Vec<_> = options.iter().flat_map(|(name, value)| [format!("--{name}"), value.to_string()]).collect();
+    let experiment = Experiment::start("udp", &folder.join(SCENARIO), &options)?;
+    let fleet = experiment.reader.participant().fleet().to_string();
+
+    let mut receiver = Supervisor::default();
+    let most = robots.to_string();
+    let second = format!("{fleet}-source");
+    let plugin = ["udp-source", "--listen", "0", "--max-robots", &most, "--fleet", &second];
+    receiver.start("udp-source", &mut plugin_command(folder, &plugin)?)?;
+    let to = listening_at(folder, &mut receiver)?;
+
+    let mut sender = Supervisor::default();
+    let plugin = ["udp", "--to", &to, "--rate", "all", "--fleet", &fleet];
+    sender.start("udp", plugin_command(folder, &plugin)?.args(&args.udp_option))?;
+    std::thread::sleep(Duration::from_secs(args.secs));
+    let sender = close(folder, "udp", sender)?;
+    std::thread::sleep(LAST_WAIT);
+    let receiver = close(folder, "udp-source", receiver)?;
+    experiment.finish()?;
+    Ok(Figures { robots, hz, sender, receiver })
+}
+
+/// A plugin whose closing figures and messages go to files of its name.
+fn plugin_command(folder: &Path, plugin: &[&str]) -> Result<Command, Failure> {
+    let file = |end: &str| File::create(folder.join(format!("{}.{end}", plugin[0])));
+    let mut command = Command::new(std::env::current_exe()?);
+    command.arg("plugin").args(plugin).arg("--json");
+    command.stdin(Stdio::null()).stdout(file("json")?).stderr(file("log")?);
+    Ok(command)
+}
+
+fn listening_at(folder: &Path, receiver: &mut Supervisor) -> Result<String, Failure> {
+    let started = Instant::now();
+    loop {
+        let log = fs::read_to_string(folder.join("udp-source.log"))?;
+        // The last line may not have been written to its end.
+        if let Some((line, _)) = log.split_once('\n')
+            && let Some(address) = line.split("listening on ").nth(1).and_then(|rest| rest.split(' ').next())
+        {
+            return Ok(address.to_owned());
+        }
+        if !receiver.ended().is_empty() || started.elapsed() > START_PATIENCE {
+            return Err(format!("udp-source did not start: {}", log.trim()).into());
+        }
+        std::thread::sleep(Duration::from_millis(5));
+    }
+}
+
+fn close(folder: &Path, name: &str, mut process: Supervisor) -> Result<Value, Failure> {
+    let failures = process.stop();
+    let text = fs::read_to_string(folder.join(format!("{name}.json")))?;
+    serde_json::from_str(&text).map_err(|_| {
+        let log = fs::read_to_string(folder.join(format!("{name}.log"))).unwrap_or_default();
+        format!("{name} told no figures: {} {}", failures.join(", "), log.trim()).into()
+    })
+}
+
+fn markdown(figures: &[Figures], circumstances: &str) -> String {
+    let mut text = format!(
+        "# UDP: lines a second over loopback\n\n{circumstances}\n\n\
+         Engine, `udp` and `udp-source` are a process each. A core is one second of processor time per second of wall \
+         time.\n\n\
+         | robots | Hz | frames sent | lines sent/s | lines received | packets dropped | sender | receiver | receiver's late frames |\n\
+         |---|---|---|---|---|---|---|---|---|\n"
+    );
+    for Figures { robots, hz, sender, receiver } in figures {
+        let number = |side: &Value, what: &str| side[what].as_f64().unwrap_or(f64::NAN);
+        let cores = |side: &Value| number(side, "cpu_secs") / number(side, "wall_secs");
+        let (sent, received) = (number(sender, "lines"), number(receiver, "lines"));
+        let _ = writeln!(
+            text,
+            "| {robots} | {hz} | {} of {:.0} | {:.0} | {received} of {sent} ({:.3} %) | {} | {:.3} cores | {:.3} cores | {} of {} |",
+            sender["frames"],
+            number(sender, "wall_secs") * f64::from(*hz),
+            sent / number(sender, "wall_secs"),
+            received / sent * 100.0,
+            receiver["dropped_packets"],
+            cores(sender),
+            cores(receiver),
+            receiver["late_ticks"],
+            receiver["frames"],
+        );
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_table_tells_losses() {
+        let side = |lines: u64| {
+            json!({
+                "lines": lines, "frames": 100, "wall_secs": 2.0, "cpu_secs": 0.5, "dropped_packets": 3, "late_ticks": 0,
+            })
+        };
+        let figures = Figures { robots: 10, hz: 50, sender: side(1000), receiver: side(990) };
+        let text = markdown(&[figures], "here");
+        assert!(text.contains("| 10 | 50 | 100 of 100 | 500 | 990 of 1000 (99.000 %) | 3 | 0.250 cores |"), "{text}");
+    }
+}

@@ -1,0 +1,101 @@
+//! A program in a pseudo-terminal, and the screen that it draws.
+
+use std::io::{Read, Write};
+use std::num::NonZeroU16;
+use std::process::ExitStatus;
+use std::sync::{Arc, Mutex};
+
+use pty_process::Size;
+use pty_process::blocking::{Command, Pty, open};
+use rustix::process::Signal;
+use rustix::termios::{LocalModes, Termios, tcgetattr};
+use vt100::Parser;
+
+use crate::fleet::{Process, eventually};
+
+/// A terminal with a program in it. The program is killed when the test ends.
+pub struct Terminal {
+    pty: Arc<Pty>,
+    parser: Arc<Mutex<Parser>>,
+    program: Process,
+    /// As it was before the program started.
+    modes: Termios,
+}
+
+impl Terminal {
+    /// Starts `regatta` in a terminal of that size.
+    pub fn start(args: &[&str], columns: u16, rows: u16) -> Self {
+        let (pty, pts) = open().expect("a pseudo-terminal");
+        pty.resize(Size::new(rows, columns)).expect("resized");
+        let modes = tcgetattr(&pty).expect("its modes");
+        let command = Command::new(env!("CARGO_BIN_EXE_regatta")).args(args).env("TERM", "xterm-256color");
+        let program = Process(command.env_remove("NO_COLOR").spawn(pts).expect("regatta starts"));
+        let size = |length| NonZeroU16::new(length).expect("a size");
+        let terminal = Self {
+            pty: Arc::new(pty),
+            parser: Arc::new(Mutex::new(Parser::new(size(rows), size(columns), 0))),
+            program,
+            modes,
+        };
+        terminal.follow();
+        terminal
+    }
+
+    /// Draws what the program writes, until it ends.
+    fn follow(&self) {
+        let (pty, parser) = (Arc::clone(&self.pty), Arc::clone(&self.parser));
+        std::thread::spawn(move || {
+            let mut bytes = [0; 4096];
+            while let Ok(count @ 1..) = (&*pty).read(&mut bytes) {
+                parser.lock().expect("drawn").process(&bytes[..count]);
+            }
+        });
+    }
+
+    /// What the screen shows.
+    pub fn text(&self) -> String {
+        self.parser.lock().expect("drawn").screen().contents()
+    }
+
+    /// Waits until the screen shows that text.
+    pub fn shows(&self, text: &str) {
+        self.shows_that(text, |screen| screen.contains(text));
+    }
+
+    /// Waits until the screen fulfils a condition.
+    pub fn shows_that(&self, what: &str, mut condition: impl FnMut(&str) -> bool) {
+        let shown = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| {
+            eventually(what, || condition(&self.text()).then_some(()));
+        }));
+        assert!(shown.is_ok(), "{what} is not on the screen:\n{}", self.text());
+    }
+
+    /// Presses keys.
+    pub fn press(&self, keys: &str) {
+        (&*self.pty).write_all(keys.as_bytes()).expect("typed");
+    }
+
+    pub fn resize(&self, columns: u16, rows: u16) {
+        self.pty.resize(Size::new(rows, columns)).expect("resized");
+        let size = |length| NonZeroU16::new(length).expect("a size");
+        self.parser.lock().expect("drawn").screen_mut().set_size(size(rows), size(columns));
+    }
+
+    pub fn signal(&self, signal: Signal) {
+        self.program.signal(signal);
+    }
+
+    /// Waits for the program to end, and asserts that the terminal is as it was.
+    pub fn finish(mut self) -> ExitStatus {
+        let status = eventually("the program ends", || self.program.0.try_wait().expect("a status"));
+        eventually("the terminal is given back", || {
+            let parser = self.parser.lock().expect("drawn");
+            (!parser.screen().alternate_screen() && !parser.screen().hide_cursor()).then_some(())
+        });
+        let modes = tcgetattr(&*self.pty).expect("its modes");
+        assert!(modes.local_modes.contains(LocalModes::ICANON | LocalModes::ECHO), "{:?}", modes.local_modes);
+        assert_eq!((modes.local_modes, modes.input_modes), (self.modes.local_modes, self.modes.input_modes));
+        assert_eq!((modes.output_modes, modes.control_modes), (self.modes.output_modes, self.modes.control_modes));
+        status
+    }
+}

@@ -1,0 +1,143 @@
+//! `regatta top` in a pseudo-terminal.
+
+use regatta_plugin::contact::{ContactHeader, ContactPublisher, ContactRecord};
+use regatta_plugin::{FleetName, Participant};
+use rustix::process::Signal;
+
+use crate::fleet::{Fleet, Process, eventually, regatta, unique};
+use crate::readers::costs_no_late_tick;
+use crate::terminal::Terminal;
+
+fn top(fleet: &FleetName) -> Terminal {
+    Terminal::start(&["top", "--fleet", &fleet.to_string()], 80, 24)
+}
+
+#[test]
+fn a_fleet_is_seen_paused_stepped_and_left() {
+    let fleet = Fleet::start("top", "thirty.yaml", &[]);
+    let top = top(&fleet.name);
+    for text in ["running", "×1", "tick cost", "real time", "frame age", "robots", "driving", "producer", "q quit"] {
+        top.shows(text);
+    }
+    top.shows_that("all 30 robots", |screen| {
+        screen.lines().any(|line| line.contains("robots") && line.contains(" 30 "))
+    });
+
+    top.press(" ");
+    top.shows("● paused");
+    assert_eq!(fleet.status()["clock"], "paused");
+    let tick = fleet.tick();
+    top.press("s");
+    eventually("a step", || (fleet.tick() == tick + 1).then_some(()));
+    top.shows("stepped to tick");
+    top.press("+");
+    eventually("twice as fast", || (fleet.status()["speed"] == 2.0).then_some(()));
+    top.press("--");
+    eventually("half as fast", || (fleet.status()["speed"] == 0.5).then_some(()));
+    top.press(" ");
+    eventually("the clock runs", || (fleet.status()["clock"] == "running").then_some(()));
+    top.press("m");
+    eventually("full speed", || (fleet.status()["speed"] == "max").then_some(()));
+    top.shows("max");
+    top.press("?");
+    top.shows("pause or resume");
+
+    top.press("q");
+    assert_eq!(top.finish().code(), Some(0));
+    fleet.let_ticks_pass(10);
+}
+
+#[test]
+fn it_waits_for_an_engine_and_goes_on_with_the_next() {
+    let name = unique("top-waits");
+    let top = top(&name);
+    top.shows("No engine runs");
+    let fleet = Fleet::restart(name.clone(), "thirty.yaml", &[]);
+    top.shows("● running");
+    fleet.engine.signal(Signal::KILL);
+    fleet.engine.finish();
+    top.shows("No engine runs");
+    let _fleet = Fleet::restart(name, "thirty.yaml", &[]);
+    top.shows("● running");
+    top.press("\x03");
+    assert_eq!(top.finish().code(), Some(0), "Ctrl-C");
+}
+
+#[test]
+fn a_stopped_engine_freezes_nothing() {
+    let fleet = Fleet::start("top-stopped", "thirty.yaml", &[]);
+    let top = top(&fleet.name);
+    top.shows("● running");
+    fleet.engine.signal(Signal::STOP);
+    top.press(" ");
+    top.press("?");
+    top.shows("pause or resume");
+    top.shows("has not answered");
+    top.shows("halted");
+    // Escape closes the help first.
+    top.press("\x1b");
+    top.shows_that("no help", |screen| !screen.contains("pause or resume"));
+    fleet.engine.signal(Signal::CONT);
+    top.press("q");
+    assert_eq!(top.finish().code(), Some(0));
+}
+
+#[test]
+fn sigterm_gives_the_terminal_back() {
+    let fleet = Fleet::start("top-sigterm", "thirty.yaml", &[]);
+    let top = top(&fleet.name);
+    top.shows("● running");
+    top.signal(Signal::TERM);
+    assert_eq!(top.finish().code(), Some(0));
+}
+
+#[test]
+fn without_a_terminal_it_says_so_in_one_line() {
+    let output = Process::start(regatta().arg("top")).finish();
+    let message = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(!output.status.success() && message.lines().count() == 1 && message.contains("terminal"), "{message}");
+}
+
+#[test]
+fn collisions_are_listed_and_scroll() {
+    let fleet = Fleet::start("top-collisions", "thirty.yaml", &[]);
+    let mut checker =
+        ContactPublisher::open_on(&Participant::join(&fleet.name, "checker").expect("joined")).expect("contacts");
+    let mut frames = fleet.subscriber();
+    let (run_id, tick) = eventually("a frame", || frames.latest().ok()?.map(|frame| (frame.run_id(), frame.tick())));
+    let pair =
+        |k: u32| ContactRecord { robots: [100 + k, 200 + k], level: if k < 3 { 2 } else { 1 }, ..Default::default() };
+    let pairs: Vec<_> = (0..40).map(pair).collect();
+    let header = ContactHeader { run_id, tick, touching: 3, possible: 37, ..ContactHeader::default() };
+    let top = top(&fleet.name);
+    // Again and again, as a checker does: what is old is not shown.
+    let mut shows = |text: &str| {
+        top.shows_that(text, |screen| {
+            checker.publish(&header, &pairs).expect("published");
+            screen.contains(text)
+        });
+    };
+    shows("3 touching, 37 possible");
+    shows("100 200");
+    top.press("\x1b[F");
+    shows("139 239");
+    top.press("\x1b[H");
+    shows("100 200");
+    top.resize(120, 40);
+    shows("115 215");
+    top.press("q");
+    assert_eq!(top.finish().code(), Some(0));
+}
+
+#[test]
+fn it_costs_no_late_tick() {
+    costs_no_late_tick("top-killed", |fleet| {
+        let top = top(&fleet.name);
+        top.shows("● running");
+        top.signal(Signal::STOP);
+        fleet.let_ticks_pass(200);
+        top.signal(Signal::CONT);
+        fleet.let_ticks_pass(20);
+        top.signal(Signal::KILL);
+    });
+}
