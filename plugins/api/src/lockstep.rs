@@ -87,6 +87,11 @@ impl Collector {
         Ok(())
     }
 
+    /// Starts afresh, for another run: its ticks may have lower numbers.
+    pub(crate) fn forget(&mut self) {
+        self.finished.clear();
+    }
+
     fn missing<'a>(&'a self, names: &'a [String], tick: u64) -> impl Iterator<Item = &'a String> {
         names.iter().filter(move |name| self.finished.get(*name).is_none_or(|&done| done < tick))
     }
