@@ -11,6 +11,7 @@ type Starter = fn(Vec<String>) -> regatta_plugin::Result;
 
 /// The shelf. A new plugin is a crate under `plugins/` and a line here.
 const PLUGINS: &[(&str, Starter)] = &[
+    ("collision", |args| regatta_collision::run_from(args)),
     ("hello", |args| regatta_plugin::run_from(regatta_hello::Centre, args)),
     ("metrics", |args| regatta_metrics::run_from(args)),
     ("record", regatta_record::record_from),

@@ -76,9 +76,9 @@ fn measure(folder: &Path, (robots, hz): (u32, u32), args: &UdpArgs) -> Result<Fi
     let fleet = experiment.reader.participant().fleet().to_string();
 
     let mut receiver = Supervisor::default();
-    let most = robots.to_string();
+    let [most, rate] = [robots, hz].map(|number| number.to_string());
     let second = format!("{fleet}-source");
-    let plugin = ["udp-source", "--listen", "0", "--max-robots", &most, "--fleet", &second];
+    let plugin = ["udp-source", "--listen", "0", "--max-robots", &most, "--rate", &rate, "--fleet", &second];
     receiver.start("udp-source", &mut plugin_command(folder, &plugin)?)?;
     let to = listening_at(folder, &mut receiver)?;
 

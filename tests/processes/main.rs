@@ -1,6 +1,7 @@
 //! Whole processes: the real binary, real shared memory, real signals. Each test has a fleet name of its
 //! own, so that all run side by side.
 
+mod collision;
 mod command_line;
 mod control;
 mod determinism;

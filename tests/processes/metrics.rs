@@ -168,7 +168,7 @@ fn killed_and_stopped_it_costs_no_late_tick() {
         let metrics = Metrics::start(&fleet.name, &[]);
         metrics.reaches("regatta_up", "", |up| up == 1.0);
         metrics.process.signal(Signal::STOP);
-        fleet.let_ticks_pass(300);
+        fleet.let_ticks_pass(60);
         let tick = fleet.tick();
         metrics.process.signal(Signal::CONT);
         metrics.reaches("regatta_ticks_total", "", |now| now > tick as f64);

@@ -135,9 +135,9 @@ fn it_costs_no_late_tick() {
         let top = top(&fleet.name);
         top.shows("● running");
         top.signal(Signal::STOP);
-        fleet.let_ticks_pass(200);
+        fleet.let_ticks_pass(60);
         top.signal(Signal::CONT);
-        fleet.let_ticks_pass(20);
+        fleet.let_ticks_pass(10);
         top.signal(Signal::KILL);
     });
 }

@@ -54,6 +54,8 @@ fn hold(fleet: &FleetName) {
 struct Witness {
     frames: u64,
     run_id: u64,
+    /// What the last call of `on_idle` since the last frame said.
+    has_producer: Option<bool>,
 }
 
 impl Plugin for Witness {
@@ -67,7 +69,15 @@ impl Plugin for Witness {
         let world_first = frame.header().world_revision == 0 || frame.run_id() == self.run_id;
         assert!(world_first, "a frame before its world");
         self.frames += 1;
+        self.has_producer = None;
         println!("frame");
+        Ok(())
+    }
+
+    fn on_idle(&mut self, has_producer: bool) -> Result {
+        if self.has_producer.replace(has_producer) != Some(has_producer) {
+            println!("idle, {}", if has_producer { "producer" } else { "nobody" });
+        }
         Ok(())
     }
 
@@ -174,6 +184,19 @@ fn a_stopped_reader_does_not_hold_up_anybody() {
     stopped.signal(Signal::TERM);
     stopped.wait_for("stopped", || ());
     stopped.wait_for("ended", || ());
+}
+
+#[test]
+fn a_plugin_hears_that_no_frame_comes_and_whether_there_is_a_producer() {
+    let fleet = fleet();
+    let mut witness = Role::start("plugin", &fleet);
+    witness.wait_for("idle, nobody", || ());
+    let producer = Role::start("producer", &fleet);
+    witness.wait_for("frame", || ());
+    producer.signal(Signal::STOP);
+    witness.wait_for("idle, producer", || ());
+    producer.kill();
+    witness.wait_for("idle, nobody", || ());
 }
 
 #[test]

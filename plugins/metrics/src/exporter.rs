@@ -25,6 +25,7 @@ const ROW_PERIOD: Duration = Duration::from_secs(1);
 
 /// The command line of `regatta plugin metrics`.
 #[derive(Clone, Debug, Parser)]
+#[command(bin_name = "regatta plugin metrics", max_term_width = 100)]
 #[command(about = "Shows a fleet's figures to Prometheus, and writes them as CSV")]
 pub struct Cli {
     /// Where to serve http://IP:PORT/metrics; port 0 takes a free one

@@ -82,7 +82,8 @@ impl PoseLine {
     /// # Errors
     /// [`LineFault`].
     pub fn parse(line: &[u8], separator: Separator) -> Result<Self, LineFault> {
-        let [id, x, y, theta] = fields(line, separator).ok_or(LineFault::Malformed)?;
+        let text = core::str::from_utf8(line).map_err(|_| LineFault::Malformed)?;
+        let [id, x, y, theta] = fields(text, separator).ok_or(LineFault::Malformed)?;
         // The numbers first: a line of nonsense is malformed whatever its id.
         let (x, y, theta) = (number(x)?, number(y)?, number(theta)?);
         let line = Self { id: id_of(id)?, x, y, theta };
@@ -158,25 +159,35 @@ fn wrapped(radians: f64) -> f32 {
     if wrapped <= -PI { PI } else { wrapped }
 }
 
-fn fields(line: &[u8], separator: Separator) -> Option<[&[u8]; 4]> {
+fn fields(line: &str, separator: Separator) -> Option<[&str; 4]> {
     match separator {
-        Separator::Comma => four(line.split(|&byte| byte == b',').map(<[u8]>::trim_ascii)),
-        Separator::Space => four(line.split(u8::is_ascii_whitespace).filter(|field| !field.is_empty())),
+        Separator::Comma => four(at_commas(line).map(str::trim_ascii)),
+        Separator::Space => four(line.split_ascii_whitespace()),
     }
 }
 
-fn four<'line>(mut fields: impl Iterator<Item = &'line [u8]>) -> Option<[&'line [u8]; 4]> {
+/// `line.split(',')` in half the time: fields are too short for its search to pay.
+fn at_commas(line: &str) -> impl Iterator<Item = &str> {
+    let mut rest = Some(line);
+    core::iter::from_fn(move || {
+        let text = rest?;
+        let comma = text.bytes().position(|byte| byte == b',');
+        rest = comma.map(|at| &text[at + 1..]);
+        Some(&text[..comma.unwrap_or(text.len())])
+    })
+}
+
+fn four<'line>(mut fields: impl Iterator<Item = &'line str>) -> Option<[&'line str; 4]> {
     let four = [fields.next()?, fields.next()?, fields.next()?, fields.next()?];
     fields.next().is_none().then_some(four)
 }
 
-fn number(field: &[u8]) -> Result<f32, LineFault> {
-    let text = core::str::from_utf8(field).map_err(|_| LineFault::Malformed)?;
-    text.parse().map_err(|_| LineFault::Malformed)
+fn number(field: &str) -> Result<f32, LineFault> {
+    field.parse().map_err(|_| LineFault::Malformed)
 }
 
-fn id_of(field: &[u8]) -> Result<u32, LineFault> {
-    let (negative, digits) = match field {
+fn id_of(field: &str) -> Result<u32, LineFault> {
+    let (negative, digits) = match field.as_bytes() {
         [b'-', digits @ ..] => (true, digits),
         [b'+', digits @ ..] => (false, digits),
         digits => (false, digits),

@@ -3,6 +3,8 @@
 use std::net::SocketAddr;
 use std::time::{Duration, Instant};
 
+use regatta_plugin::frame::FrameHeader;
+
 use crate::pacer::Pacer;
 use crate::packer::Batch;
 use crate::socket::{Socket, SocketError};
@@ -56,10 +58,12 @@ impl Outlet {
         })
     }
 
-    /// A frame's batches follow; `hurry` if somebody waits for its end.
-    pub fn start_frame(&mut self, now: Instant, hurry: bool) {
+    /// The batches of a frame that came at `now` follow.
+    pub fn start_frame(&mut self, now: Instant, frame: &FrameHeader) {
         self.batches = [0, self.batches[0]];
-        self.pacer.start_frame(now, self.batches[1], hurry);
+        // At infinite speed there is no schedule, and nothing to spread over.
+        let schedule = Duration::from_nanos((frame.sim_time_nanos as f64 / f64::from(frame.speed)) as u64);
+        self.pacer.start_frame(now, schedule, self.batches[1], frame.lockstep != 0);
     }
 
     /// Sends a batch, when its time has come.

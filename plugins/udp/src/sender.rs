@@ -173,7 +173,7 @@ impl Plugin for Sender {
             self.lines(frame).filter(finite).for_each(|line| noted.push(&line));
             echo.with(|check| check.note(noted));
         }
-        self.outlet.start_frame(now, frame.header().lockstep != 0);
+        self.outlet.start_frame(now, frame.header());
         for line in self.lines(frame) {
             if finite(&line) {
                 self.packer.push(&line, |batch| self.outlet.send(batch));

@@ -44,8 +44,11 @@ impl Taken {
 
 impl Drop for Taken {
     fn drop(&mut self) {
+        // After a panic it was given back already, before the message: again would put the cursor on top of that.
         // A terminal that was closed needs nothing back.
-        let _ = ratatui::try_restore();
+        if !std::thread::panicking() {
+            let _ = ratatui::try_restore();
+        }
         let _ = execute!(io::stdout(), Show);
     }
 }

@@ -109,6 +109,11 @@ proptest! {
     }
 
     #[test]
+    fn commas_cut_as_the_standard_library_cuts(text in "[a,é ]{0,20}") {
+        prop_assert!(at_commas(&text).eq(text.split(',')));
+    }
+
+    #[test]
     fn almost_lines_are_read_or_refused(text in "[-+0-9a-z.e]{0,12}(,[-+0-9a-z. ]{0,9}){2,4}") {
         if let Ok(line) = parsed(&text) {
             prop_assert!(line.x.is_finite() && line.y.is_finite() && line.theta.is_finite());

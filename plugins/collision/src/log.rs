@@ -1,0 +1,161 @@
+//! The log: a CSV file with a line for each begin and end.
+
+use std::fmt::Write as _;
+use std::fs::{File, OpenOptions};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use regatta_plugin::contact::{ContactChange, ContactEvent, ContactLevel};
+
+/// The file's first line.
+pub const HEADER: &str =
+    "time_secs,tick,change,level,robot_a,robot_b,edge,x_metres,y_metres,relative_speed_metres_per_sec";
+
+/// Why the log can't be written.
+#[derive(Debug, thiserror::Error)]
+#[error("can't write {} ({reason})", path.display())]
+pub struct LogError {
+    path: PathBuf,
+    reason: io::Error,
+}
+
+/// What is worth telling a person.
+#[derive(Debug)]
+pub(crate) enum Change {
+    /// Events are lost from now on.
+    Failed(LogError),
+    /// The file can be written again, after so many lost events.
+    Recovered(u64),
+}
+
+/// A CSV file that lines are added to: those of a tick all together, or none of them.
+#[derive(Debug)]
+pub(crate) struct Log {
+    path: PathBuf,
+    file: File,
+    /// Its length up to the last whole line.
+    length: u64,
+    lost: u64,
+    failing: bool,
+    text: String,
+}
+
+impl Log {
+    /// Opens a log that need not exist yet. What stands in it is kept.
+    pub(crate) fn open(path: &Path) -> Result<Self, LogError> {
+        let failed = |reason| LogError { path: path.to_owned(), reason };
+        let file = OpenOptions::new().append(true).create(true).open(path).map_err(failed)?;
+        let length = file.metadata().map_err(failed)?.len();
+        let mut log = Self { path: path.to_owned(), file, length, lost: 0, failing: false, text: String::new() };
+        if length == 0 {
+            log.text = format!("{HEADER}\n");
+            log.write().map_err(failed)?;
+        }
+        Ok(log)
+    }
+
+    /// Adds the events of a tick; `edges` are ids by index. Tells when it begins to fail, and when it ends to.
+    pub(crate) fn add(&mut self, events: &[ContactEvent], edges: &[u32]) -> Option<Change> {
+        if events.is_empty() {
+            return None;
+        }
+        self.text.clear();
+        events.iter().for_each(|event| line(&mut self.text, event, edges));
+        match self.write() {
+            Ok(()) => std::mem::take(&mut self.failing).then_some(Change::Recovered(self.lost)),
+            Err(reason) => {
+                self.lost += events.len() as u64;
+                let first = !std::mem::replace(&mut self.failing, true);
+                first.then(|| Change::Failed(LogError { path: self.path.clone(), reason }))
+            }
+        }
+    }
+
+    fn write(&mut self) -> io::Result<()> {
+        let result = self.file.write_all(self.text.as_bytes());
+        match result {
+            Ok(()) => self.length += self.text.len() as u64,
+            // Half a line would spoil the next; what is no file (a pipe, say) can't be cut.
+            Err(_) => drop(self.file.set_len(self.length)),
+        }
+        result
+    }
+
+    /// Events that could not be written.
+    pub(crate) fn lost(&self) -> u64 {
+        self.lost
+    }
+
+    pub(crate) fn path(&self) -> &Path {
+        &self.path
+    }
+}
+
+fn line(text: &mut String, event: &ContactEvent, edges: &[u32]) {
+    let change = match ContactChange::from_number(event.change) {
+        Some(ContactChange::Began) => "began",
+        Some(ContactChange::Ended) => "ended",
+        None => "",
+    };
+    let level = match ContactLevel::from_number(event.level) {
+        Some(ContactLevel::Touching) => "touching",
+        Some(ContactLevel::Possible) => "possible",
+        None => "",
+    };
+    let edge = edges.get(event.edge as usize).map(u32::to_string).unwrap_or_default();
+    let ContactEvent { tick, robots: [a, b], x, y, relative_speed, .. } = event;
+    let secs = event.sim_time_nanos as f64 * 1e-9;
+    // Writing to a string can't fail.
+    let _ = writeln!(text, "{secs:.6},{tick},{change},{level},{a},{b},{edge},{x:.4},{y:.4},{relative_speed:.4}");
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn event(tick: u64) -> ContactEvent {
+        ContactEvent {
+            tick,
+            sim_time_nanos: 1_500_000_000,
+            robots: [3, 8],
+            level: ContactLevel::Touching as u32,
+            change: ContactChange::Began as u32,
+            edge: 1,
+            x: 2.5,
+            y: -1.0,
+            relative_speed: 0.75,
+        }
+    }
+
+    #[test]
+    fn lines_are_added_to_what_is_there() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("log.csv");
+        for tick in [7, 8] {
+            assert!(Log::open(&path).unwrap().add(&[event(tick)], &[10, 20]).is_none());
+        }
+        let text = std::fs::read_to_string(&path).unwrap();
+        let line = |tick| format!("1.500000,{tick},began,touching,3,8,20,2.5000,-1.0000,0.7500\n");
+        assert_eq!(text, format!("{HEADER}\n{}{}", line(7), line(8)));
+    }
+
+    #[test]
+    fn a_robot_on_no_edge_has_an_empty_field() {
+        let mut text = String::new();
+        line(&mut text, &ContactEvent { edge: u32::MAX, ..event(1) }, &[10, 20]);
+        assert!(text.contains(",3,8,,2.5"), "{text}");
+    }
+
+    #[test]
+    #[cfg(target_os = "linux")]
+    fn a_full_disk_is_told_once_and_counted() {
+        let file = OpenOptions::new().append(true).open("/dev/full").unwrap();
+        let path = PathBuf::from("/dev/full");
+        let mut log = Log { path, file, length: 0, lost: 0, failing: false, text: String::new() };
+        assert!(matches!(log.add(&[event(1); 3], &[]), Some(Change::Failed(_))));
+        assert!(log.add(&[event(2); 2], &[]).is_none());
+        assert_eq!(log.lost(), 5);
+        log.file = tempfile::tempfile().unwrap();
+        assert!(matches!(log.add(&[event(3)], &[]), Some(Change::Recovered(5))));
+    }
+}

@@ -1,0 +1,146 @@
+//! The collision plugin on a real engine: two robots that certainly touch, and when.
+
+use std::fs;
+use std::path::PathBuf;
+
+use regatta_plugin::contact::{ContactChange, ContactEvent, ContactLevel};
+use regatta_plugin::{ContactEventReader, ContactReader, Participant, ReadError};
+use rustix::process::Signal;
+use tempfile::TempDir;
+
+use crate::fleet::{Fleet, Process, eventually, graphs, regatta};
+
+/// Robots drive towards each other from both ends of 20 m at 1 m/s each. Both are 1 m long.
+const GRAPH: &str = "
+Vertices:
+- {Id: 1, X: 0, Y: 0, Theta: 0}
+- {Id: 2, X: 20, Y: 0, Theta: 0}
+- {Id: 3, X: 20, Y: 0, Theta: 3.141592653589793}
+- {Id: 4, X: 0, Y: 0, Theta: 3.141592653589793}
+Edges:
+- {Id: 10, Origin_ID: 1, Destination_ID: 2, CurveType: linear, VelocityForward: 1}
+- {Id: 11, Origin_ID: 3, Destination_ID: 4, CurveType: linear, VelocityForward: 1}
+";
+const SCENARIO: &str = "graph: line.yaml
+rate: 100
+robot_types: [{name: cart, length: 1, width: 0.5}]
+robots: [{route: [10]}, {route: [11]}]
+viewer: off
+";
+/// They touch when their centres are 1 m apart: after (20 - 1) / 2 s.
+const TOUCH_SECS: f64 = 9.5;
+/// They part when they have passed each other.
+const PART_SECS: f64 = 10.5;
+
+fn scenario() -> (TempDir, PathBuf) {
+    let folder = tempfile::tempdir().expect("a folder");
+    fs::write(folder.path().join("line.yaml"), GRAPH).expect("written");
+    let path = folder.path().join("meet.yaml");
+    fs::write(&path, SCENARIO).expect("written");
+    (folder, path)
+}
+
+fn changes(reader: &mut ContactEventReader, events: &mut Vec<ContactEvent>) {
+    reader
+        .take(|tick| {
+            events.extend_from_slice(tick.records);
+            Ok::<_, ReadError>(())
+        })
+        .expect("readable");
+}
+
+fn time_of(events: &[ContactEvent], level: ContactLevel, change: ContactChange) -> Option<f64> {
+    let wanted = |event: &&ContactEvent| event.level == level as u32 && event.change == change as u32;
+    events.iter().find(wanted).map(|event| event.sim_time_nanos as f64 * 1e-9)
+}
+
+#[test]
+fn robots_that_meet_are_warned_of_marked_logged_and_summed_up() {
+    let (folder, path) = scenario();
+    let log = folder.path().join("contacts.csv");
+    let path = path.to_string_lossy().into_owned();
+    // The graph stands outside of `graphs`, so the path is absolute.
+    let fleet = Fleet::start("collision", &path, &["--speed", "0.001"]);
+    let participant = Participant::join(&fleet.name, "test").expect("joined");
+    let mut reader = ContactEventReader::open_on(&participant).expect("opened");
+    let mut contacts = ContactReader::open_on(&participant).expect("opened");
+    let mut column = participant.column_reader("collision").expect("opened");
+    let name = fleet.name.to_string();
+    let args = ["plugin", "collision", "--fleet", &name, "--margin", "0.1", "--horizon", "2", "--summary", "--log"];
+    let plugin = Process::start(regatta().args(args).arg(&log));
+    eventually("the first column", || column.latest().expect("readable").map(|_| ()));
+
+    let mut events = Vec::new();
+    let mut levels = Vec::new();
+    fleet.tell(&["pause"]);
+    // Step by step, so that the plugin sees each tick however busy the machine is.
+    for _ in 0..115 {
+        fleet.tell(&["step", "10"]);
+        let tick = fleet.tick();
+        eventually("the column of that tick", || {
+            let values = column.latest().expect("readable").filter(|values| values.header.tick == tick)?;
+            levels.push(values.values[0]);
+            Some(())
+        });
+        changes(&mut reader, &mut events);
+    }
+
+    use ContactChange::{Began, Ended};
+    use ContactLevel::{Possible, Touching};
+    let near = |time: Option<f64>, wanted: f64| time.is_some_and(|time| (time - wanted).abs() <= 0.11);
+    assert!(near(time_of(&events, Touching, Began), TOUCH_SECS), "{events:?}");
+    assert!(near(time_of(&events, Touching, Ended), PART_SECS), "{events:?}");
+    let warned = time_of(&events, Possible, Began).expect("a warning");
+    assert!((TOUCH_SECS - 2.2..=TOUCH_SECS - 1.8).contains(&warned), "the horizon is 2 s, but it warned at {warned}");
+    assert_eq!(events.len(), 4, "each level begins and ends once: {events:?}");
+    assert!(events.iter().all(|event| event.robots == [0, 1]));
+    let touching = &events[1];
+    assert!((touching.x - 10.0).abs() < 0.2 && touching.y.abs() < 0.3 && (touching.relative_speed - 2.0).abs() < 0.01);
+    let shape: Vec<_> = levels.chunk_by(|a, b| a == b).map(|same| same[0]).collect();
+    assert_eq!(shape, [0.0, 1.0, 2.0, 1.0, 0.0], "clear, possible, touching, within the margin, clear");
+    let totals = eventually("totals", || contacts.latest().expect("readable").map(|contacts| *contacts.header));
+    assert_eq!((totals.touching_ever, totals.possible_ever, totals.touching, totals.capped), (1, 1, 0, 0));
+
+    let output = plugin.interrupt();
+    let summary = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(summary.contains("1 contacts (0 touch now)") && summary.contains("robots 0 and 1"), "{summary}");
+    assert!(summary.contains("edge 10"), "{summary}");
+    let text = fs::read_to_string(&log).expect("the log");
+    assert_eq!(text.lines().count(), 5, "a header and four events: {text}");
+    assert!(text.lines().nth(2).is_some_and(|line| line.contains("began,touching,0,1,10,")), "{text}");
+}
+
+#[test]
+fn a_killed_checker_costs_nothing_and_another_takes_its_place() {
+    let fleet = Fleet::start("collision-kill", "thirty.yaml", &["--rate", "50"]);
+    let participant = Participant::join(&fleet.name, "test").expect("joined");
+    let mut column = participant.column_reader("collision").expect("opened");
+    let mut next = || eventually("a column", || column.latest().expect("readable").map(|column| column.header.tick));
+    let first = fleet.plugin("collision");
+    next();
+    let before = fleet.late_ticks();
+    first.signal(Signal::STOP);
+    fleet.let_ticks_pass(100);
+    let second = fleet.plugin("collision").finish();
+    let message = String::from_utf8_lossy(&second.stderr).into_owned();
+    assert!(!second.status.success() && message.contains("already published"), "{message}");
+    first.signal(Signal::KILL);
+    drop(first);
+    let third = fleet.plugin("collision");
+    let tick = fleet.tick();
+    eventually("the new one publishes", || (next() > tick).then_some(()));
+    let late = fleet.late_ticks() - before;
+    assert!(third.interrupt().status.success());
+    assert!(late * 5 < fleet.tick(), "{late} late ticks");
+}
+
+#[test]
+fn wrong_options_get_one_line() {
+    for args in [["--margin", "-1"], ["--horizon", "soon"], ["--log", "/no/such/folder/log.csv"]] {
+        let output = regatta().args(["plugin", "collision"]).args(args).output().expect("regatta starts");
+        let message = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(!output.status.success() && message.lines().count() == 1, "{args:?}: {message}");
+    }
+    assert!(graphs("thirty.yaml").exists());
+}
