@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use regatta_plugin::contact::ContactReader;
 use regatta_plugin::event::EventKind;
 use regatta_plugin::frame::ClockState;
 use regatta_plugin::order::OrderKind;
@@ -9,7 +10,7 @@ use regatta_plugin::order_log::OrderLogReader;
 use regatta_plugin::{
     Control, ControlError, EventReader, FleetName, Orders, Participant, ReadError, Subscriber, WorldReader,
 };
-use regatta_record::{ReadingError, Recording};
+use regatta_record::{ReadingError, Recording, Topic};
 use tempfile::TempDir;
 
 use crate::fleet::{Fleet, PATIENCE, Process, eventually, regatta, unique};
@@ -164,6 +165,37 @@ fn orders_events_and_columns_are_replayed() {
     assert_eq!((held, accepted), (Some((OrderKind::Hold as u32, 3)), Some(EventKind::Accepted as u32)));
     let types = eventually("the column type", || column.latest().expect("readable").map(|column| column.values.len()));
     assert_eq!(types, 30);
+}
+
+#[test]
+fn contacts_are_replayed_unless_a_live_plugin_has_their_name() {
+    let folder = TempDir::new().expect("a folder");
+    let engine = Fleet::start("replay-contacts-source", "thirty.yaml", &[]);
+    let collision = engine.plugin("collision");
+    let recorder = recorder(&engine.name, &file(&folder), &[]);
+    let column = Topic::Column("collision".parse().expect("a name"));
+    engine.let_ticks_pass(300);
+    assert!(recorder.interrupt().status.success() && collision.interrupt().status.success());
+    let recording = Recording::open(&file(&folder)).expect("a recording");
+    assert!(recording.count(&column) > 0 && recording.count(&Topic::Contacts) > 0, "{:?}", recording.topics());
+
+    let (fleet, process, _control) = paused("replay-contacts", &file(&folder), &["--from", "2s"]);
+    let participant = Participant::join(&fleet, "test").expect("joined");
+    let mut contacts = ContactReader::open_on(&participant).expect("opened");
+    let tick = eventually("contacts", || contacts.latest().expect("readable").map(|contacts| contacts.header.tick));
+    assert!(tick <= 200, "those of the frame that is shown, or the last before: {tick}");
+    assert!(process.interrupt().status.success());
+
+    // Here somebody works them out anew.
+    let fleet = unique("replay-contacts-live");
+    let collision = Process::start(regatta().args(["plugin", "collision", "--fleet", &fleet.to_string()]));
+    let waiting = Participant::join(&fleet, "test").expect("joined");
+    let live = ContactReader::open_on(&waiting).expect("opened");
+    eventually("the plugin", || live.has_publisher().then_some(()));
+    let output = start(&fleet, &file(&folder), &["--speed", "max"]).finish();
+    let message = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.success() && message.contains("contacts are left out"), "{message}");
+    assert!(collision.interrupt().status.success());
 }
 
 #[test]

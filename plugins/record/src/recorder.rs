@@ -182,6 +182,11 @@ impl Plugin for Recorder {
         self.take_sources()
     }
 
+    fn on_idle(&mut self, _has_producer: bool) -> Result {
+        // What comes after the last frame, or while the clock stands. Before the first there is no clock to put it on.
+        if self.newest.run_id == 0 { Ok(()) } else { self.take_sources() }
+    }
+
     fn on_stop(&mut self) -> Result {
         self.take_waiting();
         let polled = self.take_sources();

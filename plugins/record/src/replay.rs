@@ -201,7 +201,7 @@ impl<'recording> Replay<'recording> {
             let (start, _) = self.recording.span();
             self.seek(start)?;
         } else if self.args.hold || self.args.repeat || self.paused {
-            self.stage.producer.update();
+            self.stage.update();
             std::thread::sleep(CONTROL_POLL);
             if !self.paused {
                 self.paused = true;
@@ -217,7 +217,7 @@ impl<'recording> Replay<'recording> {
     fn wait_until_due(&mut self, next: u64) -> bool {
         if self.paused {
             if self.steps_left == 0 {
-                self.stage.producer.update();
+                self.stage.update();
                 std::thread::sleep(CONTROL_POLL);
             }
             return self.steps_left > 0;

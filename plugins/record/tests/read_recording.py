@@ -4,6 +4,7 @@ it holds as JSON: messages by topic, and the digest of its frames as the engine 
 import array
 import json
 import math
+import struct
 import sys
 
 import xxhash
@@ -40,6 +41,14 @@ def check_poses(poses, frame):
         assert abs(turned) < 1e-9, (heading, frame.theta[robot])
 
 
+def check_points(cloud, frame):
+    """Points for general tools are the robots' places too."""
+    assert [field.name for field in cloud.fields] == ["x", "y", "z", "red", "green", "blue", "alpha"]
+    places = [(x, y) for x, y, *_ in struct.iter_unpack("<fff4B", cloud.data)]
+    present = [robot for robot in range(frame.robots) if frame.state[robot] != ABSENT]
+    assert cloud.point_stride == 16 and places == [(frame.x[robot], frame.y[robot]) for robot in present]
+
+
 def check_graph(graph, world):
     """The graph for general tools joins the nodes that the world's edges join."""
     (entity,) = graph.entities
@@ -71,6 +80,8 @@ def main(path):
         assert frame.sim_time_nanos == log_time
     for log_time, poses in topics.get("/poses", []):
         check_poses(poses, frames[log_time])
+    for log_time, cloud in topics.get("/robots", []):
+        check_points(cloud, frames[log_time])
     for (_, graph), (_, world) in zip(topics["/graph"], topics["/world"], strict=True):
         check_graph(graph, world)
     json.dump({"topics": counts, "digest": digest(frame for _, frame in topics["/frames"]), "about": about}, sys.stdout)

@@ -72,6 +72,14 @@ impl Stage {
         })
     }
 
+    /// Gives what was published last to readers that have joined since.
+    pub fn update(&self) {
+        self.producer.update();
+        if let Some(contacts) = &self.contacts {
+            contacts.update();
+        }
+    }
+
     /// Header of the frame shown last.
     pub fn header(&self) -> &FrameHeader {
         &self.header
@@ -134,10 +142,7 @@ impl Stage {
         frame.copy_to(&mut loan.columns_mut());
         loan.send()?;
         self.producer.notify();
-        self.producer.update();
-        if let Some(contacts) = &self.contacts {
-            contacts.update();
-        }
+        self.update();
         self.states.clear();
         self.states.extend_from_slice(frame.states());
         Ok(())
