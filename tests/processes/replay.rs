@@ -218,3 +218,21 @@ fn what_is_no_recording_is_refused_in_one_line() {
         assert!(!output.status.success() && message.contains(bad) && message.lines().count() == 1, "{message}");
     }
 }
+
+#[test]
+fn a_live_collision_checker_works_on_a_recording_that_has_no_contacts() {
+    let folder = TempDir::new().expect("a folder");
+    record("replay-checked", "thirty.yaml", 100, &file(&folder), &[]);
+    let (fleet, replay, _control) = paused("replay-checker", &file(&folder), &["--hold"]);
+    let checker = Process::start(regatta().args(["plugin", "collision", "--fleet", &fleet.to_string()]));
+    let participant = Participant::join(&fleet, "test").expect("joined");
+    let mut column = participant.column_reader("collision").expect("opened");
+    let mut contacts = ContactReader::open_on(&participant).expect("opened");
+    let robots = eventually("the column", || column.latest().expect("readable").map(|column| column.values.len()));
+    assert_eq!(robots, 30);
+    eventually("contacts", || contacts.latest().expect("readable").map(|_| ()));
+    for process in [checker, replay] {
+        let output = process.interrupt();
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    }
+}

@@ -24,7 +24,9 @@ pub(super) struct Show {
 #[derive(Debug)]
 pub(super) struct Stage {
     pub producer: Producer,
+    /// Opened with the first recorded contacts: a recording without any leaves them to a live checker.
     contacts: Option<ContactPublisher>,
+    skips_contacts: bool,
     /// Columns that somebody else publishes, or that are not wanted.
     skipped: HashSet<ColumnName>,
     with_columns: bool,
@@ -57,12 +59,10 @@ impl From<MessageError> for StageError {
 impl Stage {
     pub fn open(participant: Participant, with_columns: bool) -> Result<Self, OpenError> {
         let producer = Producer::create_on(participant, 0)?;
-        let contacts = with_columns.then(|| ContactPublisher::open_on(producer.participant()));
-        let contacts = contacts
-            .and_then(|opened| opened.inspect_err(|error| eprintln!("replay: contacts are left out: {error}")).ok());
         Ok(Self {
             producer,
-            contacts,
+            contacts: None,
+            skips_contacts: !with_columns,
             skipped: HashSet::new(),
             with_columns,
             recorded_run: None,
@@ -190,18 +190,29 @@ impl Stage {
     }
 
     fn contacts(&mut self, message: &[u8]) -> Result<(), StageError> {
-        if let Some(publisher) = &mut self.contacts {
+        let run_id = self.producer.run_id();
+        if let Some(publisher) = self.contact_publisher() {
             let (header, pairs) = decode::contacts(message)?;
-            publisher.publish(&ContactHeader { run_id: self.producer.run_id(), ..header }, &pairs)?;
+            publisher.publish(&ContactHeader { run_id, ..header }, &pairs)?;
         }
         Ok(())
     }
 
     fn contact_events(&mut self, message: &[u8]) -> Result<(), StageError> {
-        if let Some(publisher) = &mut self.contacts {
+        let run_id = self.producer.run_id();
+        if let Some(publisher) = self.contact_publisher() {
             let (tick, events) = decode::contact_events(message)?;
-            publisher.publish_events(self.producer.run_id(), tick, &events)?;
+            publisher.publish_events(run_id, tick, &events)?;
         }
         Ok(())
+    }
+
+    fn contact_publisher(&mut self) -> Option<&mut ContactPublisher> {
+        if self.contacts.is_none() && !self.skips_contacts {
+            let opened = ContactPublisher::open_on(self.producer.participant());
+            self.contacts = opened.inspect_err(|error| eprintln!("replay: contacts are left out: {error}")).ok();
+            self.skips_contacts = self.contacts.is_none();
+        }
+        self.contacts.as_mut()
     }
 }
