@@ -174,3 +174,13 @@ fn a_reader_of_the_output_that_goes_away_ends_a_program_quietly() {
     assert_eq!(output.status.code(), Some(141), "as after SIGPIPE");
     assert_eq!(String::from_utf8_lossy(&output.stderr), "");
 }
+
+#[test]
+fn a_plugin_whose_standard_error_is_closed_goes_on() {
+    let name = unique("closed-stderr").to_string();
+    let mut plugin = Process::start(regatta().args(["plugin", "hello", "--fleet", &name]));
+    drop(plugin.0.stderr.take());
+    // It says that it waits for an engine after a second.
+    std::thread::sleep(Duration::from_millis(2_500));
+    assert!(plugin.0.try_wait().expect("a status").is_none(), "it ended");
+}

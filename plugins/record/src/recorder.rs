@@ -192,7 +192,7 @@ impl Plugin for Recorder {
         let polled = self.take_sources();
         self.sink.note("regatta.end", &[("frames_missed", self.gaps.missed().to_string())]);
         let (tally, error) = self.sink.finish();
-        eprintln!("record: {}", self.report(&tally));
+        regatta_plugin::tell!("record: {}", self.report(&tally));
         match error {
             Some(error @ SinkError::Write { .. }) => {
                 Err(Error::new(format_args!("{error}; the recording is incomplete")))

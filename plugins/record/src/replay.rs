@@ -111,11 +111,11 @@ pub fn replay(args: &ReplayArgs) -> Result<(), ReplayError> {
     let recording = Recording::open(&args.file)?;
     let (start, end) = recording.span();
     if !recording.is_closed() {
-        eprintln!("replay: {} was never closed; `regatta record --repair` does", args.file.display());
+        regatta_plugin::tell!("replay: {} was never closed; `regatta record --repair` does", args.file.display());
     }
     let participant = Participant::join(&args.fleet, "replay")?;
     let stage = Stage::open(participant, !args.no_columns)?;
-    eprintln!(
+    regatta_plugin::tell!(
         "fleet '{}': {} frames from {:.2} s to {:.2} s of {}; Ctrl-C stops",
         args.fleet,
         recording.count(&Topic::Frames),

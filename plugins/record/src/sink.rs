@@ -226,7 +226,10 @@ impl Drain {
         let accepted = self.tally.frames;
         self.tally.frames = close(&mut self.file).ok().and_then(|_| frames_in(&self.path)).unwrap_or(0);
         self.tally.frames_failed = accepted.saturating_sub(self.tally.frames);
-        eprintln!("record: can't write to {} ({reason}): nothing is recorded from here on", self.path.display());
+        regatta_plugin::tell!(
+            "record: can't write to {} ({reason}): nothing is recorded from here on",
+            self.path.display()
+        );
         for job in jobs {
             if let Job::Message { topic, message, .. } = job {
                 self.queued.fetch_sub(message.len(), Ordering::Relaxed);

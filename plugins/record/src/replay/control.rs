@@ -46,7 +46,7 @@ impl Replay<'_> {
         let mut orders = 0;
         self.stage.producer.take_orders(|_, records| orders += records.len())?;
         if orders > 0 && !std::mem::replace(&mut self.warned_of_orders, true) {
-            eprintln!("replay: robots of a recording take no orders; {orders} ignored");
+            regatta_plugin::tell!("replay: robots of a recording take no orders; {orders} ignored");
         }
         Ok(())
     }

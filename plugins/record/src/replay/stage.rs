@@ -181,7 +181,7 @@ impl Stage {
         let header = ColumnHeader { tick: column.tick, ..ColumnHeader::default() };
         match self.producer.publish_column(name.as_str(), header, &column.values()) {
             Err(PublishError::Open(error)) => {
-                eprintln!("replay: the recorded column is left out: {error}");
+                regatta_plugin::tell!("replay: the recorded column is left out: {error}");
                 self.skipped.insert(name.clone());
                 Ok(())
             }
@@ -210,7 +210,8 @@ impl Stage {
     fn contact_publisher(&mut self) -> Option<&mut ContactPublisher> {
         if self.contacts.is_none() && !self.skips_contacts {
             let opened = ContactPublisher::open_on(self.producer.participant());
-            self.contacts = opened.inspect_err(|error| eprintln!("replay: contacts are left out: {error}")).ok();
+            self.contacts =
+                opened.inspect_err(|error| regatta_plugin::tell!("replay: contacts are left out: {error}")).ok();
             self.skips_contacts = self.contacts.is_none();
         }
         self.contacts.as_mut()
