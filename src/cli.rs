@@ -77,6 +77,14 @@ pub enum Command {
         #[command(flatten)]
         target: Target,
     },
+    /// Record a fleet to an MCAP file, or repair such a recording.
+    Record(regatta_record::RecordArgs),
+    /// Publish a recording as if its fleet were running: every reader works on it.
+    Replay(regatta_record::ReplayArgs),
+    /// Write a recording as CSV or Parquet.
+    Export(regatta_record::ExportArgs),
+    /// Draw one robot's way through a recording: its path over the graph, and x, y, heading and speed over time.
+    Plot(regatta_record::PlotArgs),
     /// Watch and steer a running fleet, live in this terminal.
     Top(Target),
     /// Repeat the experiments that Regatta is measured by.

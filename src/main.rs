@@ -8,6 +8,7 @@ mod engine;
 mod graph;
 mod pipe;
 mod plugin;
+mod recording;
 mod report;
 mod run;
 mod supervisor;
@@ -61,6 +62,10 @@ fn dispatch(cli: Cli) -> Result<ExitCode, Failure> {
         Command::Seek { time, target } => control::seek(*time, &target),
         Command::Robots { robots, target } => control::robots(robots, &target),
         Command::Status { json, target } => control::status(json, &target),
+        Command::Record(args) => recording::record(&args),
+        Command::Replay(args) => recording::replay(&args),
+        Command::Export(args) => recording::export(&args),
+        Command::Plot(args) => recording::plot(&args),
         Command::Top(target) => top::run(&target),
         Command::Report { command } => report::run(command),
         Command::Doctor(args) => doctor::run(args),

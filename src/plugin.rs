@@ -14,6 +14,7 @@ const PLUGINS: &[(&str, Starter)] = &[
     ("collision", |args| regatta_collision::run_from(args)),
     ("hello", |args| regatta_plugin::run_from(regatta_hello::Centre, args)),
     ("metrics", |args| regatta_metrics::run_from(args)),
+    ("record", regatta_record::record_from),
     ("udp", |args| regatta_udp::run(args)),
     ("udp-source", |args| regatta_udp::source::run(args)),
 ];

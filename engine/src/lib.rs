@@ -5,7 +5,7 @@
 //! the frame that readers will see. [`engine`] ties them to a [`clock`] and to the contract.
 
 pub mod clock;
-mod digest;
+pub mod digest;
 pub mod engine;
 pub mod fleet;
 pub mod graph;

@@ -142,8 +142,14 @@ fn lockstep_knows_a_plugin_by_its_name_in_the_scenario() {
     let plugin = format!("plugins: [{{name: mine, command: [\"{}\", plugin, hello]}}]", env!("CARGO_BIN_EXE_regatta"));
     let path = scenario_with(&folder, &format!("robots: [{{count: 5, routes: random}}]\n{plugin}"));
     let name = unique("run-lockstep").to_string();
-    let args = ["run", &path, "--lockstep", "mine", "--lockstep-timeout", "20", "--for", "2s", "--fleet", &name];
-    let output = regatta().args(args).output().expect("regatta starts");
+    let args = ["run", &path, "--lockstep", "mine", "--lockstep-timeout", "50", "--fleet", &name];
+    let run = Process::start(regatta().args(args));
+    eventually("ticks that the plugin has finished", || {
+        let output = regatta().args(["status", "--json", "--fleet", &name]).output().expect("regatta starts");
+        let status: serde_json::Value = serde_json::from_slice(&output.stdout).ok()?;
+        (status["tick"].as_u64()? > 20).then_some(())
+    });
+    let output = run.interrupt();
     let printed = String::from_utf8_lossy(&output.stdout).into_owned();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     assert!(printed.contains("tick 20: centre"), "{printed}");
@@ -167,4 +173,14 @@ fn a_reader_of_the_output_that_goes_away_ends_a_program_quietly() {
     let output = plugin.finish();
     assert_eq!(output.status.code(), Some(141), "as after SIGPIPE");
     assert_eq!(String::from_utf8_lossy(&output.stderr), "");
+}
+
+#[test]
+fn a_plugin_whose_standard_error_is_closed_goes_on() {
+    let name = unique("closed-stderr").to_string();
+    let mut plugin = Process::start(regatta().args(["plugin", "hello", "--fleet", &name]));
+    drop(plugin.0.stderr.take());
+    // It says that it waits for an engine after a second.
+    std::thread::sleep(Duration::from_millis(2_500));
+    assert!(plugin.0.try_wait().expect("a status").is_none(), "it ended");
 }

@@ -10,6 +10,8 @@ mod lockstep;
 mod metrics;
 mod own_plugin;
 mod readers;
+mod record;
+mod replay;
 mod restart;
 mod terminal;
 mod top;

@@ -3,6 +3,7 @@
 //! Bars: 100,000 robots, touching only 6 ms, with prediction 40 ms; a million, 90 ms and 600 ms.
 
 mod fleet;
+mod rival;
 
 use std::time::Duration;
 
@@ -35,12 +36,28 @@ fn frames(criterion: &mut Criterion) {
     }
 }
 
+/// A spatial index, filled and asked anew in each frame. It only finds which boxes overlap; the detector above also checks
+/// the rectangles, follows pairs from frame to frame, and marks the robots.
+fn rivals(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("rstar, boxes alone");
+    for robots in SIZES {
+        let mut fleet = Fleet::new(robots);
+        group.throughput(Throughput::Elements(robots as u64));
+        group.bench_function(BenchmarkId::from_parameter(robots), |bencher| {
+            bencher.iter(|| {
+                let columns = fleet.scene().columns;
+                rival::near_pairs(columns.x, columns.y)
+            });
+        });
+    }
+}
+
 criterion_group! {
     name = benches;
     config = Criterion::default()
         .sample_size(20)
         .warm_up_time(Duration::from_millis(500))
         .measurement_time(Duration::from_secs(3));
-    targets = frames
+    targets = frames, rivals
 }
 criterion_main!(benches);

@@ -4,6 +4,16 @@
 //! [`event`]s, and takes [`order`]s and [`control`] requests. A *reader* is a [`Plugin`] started with
 //! [`run`], or any program that opens a [`Subscriber`] itself.
 
+/// Writes a line to standard error, as `eprintln!` does, but goes on if nobody can read it any more: a plugin whose
+/// terminal or log was closed is still of use to its fleet.
+#[macro_export]
+macro_rules! tell {
+    ($($line:tt)*) => {{
+        use ::std::io::Write as _;
+        let _ = ::std::writeln!(::std::io::stderr(), $($line)*);
+    }};
+}
+
 pub mod column;
 pub mod contact;
 mod contact_ports;

@@ -17,6 +17,7 @@ use crate::participant::Participant;
 use crate::publish::Producer;
 use crate::qos::{self, Ipc};
 use crate::subscribe::receive_error;
+use crate::termination::Termination;
 use crate::wake::Wake;
 use crate::world::{padded, text};
 
@@ -87,6 +88,11 @@ impl Collector {
         Ok(())
     }
 
+    /// Starts afresh, for another run: its ticks may have lower numbers.
+    pub(crate) fn forget(&mut self) {
+        self.finished.clear();
+    }
+
     fn missing<'a>(&'a self, names: &'a [String], tick: u64) -> impl Iterator<Item = &'a String> {
         names.iter().filter(move |name| self.finished.get(*name).is_none_or(|&done| done < tick))
     }
@@ -97,7 +103,7 @@ impl Producer {
     ///
     /// # Errors
     /// [`LockstepError::Timeout`] names those that haven't when `timeout` has passed;
-    /// [`LockstepError::Interrupted`] when a signal arrives.
+    /// [`LockstepError::Interrupted`] when a signal arrives, or this process was asked to end.
     pub fn wait_done(&mut self, names: &[String], tick: u64, timeout: Duration) -> Result<(), LockstepError> {
         let start = Instant::now();
         loop {
@@ -115,6 +121,10 @@ impl Producer {
             }
             if waited >= timeout {
                 return Err(LockstepError::Timeout { tick, timeout, missing: missing.cloned().collect() });
+            }
+            // The signal may have come before the sleep, which it then doesn't end.
+            if Termination::was_requested() {
+                return Err(LockstepError::Interrupted { tick });
             }
             if !sleeps {
                 core::hint::spin_loop();

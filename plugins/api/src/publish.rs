@@ -134,6 +134,7 @@ impl Producer {
     pub fn begin_run(&mut self) {
         self.run_id = new_run_id();
         self.revision = 0;
+        self.collector.forget();
     }
 
     /// The place in the fleet that this producer is opened on.

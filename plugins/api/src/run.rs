@@ -245,7 +245,7 @@ impl Silence {
         frames.forget_dead();
         if !frames.has_producer() {
             let participant = frames.participant();
-            eprintln!("{}: waiting for an engine of fleet '{}'", participant.name(), participant.fleet());
+            crate::tell!("{}: waiting for an engine of fleet '{}'", participant.name(), participant.fleet());
             self.said = true;
         }
     }

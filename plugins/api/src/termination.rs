@@ -63,6 +63,11 @@ impl Termination {
     #[cfg(not(target_os = "linux"))]
     fn follow(&self, _parent: i32) {}
 
+    /// Whether this process [watches](Self::watch) and was asked to end.
+    pub(crate) fn was_requested() -> bool {
+        REQUESTED.get().is_some_and(|requested| requested.load(Ordering::Relaxed))
+    }
+
     /// Whether the process was asked to end.
     pub fn requested(&self) -> bool {
         self.0.load(Ordering::Relaxed)

@@ -92,7 +92,7 @@ fn listen(socket: &Socket, shared: &Shared, tell: bool) {
         let mut check = shared.lock();
         check.0.pass_time(now);
         if tell && second.has_passed(now) {
-            eprintln!("udp: {}", summary(&check));
+            regatta_plugin::tell!("udp: {}", summary(&check));
         }
     }
 }

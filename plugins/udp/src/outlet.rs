@@ -89,7 +89,7 @@ impl Outlet {
     /// Says that nobody listens, once until somebody has listened for a while.
     fn tell_unheard(&mut self, now: Instant) {
         if self.unheard_at.is_none_or(|before| now - before > FORGOTTEN_AFTER) {
-            eprintln!("{}: nobody listens at {}; sending goes on", self.plugin, self.to);
+            regatta_plugin::tell!("{}: nobody listens at {}; sending goes on", self.plugin, self.to);
         }
         self.unheard_at = Some(now);
     }

@@ -86,7 +86,7 @@ impl Sender {
             let decimals = options.echo_decimals.unwrap_or(crate::fixed::MAX_DECIMALS);
             let rules = EchoRules::new(format, decimals, unit, options.echo_offset.0, options.echo_deadline);
             let socket = Socket::listen(listen)?;
-            eprintln!("udp: listening for answers on {}", socket.local_address()?);
+            regatta_plugin::tell!("udp: listening for answers on {}", socket.local_address()?);
             Ok(EchoListener::start(socket, rules, verbose))
         });
         Ok(Self {
@@ -120,10 +120,10 @@ impl Sender {
             return;
         }
         if self.verbose {
-            eprintln!("udp: {}", self.summary());
+            regatta_plugin::tell!("udp: {}", self.summary());
         }
         if let Some(error) = self.outlet.failure.take() {
-            eprintln!("udp: can't send all lines to {}: {}", self.outlet.to, explained(&error));
+            regatta_plugin::tell!("udp: can't send all lines to {}: {}", self.outlet.to, explained(&error));
         }
     }
 
@@ -190,9 +190,9 @@ impl Plugin for Sender {
     fn on_stop(&mut self) -> Result {
         if let Some(echo) = &mut self.echo {
             echo.finish();
-            eprintln!("udp: {}", echo.summary());
+            regatta_plugin::tell!("udp: {}", echo.summary());
         }
-        eprintln!("udp: {}", self.summary());
+        regatta_plugin::tell!("udp: {}", self.summary());
         if self.json {
             println!("{}", self.json());
         }

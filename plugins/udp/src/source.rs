@@ -79,7 +79,7 @@ impl Source {
         producer.check_room(options.max_robots as usize)?;
         let kinds: Vec<_> = options.robot_type().into_iter().collect();
         producer.publish_world(&[], &[], &kinds)?;
-        eprintln!(
+        regatta_plugin::tell!(
             "udp-source: listening on {} with {} bytes of receive buffer, for fleet '{}'",
             socket.local_address()?,
             socket.receive_buffer_bytes(),

@@ -63,7 +63,7 @@ impl Studio {
         let types = ["cart".to_owned(), "puck".to_owned()];
         let legend = scene.colouring.legend(scene.theme, &types, Some((0.0, 2.0)));
         let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        let picture = Picture { camera, scene, legend: &legend, size: SIZE, alpha };
+        let picture = Picture { camera, scene, legend: &legend, size: SIZE, within: None, alpha };
         self.renderer.draw(&mut encoder, &self.offscreen.view, &picture);
         self.offscreen.read(encoder).expect("a picture")
     }

@@ -24,9 +24,9 @@ impl Source {
         }
         let trouble = self.trouble();
         if self.verbose {
-            eprintln!("udp-source: {}", self.summary());
+            regatta_plugin::tell!("udp-source: {}", self.summary());
         } else if trouble != self.told {
-            eprintln!("udp-source: ignored so far: {}", trouble.text());
+            regatta_plugin::tell!("udp-source: ignored so far: {}", trouble.text());
         }
         self.told = trouble;
     }
@@ -59,7 +59,7 @@ impl Source {
 
     /// Tells the closing figures.
     pub(super) fn close(&self, json: bool) {
-        eprintln!("udp-source: {}", self.summary());
+        regatta_plugin::tell!("udp-source: {}", self.summary());
         if !json {
             return;
         }

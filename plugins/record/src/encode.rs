@@ -1,0 +1,222 @@
+//! From the contract to messages.
+//!
+//! A column's values lie in its message as they lie in memory: protocol buffers write packed numbers of fixed length
+//! little-endian, one after the other. So a frame costs a copy, whatever its size.
+
+use bytemuck::Pod;
+use prost::Message;
+use prost::encoding::{WireType, encode_key, encode_varint};
+use regatta_plugin::contact::{ContactEvents, ContactRecord, Contacts};
+use regatta_plugin::event::EventRecord;
+use regatta_plugin::frame::FrameHeader;
+use regatta_plugin::order::OrderRecord;
+use regatta_plugin::order_log::OrderLog;
+use regatta_plugin::world::{EdgeRecord, NodeRecord, RobotTypeRecord};
+use regatta_plugin::{ColumnValues, Events, Frame, World};
+
+use crate::schema::regatta;
+
+const _: () = assert!(cfg!(target_endian = "little"), "columns are copied as they lie in memory");
+
+/// Tags of a frame's columns: x, y, theta, speed, s, edge, state.
+pub(crate) const FRAME_COLUMNS: [u32; 7] = [16, 17, 18, 19, 20, 21, 22];
+/// Tag of a column's values.
+pub(crate) const COLUMN_VALUES: u32 = 3;
+
+/// Longest key and length of a packed field.
+const FIELD_OVERHEAD: usize = 12;
+
+/// A frame, its columns cut to the robots in use.
+pub(crate) fn frame(frame: &Frame<'_>) -> Vec<u8> {
+    let scalars = frame_scalars(frame.header());
+    let columns = frame.columns();
+    let bytes: [&[u8]; 7] = [
+        bytemuck::cast_slice(columns.x),
+        bytemuck::cast_slice(columns.y),
+        bytemuck::cast_slice(columns.theta),
+        bytemuck::cast_slice(columns.speed),
+        bytemuck::cast_slice(columns.s),
+        bytemuck::cast_slice(columns.edge),
+        columns.state,
+    ];
+    let length: usize = bytes.iter().map(|column| column.len() + FIELD_OVERHEAD).sum();
+    let mut out = Vec::with_capacity(scalars.encoded_len() + length);
+    scalars.encode_raw(&mut out);
+    for (tag, column) in FRAME_COLUMNS.into_iter().zip(bytes) {
+        packed(tag, column, &mut out);
+    }
+    out
+}
+
+fn frame_scalars(header: &FrameHeader) -> regatta::Frame {
+    regatta::Frame {
+        run_id: header.run_id,
+        tick: header.tick,
+        sim_time_nanos: header.sim_time_nanos,
+        wall_time_nanos: header.wall_time_nanos,
+        late_ticks: header.late_ticks,
+        world_revision: header.world_revision,
+        tick_cost_nanos: header.tick_cost_nanos,
+        tick_period_nanos: header.tick_period_nanos,
+        wanted_speed: header.speed,
+        robots: header.robots,
+        clock: header.clock as i32,
+        lockstep: header.lockstep,
+        ..regatta::Frame::default()
+    }
+}
+
+/// A plugin's column.
+pub(crate) fn column(column: &ColumnValues<'_>) -> Vec<u8> {
+    let head = regatta::Column { run_id: column.header.run_id, tick: column.header.tick, values: Vec::new() };
+    let mut out = Vec::with_capacity(head.encoded_len() + size_of_val(column.values) + FIELD_OVERHEAD);
+    head.encode_raw(&mut out);
+    packed(COLUMN_VALUES, column.values, &mut out);
+    out
+}
+
+/// A field of packed numbers (or of bytes, which look the same).
+fn packed<T: Pod>(tag: u32, values: &[T], out: &mut Vec<u8>) {
+    let bytes: &[u8] = bytemuck::cast_slice(values);
+    if !bytes.is_empty() {
+        encode_key(tag, WireType::LengthDelimited, out);
+        encode_varint(bytes.len() as u64, out);
+        out.extend_from_slice(bytes);
+    }
+}
+
+pub(crate) fn world(world: &World<'_>) -> Vec<u8> {
+    regatta::World {
+        run_id: world.run_id(),
+        revision: world.revision(),
+        nodes: world.nodes().iter().map(node).collect(),
+        edges: world.edges().iter().map(edge).collect(),
+        robot_types: world.robot_types().iter().map(robot_type).collect(),
+    }
+    .encode_to_vec()
+}
+
+fn node(node: &NodeRecord) -> regatta::Node {
+    regatta::Node { id: node.id, x: node.x, y: node.y, theta: node.theta }
+}
+
+fn edge(edge: &EdgeRecord) -> regatta::Edge {
+    regatta::Edge {
+        id: edge.id,
+        origin: edge.origin,
+        destination: edge.destination,
+        length: edge.length,
+        control_points: edge.control_points.as_flattened().to_vec(),
+        velocity_forward: edge.velocity_forward,
+        velocity_backwards: edge.velocity_backwards,
+    }
+}
+
+fn robot_type(kind: &RobotTypeRecord) -> regatta::RobotType {
+    regatta::RobotType {
+        name: kind.name().to_owned(),
+        shape: kind.shape as i32,
+        length: kind.length,
+        width: kind.width,
+        max_speed: kind.max_speed,
+        max_acceleration: kind.max_acceleration,
+    }
+}
+
+pub(crate) fn events(events: &Events<'_>) -> Vec<u8> {
+    regatta::Events {
+        run_id: events.header.run_id,
+        tick: events.header.tick,
+        dropped: events.header.dropped,
+        missed: events.missed,
+        events: events.records.iter().map(event).collect(),
+    }
+    .encode_to_vec()
+}
+
+fn event(event: &EventRecord) -> regatta::Event {
+    regatta::Event {
+        token: event.token,
+        kind: event.kind as i32,
+        robot: event.robot,
+        id: event.id,
+        detail: event.detail as i32,
+    }
+}
+
+pub(crate) fn orders(log: &OrderLog<'_>) -> Vec<u8> {
+    regatta::Orders {
+        run_id: log.header.run_id,
+        tick: log.header.tick,
+        missed: log.missed,
+        orders: log.records.iter().map(order).collect(),
+    }
+    .encode_to_vec()
+}
+
+fn order(order: &OrderRecord) -> regatta::Order {
+    regatta::Order {
+        token: order.token,
+        kind: order.kind as i32,
+        robot: order.robot,
+        legs: order.legs,
+        id: order.id,
+        reverse: order.reverse,
+        released: order.released,
+        robot_type: order.robot_type,
+        s: order.s,
+    }
+}
+
+pub(crate) fn contacts(contacts: &Contacts<'_>) -> Vec<u8> {
+    let header = contacts.header;
+    regatta::Contacts {
+        run_id: header.run_id,
+        tick: header.tick,
+        sim_time_nanos: header.sim_time_nanos,
+        touching_ever: header.touching_ever,
+        possible_ever: header.possible_ever,
+        frames_skipped: header.frames_skipped,
+        touching: header.touching,
+        possible: header.possible,
+        capped: header.capped,
+        pairs: contacts.pairs.iter().map(contact).collect(),
+    }
+    .encode_to_vec()
+}
+
+fn contact(pair: &ContactRecord) -> regatta::Contact {
+    regatta::Contact {
+        since_tick: pair.since_tick,
+        since_nanos: pair.since_nanos,
+        robot: pair.robots[0],
+        other_robot: pair.robots[1],
+        level: pair.level as i32,
+        edge: pair.edge,
+        x: pair.x,
+        y: pair.y,
+        relative_speed: pair.relative_speed,
+    }
+}
+
+pub(crate) fn contact_events(events: &ContactEvents<'_>) -> Vec<u8> {
+    let event = |event: &regatta_plugin::contact::ContactEvent| regatta::ContactEvent {
+        tick: event.tick,
+        sim_time_nanos: event.sim_time_nanos,
+        robot: event.robots[0],
+        other_robot: event.robots[1],
+        level: event.level as i32,
+        change: event.change as i32,
+        edge: event.edge,
+        x: event.x,
+        y: event.y,
+        relative_speed: event.relative_speed,
+    };
+    regatta::ContactEvents {
+        run_id: events.header.run_id,
+        tick: events.header.tick,
+        missed: events.missed,
+        events: events.records.iter().map(event).collect(),
+    }
+    .encode_to_vec()
+}

@@ -1,0 +1,141 @@
+//! Tables hold what was recorded, to the last bit.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use clap::Parser;
+use mcap::records::MessageHeader;
+use parquet::file::reader::{FileReader, SerializedFileReader};
+use parquet::record::Field;
+use prost::Message;
+use regatta_plugin::column::ColumnHeader;
+use regatta_plugin::frame::{ColumnsMut, FrameHeader, Line, NO_EDGE, frame_lines, stride_lines};
+use regatta_plugin::{ColumnValues, Frame};
+use tempfile::TempDir;
+
+use crate::encode;
+use crate::export::{ExportArgs, ExportError, export};
+use crate::schema::{Topic, regatta};
+use crate::sink::{Compression, McapFile};
+
+const ROBOTS: usize = 4;
+const TICKS: u64 = 6;
+
+/// x of a robot at a tick: nothing that a few decimals would hold.
+fn x(tick: u64, robot: usize) -> f32 {
+    (tick as f32 + 1.0) / (robot as f32 + 3.0)
+}
+
+/// Robot 2 has left the fleet; robot 3 stands on no edge. The column `state` has a name that tables have already.
+fn recording(folder: &Path) -> PathBuf {
+    let path = folder.join("run.mcap");
+    let mut out = McapFile::create(fs::File::create(&path).unwrap(), Compression::Lz4, 500).unwrap();
+    let at = |tick: u64| MessageHeader { channel_id: 0, sequence: 0, log_time: tick * 10_000_000, publish_time: 0 };
+    let edge = |id| regatta::Edge { id, ..regatta::Edge::default() };
+    let world = regatta::World { run_id: 1, edges: vec![edge(70), edge(71)], ..regatta::World::default() };
+    out.write(&Topic::World, at(0), &world.encode_to_vec()).unwrap();
+    for tick in 0..TICKS {
+        out.write(&Topic::Frames, at(tick), &frame(tick)).unwrap();
+        if tick.is_multiple_of(2) {
+            let header = ColumnHeader { run_id: 1, tick, robots: ROBOTS as u32, reserved: 0 };
+            let values: Vec<_> = (0..ROBOTS).map(|robot| tick as f32 + robot as f32 / 7.0).collect();
+            let column = encode::column(&ColumnValues { header: &header, values: &values });
+            out.write(&Topic::Column("state".parse().unwrap()), at(tick), &column).unwrap();
+        }
+    }
+    out.writer.finish().unwrap();
+    path
+}
+
+fn frame(tick: u64) -> Vec<u8> {
+    let mut lines = vec![Line::default(); frame_lines(ROBOTS)];
+    let columns = ColumnsMut::split(&mut lines, ROBOTS);
+    columns.x.iter_mut().enumerate().for_each(|(robot, value)| *value = x(tick, robot));
+    columns.edge[..ROBOTS].copy_from_slice(&[0, 1, 0, NO_EDGE]);
+    columns.state[..ROBOTS].copy_from_slice(&[1, 3, 255, 0]);
+    let header = FrameHeader {
+        run_id: 1,
+        tick,
+        sim_time_nanos: tick * 10_000_000,
+        robots: ROBOTS as u32,
+        stride_lines: stride_lines(ROBOTS) as u32,
+        ..FrameHeader::default()
+    };
+    encode::frame(&Frame::new(&header, &lines).unwrap())
+}
+
+fn run(recording: &Path, args: &[&str]) -> Result<String, ExportError> {
+    #[derive(Parser)]
+    struct Cli {
+        #[command(flatten)]
+        args: ExportArgs,
+    }
+    let recording = recording.to_str().unwrap();
+    export(&Cli::try_parse_from([&["export", recording], args].concat()).unwrap().args)
+}
+
+#[test]
+fn each_robot_has_a_file_with_a_line_for_each_frame() {
+    let folder = TempDir::new().unwrap();
+    let out = folder.path().join("tables/csv");
+    let said = run(&recording(folder.path()), &["--csv", out.to_str().unwrap()]).unwrap();
+    assert!(said.starts_with("18 rows in 3 files"), "{said}");
+    assert!(!out.join("robot-2.csv").exists(), "it isn't in the fleet");
+    let text = fs::read_to_string(out.join("robot-1.csv")).unwrap();
+    let mut lines = text.lines();
+    let head = "time_s,run,tick,sim_time_s,robot,x_m,y_m,theta_rad,speed_m_per_s,s_m,edge,state,column_state";
+    assert_eq!(lines.next(), Some(head));
+    for (tick, line) in lines.enumerate() {
+        let fields: Vec<_> = line.split(',').collect();
+        assert_eq!((fields[2], fields[4], fields[10], fields[11]), (tick.to_string().as_str(), "1", "71", "held"));
+        assert_eq!(fields[5].parse::<f32>().unwrap().to_bits(), x(tick as u64, 1).to_bits());
+        let newest = (tick - tick % 2) as f32 + 1.0 / 7.0;
+        assert_eq!(fields[12].parse::<f32>().unwrap().to_bits(), newest.to_bits());
+    }
+    assert_eq!(text.lines().count(), 1 + TICKS as usize);
+    let without_edge = fs::read_to_string(out.join("robot-3.csv")).unwrap();
+    assert!(without_edge.lines().nth(1).unwrap().contains(",,idle,"), "{without_edge}");
+}
+
+#[test]
+fn one_long_table_has_all_robots_in_order_of_time() {
+    let folder = TempDir::new().unwrap();
+    let out = folder.path().to_str().unwrap();
+    run(&recording(folder.path()), &["--csv", out, "--long", "--robots", "0,3..9"]).unwrap();
+    let text = fs::read_to_string(folder.path().join("robots.csv")).unwrap();
+    let keys = text.lines().skip(1).map(|line| {
+        let fields: Vec<_> = line.split(',').collect();
+        (fields[2].parse().unwrap(), fields[4].parse().unwrap())
+    });
+    let expected: Vec<(u64, u64)> = (0..TICKS).flat_map(|tick| [(tick, 0), (tick, 3)]).collect();
+    assert_eq!(keys.collect::<Vec<_>>(), expected);
+}
+
+#[test]
+fn parquet_holds_the_same() {
+    let folder = TempDir::new().unwrap();
+    let out = folder.path().join("run.parquet");
+    run(&recording(folder.path()), &["--parquet", out.to_str().unwrap()]).unwrap();
+    let reader = SerializedFileReader::new(fs::File::open(&out).unwrap()).unwrap();
+    let rows: Vec<_> = reader.get_row_iter(None).unwrap().map(Result::unwrap).collect();
+    assert_eq!(rows.len(), 18);
+    for (row, (tick, robot)) in rows.iter().zip((0..TICKS).flat_map(|tick| [0, 1, 3].map(|robot| (tick, robot)))) {
+        let fields: Vec<_> = row.get_column_iter().map(|(_, field)| field.clone()).collect();
+        assert_eq!((&fields[2], &fields[4]), (&Field::ULong(tick), &Field::UInt(robot as u32)));
+        assert_eq!(fields[5], Field::Float(x(tick, robot)));
+        let edge = [Field::UInt(70), Field::UInt(71), Field::Null, Field::Null][robot].clone();
+        assert_eq!(fields[10], edge);
+        assert_eq!(fields[12], Field::Float((tick - tick % 2) as f32 + robot as f32 / 7.0));
+    }
+}
+
+#[test]
+fn what_was_not_recorded_is_refused() {
+    let folder = TempDir::new().unwrap();
+    let (recording, out) = (recording(folder.path()), folder.path().join("out"));
+    let out = out.to_str().unwrap();
+    let refused = run(&recording, &["--csv", out, "--columns", "load"]).unwrap_err().to_string();
+    assert_eq!(refused, "the recording has no column 'load'; it has: state");
+    let refused = run(&recording, &["--csv", out, "--robots", "40..50"]).unwrap_err().to_string();
+    assert!(refused.contains("from 0 to 3"), "{refused}");
+}

@@ -1,0 +1,36 @@
+//! A recording's frames as readers of a live fleet see them.
+
+use std::time::Duration;
+
+use regatta_plugin::Frame;
+use regatta_plugin::frame::{ColumnsMut, FrameHeader, Line, frame_lines, stride_lines};
+
+use crate::decode::RecordedFrame;
+use crate::reading::{ReadingError, Recording, Selection};
+use crate::schema::Topic;
+
+impl Recording {
+    /// Hands over every frame with its time in the recording, in order, until `each` returns an error.
+    ///
+    /// # Errors
+    /// [`ReadingError`] if the recording is damaged, else what `each` returns.
+    pub fn frames<E: From<ReadingError>>(
+        &self,
+        mut each: impl FnMut(Duration, &Frame<'_>) -> Result<(), E>,
+    ) -> Result<(), E> {
+        let mut lines = Vec::new();
+        let mut reader = self.read(&Selection { from: 0, topics: vec![Topic::Frames] })?;
+        while let Some(entry) = reader.next()? {
+            let damaged = |reason| self.malformed(entry.topic, entry.log_time, reason);
+            let recorded = RecordedFrame::parse(entry.message).map_err(damaged)?;
+            let robots = recorded.len();
+            lines.resize(frame_lines(robots), Line::default());
+            recorded.copy_to(&mut ColumnsMut::split(&mut lines, robots));
+            let header = FrameHeader { stride_lines: stride_lines(robots) as u32, ..recorded.header };
+            if let Some(frame) = Frame::new(&header, &lines) {
+                each(Duration::from_nanos(entry.log_time), &frame)?;
+            }
+        }
+        Ok(())
+    }
+}

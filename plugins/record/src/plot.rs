@@ -1,0 +1,214 @@
+//! One robot's way through a recording as a picture: where it drove, and how.
+
+mod axis;
+mod charts;
+mod map;
+mod svg;
+
+use std::fs;
+use std::io;
+use std::path::PathBuf;
+use std::time::Duration;
+
+use clap::Args;
+use regatta_plugin::world::EdgeRecord;
+
+use crate::reading::{ReadingError, Recording};
+use crate::table::walk;
+use svg::{Area, Svg};
+
+/// What to draw, and where to.
+#[derive(Args, Clone, Debug)]
+pub struct PlotArgs {
+    /// The recording
+    file: PathBuf,
+    /// Id of the robot
+    #[arg(long, value_name = "ID")]
+    robot: u32,
+    /// The SVG file to write
+    #[arg(short, long, value_name = "FILE")]
+    output: PathBuf,
+    /// Start at this time of the recording: 12.5s, 3min …
+    #[arg(long, value_name = "TIME")]
+    from: Option<humantime::Duration>,
+    /// End at this time
+    #[arg(long, value_name = "TIME")]
+    to: Option<humantime::Duration>,
+}
+
+/// Why a robot can't be drawn.
+#[derive(Debug, thiserror::Error)]
+pub enum PlotError {
+    /// The recording can't be read.
+    #[error(transparent)]
+    Reading(#[from] ReadingError),
+    /// The robot isn't in it, at least not at that time.
+    #[error("robot {robot} is not in {path} between {from:.2} s and {to:.2} s; its robots have ids from 0 to {last}")]
+    NoRobot {
+        /// The robot.
+        robot: u32,
+        /// The recording.
+        path: PathBuf,
+        /// Begin of the time looked at, in seconds.
+        from: f64,
+        /// End of the time looked at, in seconds.
+        to: f64,
+        /// The highest id that was seen.
+        last: usize,
+    },
+    /// The picture can't be written.
+    #[error("can't write {path} ({reason})")]
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        reason: io::Error,
+    },
+}
+
+/// A robot at a time.
+#[derive(Clone, Copy, Debug)]
+struct Sample {
+    /// On the recording's clock, in seconds.
+    time: f64,
+    x: f64,
+    y: f64,
+    /// Radians.
+    theta: f64,
+    /// Metres per second.
+    speed: f64,
+    state: u8,
+}
+
+/// A robot's way, in pieces: a new one begins with a run, and when the robot is back after an absence.
+struct Track {
+    pieces: Vec<Vec<Sample>>,
+    edges: Vec<EdgeRecord>,
+}
+
+impl Track {
+    fn samples(&self) -> impl DoubleEndedIterator<Item = &Sample> {
+        self.pieces.iter().flatten()
+    }
+
+    /// Times of the first and last sample.
+    fn span(&self) -> (f64, f64) {
+        let at = |sample: Option<&Sample>| sample.map_or(0.0, |sample| sample.time);
+        (at(self.samples().next()), at(self.samples().next_back()))
+    }
+
+    /// Metres driven.
+    fn length(&self) -> f64 {
+        let pairs = self.pieces.iter().flat_map(|piece| piece.windows(2));
+        pairs.map(|pair| (pair[1].x - pair[0].x).hypot(pair[1].y - pair[0].y)).sum()
+    }
+}
+
+/// Draws a robot's way. Returns a line that says what was written.
+///
+/// # Errors
+/// [`PlotError`].
+pub fn plot(args: &PlotArgs) -> Result<String, PlotError> {
+    let recording = Recording::open(&args.file)?;
+    let track = track(&recording, args)?;
+    let name = args.file.file_name().unwrap_or_default().to_string_lossy();
+    let text = picture(&track, &format!("Robot {}", args.robot), &name);
+    fs::write(&args.output, text).map_err(|reason| PlotError::Write { path: args.output.clone(), reason })?;
+    let samples = track.samples().count();
+    Ok(format!("{}: {samples} frames of robot {}", args.output.display(), args.robot))
+}
+
+fn track(recording: &Recording, args: &PlotArgs) -> Result<Track, PlotError> {
+    let (start, end) = recording.span();
+    let (from, to) = (args.from.map_or(start, Into::into), args.to.map_or(end, Into::into));
+    let mut track = Track { pieces: Vec::new(), edges: Vec::new() };
+    let (mut run, mut was_there, mut most_robots) = (None, false, 0);
+    walk(recording, &[], |snapshot| -> Result<(), ReadingError> {
+        most_robots = most_robots.max(snapshot.len());
+        let row = snapshot.row(args.robot as usize).filter(|_| (from..=to).contains(&snapshot.time));
+        let changed_run = run.replace(snapshot.run) != Some(snapshot.run);
+        if changed_run {
+            track.edges = snapshot.edges().to_vec();
+        }
+        let begins = row.is_some() && (changed_run || !was_there);
+        was_there = row.is_some();
+        if begins {
+            track.pieces.push(Vec::new());
+        }
+        if let (Some(row), Some(piece)) = (row, track.pieces.last_mut()) {
+            piece.push(sample(snapshot.time, &row));
+        }
+        Ok(())
+    })?;
+    match track.pieces.is_empty() {
+        false => Ok(track),
+        true => Err(PlotError::NoRobot {
+            robot: args.robot,
+            path: args.file.clone(),
+            from: from.as_secs_f64(),
+            to: to.as_secs_f64(),
+            last: most_robots.saturating_sub(1),
+        }),
+    }
+}
+
+fn sample(time: Duration, row: &crate::decode::Row) -> Sample {
+    let [x, y, theta, speed] = [row.x, row.y, row.theta, row.speed].map(f64::from);
+    Sample { time: time.as_secs_f64(), x, y, theta, speed, state: row.state }
+}
+
+/// Size of the picture in pixels.
+const SIZE: (f64, f64) = (1280.0, 800.0);
+const MARGIN: f64 = 40.0;
+/// Where the plots begin, below the title.
+const TOP: f64 = 122.0;
+
+fn picture(track: &Track, title: &str, recording: &str) -> String {
+    let mut svg = Svg::new(SIZE);
+    let (start, end) = track.span();
+    let (metres, seconds) = (track.length(), end - start);
+    svg.text((MARGIN, 52.0), "title", title);
+    let mean = if seconds > 0.0 { metres / seconds } else { 0.0 };
+    let about = format!("{recording} · {start:.2} s to {end:.2} s · {metres:.1} m driven · {mean:.2} m/s on average");
+    svg.text((MARGIN, 76.0), "about", &about);
+    let middle = SIZE.0 * 0.53;
+    let bottom = SIZE.1 - MARGIN - 24.0;
+    map::draw(&mut svg, Area { left: MARGIN + 44.0, top: TOP, right: middle - 26.0, bottom }, track);
+    charts::draw(&mut svg, Area { left: middle + 56.0, top: TOP, right: SIZE.0 - MARGIN, bottom }, track);
+    svg.finish()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn piece(from: f64, theta: impl Fn(f64) -> f64) -> Vec<Sample> {
+        let sample = |i: u32| {
+            let time = from + f64::from(i) * 0.1;
+            Sample { time, x: time, y: (time / 3.0).sin(), theta: theta(time), speed: 1.0, state: 1 }
+        };
+        (0..100).map(sample).collect()
+    }
+
+    fn lines(svg: &str, class: &str) -> usize {
+        svg.matches(&format!("class=\"{class}\"")).count()
+    }
+
+    #[test]
+    fn each_piece_is_a_line_of_its_own_and_a_heading_breaks_where_it_turns_over() {
+        let turning =
+            |time: f64| (time + std::f64::consts::PI).rem_euclid(std::f64::consts::TAU) - std::f64::consts::PI;
+        let track = Track { pieces: vec![piece(0.0, turning), piece(20.0, |_| 0.5)], edges: Vec::new() };
+        let svg = picture(&track, "Robot 1", "run.mcap");
+        assert_eq!(lines(&svg, "path"), 2);
+        // Three values in two pieces, and the heading: it turns over at π and 3π.
+        assert_eq!(lines(&svg, "line"), 3 * 2 + 1 + 3);
+    }
+
+    #[test]
+    fn a_robot_that_never_moves_is_drawn_too() {
+        let still = Sample { time: 5.0, x: 1.0, y: 2.0, theta: 0.0, speed: 0.0, state: 0 };
+        let svg = picture(&Track { pieces: vec![vec![still]], edges: Vec::new() }, "Robot 1", "run.mcap");
+        assert!(!svg.contains("NaN") && !svg.contains("inf"), "{svg}");
+    }
+}

@@ -1,0 +1,133 @@
+//! A recording that was cut off anywhere keeps every chunk that is whole.
+
+use std::fs;
+use std::path::Path;
+
+use mcap::records::MessageHeader;
+use mcap::{MessageStream, Summary};
+use proptest::prelude::*;
+use tempfile::TempDir;
+
+use crate::reading::Recording;
+use crate::repair::{RepairError, repair};
+use crate::schema::Topic;
+use crate::sink::{Compression, McapFile};
+
+/// A recording in many small chunks, with facts at both ends.
+fn recording(folder: &Path, compression: Compression) -> Vec<u8> {
+    let path = folder.join("whole.mcap");
+    let file = fs::File::create(&path).unwrap();
+    let mut out = McapFile::create(file, compression, 600).unwrap();
+    let about = || mcap::records::Metadata { name: "regatta".to_owned(), metadata: Default::default() };
+    out.writer.write_metadata(&about()).unwrap();
+    for i in 0..150_u64 {
+        let topic = [Topic::Frames, Topic::Events, Topic::Column("load".parse().unwrap())][i as usize % 3].clone();
+        let header = MessageHeader { channel_id: 0, sequence: 0, log_time: i * 10, publish_time: i };
+        out.write(&topic, header, &[i as u8; 37]).unwrap();
+    }
+    out.writer.write_metadata(&about()).unwrap();
+    out.writer.finish().unwrap();
+    fs::read(path).unwrap()
+}
+
+/// Log times of all messages in order of the file.
+fn times(bytes: &[u8]) -> Vec<u64> {
+    MessageStream::new(bytes).unwrap().map(|message| message.unwrap().log_time).collect()
+}
+
+/// Cuts a recording to its first `length` bytes, repairs it, and holds the result against the whole one.
+fn cut_and_repair(folder: &Path, whole: &[u8], length: usize) {
+    let path = folder.join("cut.mcap");
+    fs::write(&path, &whole[..length]).unwrap();
+    let original = Summary::read(whole).unwrap().unwrap();
+    let chunks = original.chunk_indexes.iter();
+    let kept = chunks.filter(|chunk| chunk.chunk_start_offset + chunk.chunk_length <= length as u64).count();
+    let outcome = match repair(&path) {
+        Ok(outcome) => outcome,
+        // Not even a whole header: nothing can be missing.
+        Err(RepairError::NoRecording { .. }) => return assert_eq!((kept, length < 64), (0, true), "{length} bytes"),
+        Err(error) => panic!("{length} bytes: {error}"),
+    };
+    assert_eq!(outcome.chunks as usize, kept, "{length} bytes");
+    assert_eq!(outcome.was_closed, length == whole.len());
+    let repaired = fs::read(&path).unwrap();
+    let summary = Summary::read(&repaired).unwrap().expect("a summary");
+    assert_eq!(summary.stats.as_ref().unwrap().message_count, outcome.messages);
+    let kept_times = times(&repaired);
+    assert_eq!(kept_times[..], times(whole)[..outcome.messages as usize]);
+    // What the indexes say is what is there.
+    for (repaired, original) in summary.chunk_indexes.iter().zip(&original.chunk_indexes) {
+        assert_eq!(repaired, original, "{length} bytes");
+    }
+    for chunk in &summary.chunk_indexes {
+        // A chunk may hold definitions only; it has no indexes.
+        let indexes = summary.read_message_indexes(&repaired, chunk).unwrap_or_default();
+        let indexed: usize = indexes.values().map(Vec::len).sum();
+        assert_eq!(indexed, summary.stream_chunk(&repaired, chunk).unwrap().count());
+    }
+    assert!(repair(&path).unwrap().was_closed, "a second repair has nothing to do");
+}
+
+#[test]
+fn every_cut_around_the_last_chunks_and_the_summary_is_repaired() {
+    let folder = TempDir::new().unwrap();
+    let whole = recording(folder.path(), Compression::Lz4);
+    let chunks = Summary::read(&whole).unwrap().unwrap().chunk_indexes;
+    assert!(chunks.len() > 8, "{} chunks", chunks.len());
+    let from = chunks[chunks.len() - 2].chunk_start_offset as usize;
+    // Byte by byte through the last chunks, in steps through the summary, which repeats long definitions.
+    let cuts = (0..100).chain(from..from + 1700).chain((from + 1700..whole.len()).step_by(501)).chain([whole.len()]);
+    cuts.for_each(|length| cut_and_repair(folder.path(), &whole, length));
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+
+    #[test]
+    fn any_cut_is_repaired(cut in any::<prop::sample::Index>(), zstd in any::<bool>()) {
+        let folder = TempDir::new().unwrap();
+        let whole = recording(folder.path(), if zstd { Compression::Zstd } else { Compression::None });
+        cut_and_repair(folder.path(), &whole, cut.index(whole.len() + 1));
+    }
+
+    #[test]
+    fn any_damage_costs_no_more_than_what_comes_after_it(at in any::<prop::sample::Index>(), bit in 0..8) {
+        let folder = TempDir::new().unwrap();
+        let path = folder.path().join("damaged.mcap");
+        let whole = recording(folder.path(), Compression::Lz4);
+        let chunks = Summary::read(&whole).unwrap().unwrap().chunk_indexes;
+        let data_end = chunks.last().map_or(0, |chunk| (chunk.chunk_start_offset + chunk.chunk_length) as usize);
+        // Cut off too, or else the summary would be believed.
+        let mut bytes = whole[..data_end].to_vec();
+        let at = at.index(data_end - 64) + 64;
+        bytes[at] ^= 1_u8 << bit;
+        fs::write(&path, &bytes).unwrap();
+        let outcome = repair(&path).unwrap();
+        let before = chunks.iter().filter(|chunk| (chunk.chunk_start_offset + chunk.chunk_length) as usize <= at).count();
+        prop_assert!(outcome.chunks as usize >= before);
+        let repaired = fs::read(&path).unwrap();
+        prop_assert!(Summary::read(&repaired).unwrap().is_some());
+        prop_assert_eq!(times(&repaired)[..].len() as u64, outcome.messages);
+    }
+}
+
+#[test]
+fn a_recording_that_was_never_closed_can_be_read_as_it_is() {
+    let folder = TempDir::new().unwrap();
+    let whole = recording(folder.path(), Compression::Lz4);
+    let path = folder.path().join("cut.mcap");
+    fs::write(&path, &whole[..whole.len() / 2]).unwrap();
+    let recording = Recording::open(&path).unwrap();
+    assert!(!recording.is_closed() && recording.count(&Topic::Frames) > 5);
+    assert_eq!(fs::metadata(&path).unwrap().len(), (whole.len() / 2) as u64, "untouched");
+}
+
+#[test]
+fn what_is_no_recording_is_left_alone() {
+    let folder = TempDir::new().unwrap();
+    let path = folder.path().join("notes.txt");
+    fs::write(&path, "not a recording at all, but somebody's notes").unwrap();
+    assert!(matches!(repair(&path), Err(RepairError::NoRecording { .. })));
+    assert_eq!(fs::read_to_string(&path).unwrap(), "not a recording at all, but somebody's notes");
+    assert!(matches!(repair(&folder.path().join("none.mcap")), Err(RepairError::Io { .. })));
+}

@@ -1,0 +1,160 @@
+//! The fleet and its route graph as general tools show them: Foxglove's messages.
+
+use prost::Message;
+use prost_types::Timestamp;
+use regatta_plugin::frame::RobotState;
+use regatta_plugin::world::EdgeRecord;
+use regatta_plugin::{Frame, World};
+
+use crate::schema::FRAME_ID;
+use crate::schema::foxglove::{
+    Color, LinePrimitive, PackedElementField, Point3, PointCloud, Pose, PosesInFrame, Quaternion, SceneEntity,
+    SceneUpdate, Vector3, line_primitive, packed_element_field::NumericType,
+};
+
+/// Straight pieces that a curved edge is drawn with.
+const PIECES: usize = 12;
+/// Width of an edge on the screen, in pixels.
+const EDGE_PIXELS: f64 = 1.5;
+const EDGE_COLOUR: Color = Color { r: 0.45, g: 0.55, b: 0.65, a: 1.0 };
+
+/// Poses of all robots that are there, in order of their ids.
+pub(crate) fn poses(frame: &Frame<'_>, log_time: u64) -> Vec<u8> {
+    let columns = frame.columns();
+    let places = columns.x.iter().zip(columns.y).zip(columns.theta).zip(columns.state);
+    let poses = places
+        .filter(|(_, state)| RobotState::from_number(**state) != RobotState::Absent)
+        .map(|(((x, y), theta), _)| pose(f64::from(*x), f64::from(*y), f64::from(*theta)))
+        .collect();
+    PosesInFrame { timestamp: Some(timestamp(log_time)), frame_id: FRAME_ID.to_owned(), poses }.encode_to_vec()
+}
+
+fn pose(x: f64, y: f64, theta: f64) -> Pose {
+    let (sine, cosine) = (theta / 2.0).sin_cos();
+    Pose {
+        position: Some(Vector3 { x, y, z: 0.0 }),
+        orientation: Some(Quaternion { x: 0.0, y: 0.0, z: sine, w: cosine }),
+    }
+}
+
+/// Places of all robots that are there, tinted by state.
+pub(crate) fn robots(frame: &Frame<'_>, log_time: u64) -> Vec<u8> {
+    let columns = frame.columns();
+    let places = columns.x.iter().zip(columns.y).zip(columns.state);
+    let points = places.filter_map(|((x, y), state)| Some((*x, *y, colour(RobotState::from_number(*state))?)));
+    cloud(points, log_time)
+}
+
+/// Red, green, blue, opacity; `None` for no robot.
+fn colour(state: RobotState) -> Option<[u8; 4]> {
+    match state {
+        RobotState::Idle => Some([150, 150, 150, 255]),
+        RobotState::Driving => Some([0, 158, 115, 255]),
+        RobotState::Waiting => Some([240, 228, 66, 255]),
+        RobotState::Held => Some([230, 159, 0, 255]),
+        RobotState::Faulted => Some([213, 94, 0, 255]),
+        RobotState::Absent => None,
+    }
+}
+
+/// Points along the route graph.
+pub(crate) fn graph_points(world: &World<'_>, log_time: u64) -> Vec<u8> {
+    let points = world.edges().iter().flat_map(|edge| curve(&edge.control_points, PIECES));
+    cloud(points.map(|[x, y]| (x as f32, y as f32, [115, 140, 166, 255])), log_time)
+}
+
+fn cloud(points: impl Iterator<Item = (f32, f32, [u8; 4])>, log_time: u64) -> Vec<u8> {
+    let z = 0.0_f32;
+    let data = points.flat_map(|(x, y, colour)| {
+        let [x, y, z] = [x, y, z].map(f32::to_le_bytes);
+        [x, y, z, colour].into_iter().flatten()
+    });
+    let float = |(i, name): (u32, &str)| field(name, 4 * i, NumericType::Float32);
+    let byte = |(i, name): (u32, &str)| field(name, 12 + i, NumericType::Uint8);
+    let places = (0..).zip(["x", "y", "z"]).map(float);
+    let colours = (0..).zip(["red", "green", "blue", "alpha"]).map(byte);
+    PointCloud {
+        timestamp: Some(timestamp(log_time)),
+        frame_id: FRAME_ID.to_owned(),
+        pose: Some(pose(0.0, 0.0, 0.0)),
+        point_stride: 16,
+        fields: places.chain(colours).collect(),
+        data: data.collect(),
+    }
+    .encode_to_vec()
+}
+
+fn field(name: &str, offset: u32, kind: NumericType) -> PackedElementField {
+    PackedElementField { name: name.to_owned(), offset, r#type: kind as i32 }
+}
+
+/// The route graph as lines. Replaces the one before.
+pub(crate) fn graph(world: &World<'_>, log_time: u64) -> Vec<u8> {
+    let points = world.edges().iter().flat_map(lines).collect();
+    let line = LinePrimitive {
+        r#type: line_primitive::Type::LineList as i32,
+        pose: Some(pose(0.0, 0.0, 0.0)),
+        thickness: EDGE_PIXELS,
+        scale_invariant: true,
+        points,
+        color: Some(EDGE_COLOUR),
+        ..LinePrimitive::default()
+    };
+    let entity = SceneEntity {
+        timestamp: Some(timestamp(log_time)),
+        frame_id: FRAME_ID.to_owned(),
+        id: "graph".to_owned(),
+        lines: vec![line],
+        ..SceneEntity::default()
+    };
+    SceneUpdate { entities: vec![entity], ..SceneUpdate::default() }.encode_to_vec()
+}
+
+/// An edge as pairs of points.
+fn lines(edge: &EdgeRecord) -> impl Iterator<Item = Point3> {
+    let points = polyline(&edge.control_points, PIECES);
+    let pairs: Vec<_> = points.windows(2).flat_map(|pair| [pair[0], pair[1]]).collect();
+    pairs.into_iter().map(|[x, y]| Point3 { x, y, z: 0.0 })
+}
+
+/// Points on a cubic Bézier curve: its two ends if it is straight, else `pieces + 1` of them.
+pub(crate) fn polyline(control_points: &[[f32; 2]; 4], pieces: usize) -> Vec<[f64; 2]> {
+    let [p0, p1, p2, p3] = control_points.map(|point| point.map(f64::from));
+    let [dx, dy] = [p3[0] - p0[0], p3[1] - p0[1]];
+    let chord = dx.hypot(dy);
+    let off_chord = |p: [f64; 2]| (dx * (p[1] - p0[1]) - dy * (p[0] - p0[0])).abs() / chord.max(1e-9);
+    if chord > 0.0 && off_chord(p1).max(off_chord(p2)) < 1e-3 {
+        return vec![p0, p3];
+    }
+    curve(control_points, pieces).collect()
+}
+
+/// `pieces + 1` points on a cubic Bézier curve.
+fn curve(control_points: &[[f32; 2]; 4], pieces: usize) -> impl Iterator<Item = [f64; 2]> + use<> {
+    let [p0, p1, p2, p3] = control_points.map(|point| point.map(f64::from));
+    let at = move |piece: usize| {
+        let t = piece as f64 / pieces as f64;
+        let u = 1.0 - t;
+        let weights = [u * u * u, 3.0 * u * u * t, 3.0 * u * t * t, t * t * t];
+        [0, 1].map(|axis| weights[0] * p0[axis] + weights[1] * p1[axis] + weights[2] * p2[axis] + weights[3] * p3[axis])
+    };
+    (0..=pieces).map(at)
+}
+
+fn timestamp(nanos: u64) -> Timestamp {
+    Timestamp { seconds: (nanos / 1_000_000_000) as i64, nanos: (nanos % 1_000_000_000) as i32 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn curves_begin_and_end_at_their_ends() {
+        let curve = [[0.0, 0.0], [2.0, 0.0], [4.0, 1.0], [4.0, 4.0]];
+        let points = polyline(&curve, 12);
+        assert_eq!((points.len(), points[0], points[12]), (13, [0.0, 0.0], [4.0, 4.0]));
+        let straight = [[1.0, 1.0], [2.0, 2.0], [3.0, 3.0], [4.0, 4.0]];
+        assert_eq!(polyline(&straight, 12), [[1.0, 1.0], [4.0, 4.0]]);
+    }
+}

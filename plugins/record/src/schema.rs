@@ -1,0 +1,147 @@
+//! What a recording is made of: its topics, and the messages on them.
+
+use regatta_plugin::ColumnName;
+
+/// Messages of `proto/regatta.proto`.
+#[allow(clippy::all, clippy::pedantic, missing_docs, reason = "generated")]
+pub(crate) mod regatta {
+    include!(concat!(env!("OUT_DIR"), "/regatta.rs"));
+}
+
+/// Foxglove's messages, which Foxglove, Rerun and others show.
+#[allow(clippy::all, clippy::pedantic, missing_docs, dead_code, reason = "generated")]
+pub(crate) mod foxglove {
+    include!(concat!(env!("OUT_DIR"), "/foxglove.rs"));
+}
+
+/// How MCAP calls messages that are encoded with protocol buffers, and schemas that describe them.
+pub(crate) const PROTOBUF: &str = "protobuf";
+
+/// Name of the coordinate frame that poses and the graph are given in.
+pub(crate) const FRAME_ID: &str = "map";
+
+/// What a message tells. Each has a channel of its own.
+#[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Topic {
+    /// The route graph and the robot types.
+    World,
+    /// Frames, bit for bit.
+    Frames,
+    /// What happened to robots.
+    Events,
+    /// The orders that the producer took.
+    Orders,
+    /// Pairs of robots that touch or may.
+    Contacts,
+    /// What changed in them.
+    ContactEvents,
+    /// A plugin's column.
+    Column(ColumnName),
+    /// Poses for general tools.
+    Poses,
+    /// Places and states of robots, as points, for tools that don't draw poses.
+    Robots,
+    /// The route graph for general tools.
+    Graph,
+    /// Points on the route graph, for tools that don't draw lines.
+    GraphPoints,
+}
+
+const COLUMNS: &str = "/columns/";
+
+impl Topic {
+    /// As the recording names it.
+    pub fn name(&self) -> String {
+        match self {
+            Self::World => "/world".to_owned(),
+            Self::Frames => "/frames".to_owned(),
+            Self::Events => "/events".to_owned(),
+            Self::Orders => "/orders".to_owned(),
+            Self::Contacts => "/contacts".to_owned(),
+            Self::ContactEvents => "/contact_events".to_owned(),
+            Self::Column(name) => format!("{COLUMNS}{name}"),
+            Self::Poses => "/poses".to_owned(),
+            Self::Robots => "/robots".to_owned(),
+            Self::Graph => "/graph".to_owned(),
+            Self::GraphPoints => "/graph_points".to_owned(),
+        }
+    }
+
+    /// The topic of that name, if it is one of ours.
+    pub fn from_name(name: &str) -> Option<Self> {
+        use Topic::{ContactEvents, Contacts, Events, Frames, Graph, GraphPoints, Orders, Poses, Robots, World};
+        if let Some(column) = name.strip_prefix(COLUMNS) {
+            return column.parse().ok().map(Self::Column);
+        }
+        [World, Frames, Events, Orders, Contacts, ContactEvents, Poses, Robots, Graph, GraphPoints]
+            .into_iter()
+            .find(|topic| topic.name() == name)
+    }
+
+    /// Full name of its messages.
+    pub fn schema(&self) -> &'static str {
+        match self {
+            Self::World => "regatta.World",
+            Self::Frames => "regatta.Frame",
+            Self::Events => "regatta.Events",
+            Self::Orders => "regatta.Orders",
+            Self::Contacts => "regatta.Contacts",
+            Self::ContactEvents => "regatta.ContactEvents",
+            Self::Column(_) => "regatta.Column",
+            Self::Poses => "foxglove.PosesInFrame",
+            Self::Graph => "foxglove.SceneUpdate",
+            Self::Robots | Self::GraphPoints => "foxglove.PointCloud",
+        }
+    }
+
+    /// The definitions of its messages: a `google.protobuf.FileDescriptorSet`.
+    pub(crate) fn descriptors(&self) -> &'static [u8] {
+        match self {
+            Self::Poses | Self::Robots | Self::Graph | Self::GraphPoints => {
+                include_bytes!(concat!(env!("OUT_DIR"), "/foxglove.descriptors"))
+            }
+            _ => include_bytes!(concat!(env!("OUT_DIR"), "/regatta.descriptors")),
+        }
+    }
+
+    /// Whether one message of it counts until the next: a reader that starts in the middle of a recording needs the
+    /// last one before.
+    pub(crate) fn is_state(&self) -> bool {
+        matches!(self, Self::World | Self::Column(_) | Self::Contacts)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use prost::Message;
+
+    use super::*;
+
+    fn all() -> Vec<Topic> {
+        use Topic::{
+            Column, ContactEvents, Contacts, Events, Frames, Graph, GraphPoints, Orders, Poses, Robots, World,
+        };
+        let column = Column("collision".parse().unwrap());
+        vec![World, Frames, Events, Orders, Contacts, ContactEvents, column, Poses, Robots, Graph, GraphPoints]
+    }
+
+    #[test]
+    fn topics_are_found_by_their_names() {
+        for topic in all() {
+            assert_eq!(Topic::from_name(&topic.name()), Some(topic));
+        }
+        assert_eq!(Topic::from_name("/columns/a b"), None);
+        assert_eq!(Topic::from_name("/tf"), None);
+    }
+
+    #[test]
+    fn every_schema_is_in_its_descriptors() {
+        for topic in all() {
+            let set = prost_types::FileDescriptorSet::decode(topic.descriptors()).unwrap();
+            let names = set.file.iter().flat_map(|file| {
+                file.message_type.iter().map(move |message| format!("{}.{}", file.package(), message.name()))
+            });
+            assert!(names.into_iter().any(|name| name == topic.schema()), "{topic:?}");
+        }
+    }
+}

@@ -1,0 +1,288 @@
+//! Writes messages to a file, on a thread of its own: whatever the disk does, the recorder keeps up with the fleet.
+
+use std::collections::{BTreeMap, HashMap};
+use std::fs::{File, OpenOptions};
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+use mcap::records::{MessageHeader, Metadata};
+use mcap::write::NoSeek;
+use mcap::{McapError, McapResult, WriteOptions, Writer};
+
+use crate::reading::Recording;
+use crate::repair::close;
+use crate::schema::{PROTOBUF, Topic};
+
+/// Chunks are closed when they hold so much: little to lose, little to read for a seek.
+const CHUNK_BYTES: u64 = 4 << 20;
+/// A chunk is closed at the latest after so long.
+const CHUNK_TIME: Duration = Duration::from_secs(1);
+/// Most bytes that wait for the disk. What comes on top is dropped.
+const QUEUE_BYTES: usize = 256 << 20;
+
+/// How chunks are compressed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+pub enum Compression {
+    /// Fast.
+    #[default]
+    Lz4,
+    /// Smaller, and slower.
+    Zstd,
+    /// Not at all.
+    None,
+}
+
+/// Why a recording can't be written.
+#[derive(Debug, thiserror::Error)]
+pub enum SinkError {
+    /// Its file is there already.
+    #[error("{path} exists already; give another file with --output, or --force to overwrite it")]
+    Exists {
+        /// The file.
+        path: PathBuf,
+    },
+    /// The file can't be created.
+    #[error("can't create {path} ({reason})")]
+    Create {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        reason: io::Error,
+    },
+    /// The disk is full, say.
+    #[error("can't write to {path} ({reason})")]
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        reason: String,
+    },
+}
+
+/// Messages by what became of them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Tally {
+    /// Frames in the file.
+    pub frames: u64,
+    /// Bytes in the file.
+    pub bytes: u64,
+    /// Frames dropped because the disk was too slow.
+    pub frames_dropped: u64,
+    /// Frames dropped because the disk was full, or failed.
+    pub frames_failed: u64,
+    /// Other messages that were dropped, for either reason.
+    pub others_dropped: u64,
+}
+
+/// What is on its way to the file.
+enum Job {
+    Message {
+        topic: Topic,
+        header: MessageHeader,
+        message: Vec<u8>,
+    },
+    /// Facts about the recording.
+    About(Metadata),
+}
+
+/// Takes messages for a file.
+#[derive(Debug)]
+pub(crate) struct Sink {
+    jobs: Option<Sender<Job>>,
+    queued: Arc<AtomicUsize>,
+    thread: Option<JoinHandle<(Tally, Option<SinkError>)>>,
+    /// What never got to the thread.
+    dropped: Tally,
+}
+
+impl Sink {
+    /// Creates a file and starts to write to it.
+    ///
+    /// # Errors
+    /// [`SinkError`]; among them that the file exists, unless it may be overwritten.
+    pub fn create(path: &Path, overwrite: bool, compression: Compression) -> Result<Self, SinkError> {
+        let mut options = OpenOptions::new();
+        options.read(true).write(true).truncate(overwrite).create(overwrite).create_new(!overwrite);
+        let failed = |reason| SinkError::Create { path: path.to_owned(), reason };
+        let file = options.open(path).map_err(|reason| match reason.kind() {
+            io::ErrorKind::AlreadyExists => SinkError::Exists { path: path.to_owned() },
+            _ => failed(reason),
+        })?;
+        let drain = Drain {
+            path: path.to_owned(),
+            file: file.try_clone().map_err(failed)?,
+            queued: Arc::default(),
+            tally: Tally::default(),
+        };
+        let queued = Arc::clone(&drain.queued);
+        let (sender, jobs) = channel();
+        let thread = std::thread::Builder::new()
+            .name("recording".to_owned())
+            .spawn(move || drain.run(file, compression, &jobs))
+            .map_err(failed)?;
+        Ok(Self { jobs: Some(sender), queued, thread: Some(thread), dropped: Tally::default() })
+    }
+
+    /// Hands a message over; drops it if too many wait already. Never blocks.
+    pub fn send(&mut self, topic: Topic, log_time: u64, publish_time: u64, message: Vec<u8>) {
+        let bytes = message.len();
+        let queued = self.queued.load(Ordering::Relaxed);
+        // A single message always has room: it may be larger than any queue.
+        if queued > 0 && queued + bytes > QUEUE_BYTES {
+            *self.dropped.of(&topic, false) += 1;
+            return;
+        }
+        self.queued.fetch_add(bytes, Ordering::Relaxed);
+        let header = MessageHeader { channel_id: 0, sequence: 0, log_time, publish_time };
+        self.hand_over(Job::Message { topic, header, message });
+    }
+
+    /// Notes facts about the recording, by name.
+    pub fn note(&mut self, name: &str, facts: &[(&str, String)]) {
+        let metadata = facts.iter().map(|(key, value)| ((*key).to_owned(), value.clone())).collect();
+        self.hand_over(Job::About(Metadata { name: name.to_owned(), metadata }));
+    }
+
+    fn hand_over(&self, job: Job) {
+        if let Some(jobs) = &self.jobs {
+            // The thread takes jobs until there are no more.
+            let _ = jobs.send(job);
+        }
+    }
+
+    /// Waits until all is written, closes the file, and says what became of the messages.
+    pub fn finish(&mut self) -> (Tally, Option<SinkError>) {
+        self.jobs = None;
+        let outcome = self.thread.take().and_then(|thread| thread.join().ok());
+        let (written, error) = outcome.unwrap_or_default();
+        let tally = Tally {
+            frames_dropped: self.dropped.frames_dropped,
+            others_dropped: written.others_dropped + self.dropped.others_dropped,
+            ..written
+        };
+        (tally, error)
+    }
+}
+
+impl Tally {
+    /// The count of dropped messages that one on `topic` belongs to.
+    fn of(&mut self, topic: &Topic, failed: bool) -> &mut u64 {
+        match topic {
+            Topic::Frames if failed => &mut self.frames_failed,
+            Topic::Frames => &mut self.frames_dropped,
+            _ => &mut self.others_dropped,
+        }
+    }
+}
+
+/// The thread's side.
+struct Drain {
+    path: PathBuf,
+    file: File,
+    queued: Arc<AtomicUsize>,
+    tally: Tally,
+}
+
+impl Drain {
+    fn run(mut self, file: File, compression: Compression, jobs: &Receiver<Job>) -> (Tally, Option<SinkError>) {
+        let written = McapFile::create(file, compression, CHUNK_BYTES).and_then(|mut out| self.write(&mut out, jobs));
+        let error = written.err().map(|error| self.give_up(&error, jobs));
+        self.tally.bytes = self.file.metadata().map_or(0, |metadata| metadata.len());
+        (self.tally, error)
+    }
+
+    /// Writes until there is nothing more to come.
+    fn write(&mut self, out: &mut McapFile, jobs: &Receiver<Job>) -> McapResult<()> {
+        let mut chunk_ends = Instant::now() + CHUNK_TIME;
+        loop {
+            match jobs.recv_timeout(chunk_ends.saturating_duration_since(Instant::now())) {
+                Ok(Job::Message { topic, header, message }) => {
+                    self.queued.fetch_sub(message.len(), Ordering::Relaxed);
+                    self.tally.frames += u64::from(topic == Topic::Frames);
+                    out.write(&topic, header, &message)?;
+                }
+                Ok(Job::About(metadata)) => out.writer.write_metadata(&metadata)?,
+                Err(RecvTimeoutError::Timeout) => {}
+                Err(RecvTimeoutError::Disconnected) => return out.writer.finish().map(drop),
+            }
+            if Instant::now() >= chunk_ends {
+                out.writer.flush()?;
+                chunk_ends = Instant::now() + CHUNK_TIME;
+            }
+        }
+    }
+
+    /// Says at once that the recording ends here, closes the file, and counts what comes after.
+    fn give_up(&mut self, error: &McapError, jobs: &Receiver<Job>) -> SinkError {
+        let reason = match error {
+            McapError::Io(error) => error.to_string(),
+            error => error.to_string(),
+        };
+        let accepted = self.tally.frames;
+        self.tally.frames = close(&mut self.file).ok().and_then(|_| frames_in(&self.path)).unwrap_or(0);
+        self.tally.frames_failed = accepted.saturating_sub(self.tally.frames);
+        regatta_plugin::tell!(
+            "record: can't write to {} ({reason}): nothing is recorded from here on",
+            self.path.display()
+        );
+        for job in jobs {
+            if let Job::Message { topic, message, .. } = job {
+                self.queued.fetch_sub(message.len(), Ordering::Relaxed);
+                *self.tally.of(&topic, true) += 1;
+            }
+        }
+        SinkError::Write { path: self.path.clone(), reason }
+    }
+}
+
+/// Frames that a reader finds in a file.
+fn frames_in(path: &Path) -> Option<u64> {
+    Recording::open(path).ok().map(|recording| recording.count(&Topic::Frames))
+}
+
+/// A file under construction.
+pub(crate) struct McapFile {
+    pub writer: Writer<NoSeek<File>>,
+    /// Channel and number of messages of each topic.
+    channels: HashMap<Topic, (u16, u32)>,
+}
+
+impl McapFile {
+    pub fn create(file: File, compression: Compression, chunk_bytes: u64) -> McapResult<Self> {
+        let compression = match compression {
+            Compression::Lz4 => Some(mcap::Compression::Lz4),
+            Compression::Zstd => Some(mcap::Compression::Zstd),
+            Compression::None => None,
+        };
+        let writer = WriteOptions::new()
+            .library(concat!("regatta ", env!("CARGO_PKG_VERSION")))
+            .compression(compression)
+            .compression_level(1)
+            .compression_threads(0)
+            .chunk_size(Some(chunk_bytes))
+            // Chunks are put together in memory and written whole, so that a kill seldom finds half of one.
+            .disable_seeking(true)
+            .create(NoSeek::new(file))?;
+        Ok(Self { writer, channels: HashMap::new() })
+    }
+
+    /// Writes a message. Its channel and number are filled in.
+    pub fn write(&mut self, topic: &Topic, header: MessageHeader, message: &[u8]) -> McapResult<()> {
+        let (channel_id, count) = match self.channels.get_mut(topic) {
+            Some(channel) => channel,
+            None => {
+                let schema = self.writer.add_schema(topic.schema(), PROTOBUF, topic.descriptors())?;
+                let channel = self.writer.add_channel(schema, &topic.name(), PROTOBUF, &BTreeMap::new())?;
+                self.channels.entry(topic.clone()).or_insert((channel, 0))
+            }
+        };
+        *count = count.wrapping_add(1);
+        let header = MessageHeader { channel_id: *channel_id, sequence: *count, ..header };
+        self.writer.write_to_known_channel(&header, message)
+    }
+}

@@ -1,0 +1,90 @@
+"""Reads a recording with nothing but the public packages in requirements.txt, checks that it is sound, and prints what
+it holds as JSON: messages by topic, and the digest of its frames as the engine makes it."""
+
+import array
+import json
+import math
+import struct
+import sys
+
+import xxhash
+from mcap.reader import make_reader
+from mcap_protobuf.decoder import DecoderFactory
+
+ABSENT = 255
+
+
+def digest(frames):
+    """XXH3 (128 bits) over each tick's number and columns, little-endian."""
+    hasher, last = xxhash.xxh3_128(), None
+    for frame in frames:
+        if frame.tick == last:
+            continue
+        last = frame.tick
+        hasher.update(frame.tick.to_bytes(8, "little"))
+        for column in (frame.x, frame.y, frame.theta, frame.speed, frame.s):
+            hasher.update(array.array("f", column).tobytes())
+        hasher.update(array.array("I", frame.edge).tobytes())
+        hasher.update(frame.state)
+    return hasher.hexdigest()
+
+
+def check_poses(poses, frame):
+    """Poses for general tools are those of the frame of the same time."""
+    assert poses.frame_id == "map"
+    present = [robot for robot in range(frame.robots) if frame.state[robot] != ABSENT]
+    assert len(poses.poses) == len(present), (len(poses.poses), len(present))
+    for robot, pose in zip(present, poses.poses):
+        assert (pose.position.x, pose.position.y) == (frame.x[robot], frame.y[robot])
+        heading = 2 * math.atan2(pose.orientation.z, pose.orientation.w)
+        turned = math.remainder(heading - frame.theta[robot], math.tau)
+        assert abs(turned) < 1e-9, (heading, frame.theta[robot])
+
+
+def check_points(cloud, frame):
+    """Points for general tools are the robots' places too."""
+    assert [field.name for field in cloud.fields] == ["x", "y", "z", "red", "green", "blue", "alpha"]
+    places = [(x, y) for x, y, *_ in struct.iter_unpack("<fff4B", cloud.data)]
+    present = [robot for robot in range(frame.robots) if frame.state[robot] != ABSENT]
+    assert cloud.point_stride == 16 and places == [(frame.x[robot], frame.y[robot]) for robot in present]
+
+
+def check_graph(graph, world):
+    """The graph for general tools joins the nodes that the world's edges join."""
+    (entity,) = graph.entities
+    (line,) = entity.lines
+    assert line.type == line.LINE_LIST and len(line.points) % 2 == 0
+    points = {(point.x, point.y) for point in line.points}
+    for edge in world.edges:
+        curve = edge.control_points
+        assert (curve[0], curve[1]) in points and (curve[6], curve[7]) in points, edge.id
+
+
+def main(path):
+    topics = {}
+    with open(path, "rb") as file:
+        reader = make_reader(file, decoder_factories=[DecoderFactory()], validate_crcs=True)
+        summary = reader.get_summary()
+        for schema, channel, message, decoded in reader.iter_decoded_messages():
+            assert schema.encoding == channel.message_encoding == "protobuf"
+            topics.setdefault(channel.topic, []).append((message.log_time, decoded))
+        counts = {
+            summary.channels[channel].topic: count
+            for channel, count in summary.statistics.channel_message_counts.items()
+        }
+        about = {metadata.name: metadata.metadata for metadata in reader.iter_metadata()}
+    assert counts == {topic: len(messages) for topic, messages in topics.items()}
+    frames = dict(topics["/frames"])
+    for log_time, frame in topics["/frames"]:
+        assert len(frame.x) == len(frame.edge) == len(frame.state) == frame.robots
+        assert frame.sim_time_nanos == log_time
+    for log_time, poses in topics.get("/poses", []):
+        check_poses(poses, frames[log_time])
+    for log_time, cloud in topics.get("/robots", []):
+        check_points(cloud, frames[log_time])
+    for (_, graph), (_, world) in zip(topics["/graph"], topics["/world"], strict=True):
+        check_graph(graph, world)
+    json.dump({"topics": counts, "digest": digest(frame for _, frame in topics["/frames"]), "about": about}, sys.stdout)
+
+
+main(sys.argv[1])

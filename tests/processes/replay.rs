@@ -1,0 +1,238 @@
+//! A replay is a producer like the engine.
+
+use std::path::Path;
+
+use regatta_plugin::contact::ContactReader;
+use regatta_plugin::event::EventKind;
+use regatta_plugin::frame::ClockState;
+use regatta_plugin::order::OrderKind;
+use regatta_plugin::order_log::OrderLogReader;
+use regatta_plugin::{
+    Control, ControlError, EventReader, FleetName, Orders, Participant, ReadError, Subscriber, WorldReader,
+};
+use regatta_record::{ReadingError, Recording, Topic};
+use tempfile::TempDir;
+
+use crate::fleet::{Fleet, PATIENCE, Process, eventually, regatta, unique};
+use crate::record::{digest, file, record, recorder};
+
+fn start(fleet: &FleetName, recording: &Path, args: &[&str]) -> Process {
+    Process::start(regatta().arg("replay").arg(recording).args(["--fleet", &fleet.to_string()]).args(args))
+}
+
+/// A replay that stands at its start, and what controls it.
+fn paused(test: &str, recording: &Path, args: &[&str]) -> (FleetName, Process, Control) {
+    let fleet = unique(test);
+    let process = start(&fleet, recording, &[&["--paused"], args].concat());
+    let mut control = eventually("control", || Control::open(&fleet).ok());
+    eventually("the replay answers", || control.status().ok());
+    (fleet, process, control)
+}
+
+#[test]
+fn a_recording_of_a_replay_is_the_recording() {
+    let (first, second) = (TempDir::new().expect("a folder"), TempDir::new().expect("a folder"));
+    let golden = record("replay-source", "warehouse-1000.yaml", 200, &file(&first), &[]);
+    let fleet = unique("replay-copy");
+    let replay = start(&fleet, &file(&first), &["--speed", "max", "--lockstep", "recorder"]);
+    let recorder = recorder(&fleet, &file(&second), &[]);
+    let output = replay.finish();
+    assert!(output.status.success(), "it ends by itself: {output:?}");
+    assert!(recorder.interrupt().status.success());
+    assert_eq!(digest(&file(&second)), golden);
+    assert_eq!(headers(&file(&first)), headers(&file(&second)));
+}
+
+/// What a replay keeps of each tick's header.
+fn headers(recording: &Path) -> Vec<[u64; 5]> {
+    let mut headers = Vec::new();
+    let read = Recording::open(recording).expect("a recording").frames(|_, frame| {
+        let header = frame.header();
+        headers.push([
+            header.tick,
+            header.sim_time_nanos,
+            header.tick_period_nanos,
+            header.late_ticks,
+            u64::from(header.robots),
+        ]);
+        Ok::<_, ReadingError>(())
+    });
+    read.expect("readable");
+    headers.dedup();
+    headers
+}
+
+#[test]
+fn a_replay_pauses_steps_and_seeks() {
+    let folder = TempDir::new().expect("a folder");
+    record("replay-control-source", "thirty.yaml", 400, &file(&folder), &[]);
+    let (fleet, process, mut control) = paused("replay-control", &file(&folder), &["--from", "500ms"]);
+    let mut frames = Subscriber::open(&fleet).expect("opened");
+    assert_eq!(control.step(7).expect("stepped").tick, 57);
+
+    let before = control.status().expect("answered").run_id;
+    let ahead = control.seek(std::time::Duration::from_secs(3)).expect("gone there");
+    assert_eq!((ahead.tick, ahead.sim_time_nanos, ahead.run_id), (300, 3_000_000_000, before));
+    let back = control.seek(std::time::Duration::from_millis(1_005)).expect("gone there");
+    assert_eq!(back.tick, 100, "the newest frame until then");
+    assert_ne!(back.run_id, before, "going back is another run");
+
+    let mut recorded = None;
+    let read = Recording::open(&file(&folder)).expect("a recording").frames(|_, frame| {
+        recorded = recorded.take().or((frame.tick() == 100).then(|| frame.x().to_vec()));
+        Ok::<_, ReadingError>(())
+    });
+    read.expect("readable");
+    let shown = eventually("the frame", || {
+        let frame = frames.latest().expect("readable")?;
+        assert_eq!(frame.header().clock, ClockState::Paused as u32);
+        (frame.tick() == 100).then(|| frame.x().to_vec())
+    });
+    assert_eq!(Some(shown), recorded);
+
+    let mut worlds = WorldReader::open(&fleet).expect("opened");
+    let world = eventually("the world", || worlds.latest().expect("readable").map(|world| world.run_id()));
+    assert_eq!(world, back.run_id, "the world belongs to the new run");
+
+    let refused = control.seek(std::time::Duration::from_secs(100));
+    assert!(matches!(&refused, Err(ControlError::Refused { reason, .. }) if reason.contains("4.000 s")), "{refused:?}");
+    assert!(matches!(control.robots(5), Err(ControlError::Refused { .. })));
+
+    control.speed(f32::INFINITY).expect("changed");
+    control.resume().expect("resumed");
+    assert!(process.finish().status.success(), "it ends by itself");
+}
+
+#[test]
+fn a_replay_that_loops_begins_a_run_each_time() {
+    let folder = TempDir::new().expect("a folder");
+    record("replay-loop-source", "thirty.yaml", 50, &file(&folder), &[]);
+    let fleet = unique("replay-loop");
+    let process = start(&fleet, &file(&folder), &["--loop"]);
+    let mut frames = eventually("frames", || Subscriber::open(&fleet).ok());
+    let mut runs = std::collections::BTreeSet::new();
+    while runs.len() < 3 {
+        runs.extend(frames.wait(PATIENCE).expect("readable").map(|frame| frame.run_id()));
+    }
+    assert!(process.interrupt().status.success());
+}
+
+#[test]
+fn a_replay_that_holds_stays_at_its_end() {
+    let folder = TempDir::new().expect("a folder");
+    record("replay-hold-source", "thirty.yaml", 50, &file(&folder), &[]);
+    let (_, process, mut control) = paused("replay-hold", &file(&folder), &["--hold", "--speed", "max"]);
+    control.resume().expect("resumed");
+    let status = eventually("the end", || control.status().ok().filter(|status| status.tick == 50));
+    assert!([ClockState::Paused as u32, ClockState::Running as u32].contains(&status.clock));
+    assert_eq!(control.seek(std::time::Duration::from_millis(200)).expect("gone there").tick, 20);
+    assert!(process.interrupt().status.success());
+}
+
+#[test]
+fn orders_events_and_columns_are_replayed() {
+    let folder = TempDir::new().expect("a folder");
+    let engine = Fleet::start("replay-orders-source", "thirty.yaml", &[]);
+    let recorder = recorder(&engine.name, &file(&folder), &[]);
+    engine.let_ticks_pass(50);
+    let mut orders = Orders::open(&engine.name).expect("opened");
+    let token = orders.hold(3);
+    orders.send().expect("sent");
+    engine.let_ticks_pass(200);
+    assert!(recorder.interrupt().status.success());
+
+    let (fleet, _process, mut control) = paused("replay-orders", &file(&folder), &[]);
+    let participant = Participant::join(&fleet, "test").expect("joined");
+    let mut log = OrderLogReader::open_on(&participant).expect("opened");
+    let mut events = EventReader::open_on(&participant).expect("opened");
+    let mut column = participant.column_reader("type").expect("opened");
+    control.resume().expect("resumed");
+    let (mut held, mut accepted) = (None, None);
+    eventually("the order and its answer", || {
+        let taken = log.take(|log| -> Result<(), ReadError> {
+            held =
+                held.or(log.records.iter().find(|order| order.token == token).map(|order| (order.kind, order.robot)));
+            Ok(())
+        });
+        taken.expect("readable");
+        let taken = events.take(|events| -> Result<(), ReadError> {
+            accepted = accepted.or(events.records.iter().find(|event| event.token == token).map(|event| event.kind));
+            Ok(())
+        });
+        taken.expect("readable");
+        held.zip(accepted)
+    });
+    assert_eq!((held, accepted), (Some((OrderKind::Hold as u32, 3)), Some(EventKind::Accepted as u32)));
+    let types = eventually("the column type", || column.latest().expect("readable").map(|column| column.values.len()));
+    assert_eq!(types, 30);
+}
+
+#[test]
+fn contacts_are_replayed_unless_a_live_plugin_has_their_name() {
+    let folder = TempDir::new().expect("a folder");
+    let engine = Fleet::start("replay-contacts-source", "thirty.yaml", &[]);
+    let collision = engine.plugin("collision");
+    let recorder = recorder(&engine.name, &file(&folder), &[]);
+    let column = Topic::Column("collision".parse().expect("a name"));
+    engine.let_ticks_pass(300);
+    assert!(recorder.interrupt().status.success() && collision.interrupt().status.success());
+    let recording = Recording::open(&file(&folder)).expect("a recording");
+    assert!(recording.count(&column) > 0 && recording.count(&Topic::Contacts) > 0, "{:?}", recording.topics());
+
+    let (fleet, process, _control) = paused("replay-contacts", &file(&folder), &["--from", "2s"]);
+    let participant = Participant::join(&fleet, "test").expect("joined");
+    let mut contacts = ContactReader::open_on(&participant).expect("opened");
+    let tick = eventually("contacts", || contacts.latest().expect("readable").map(|contacts| contacts.header.tick));
+    assert!(tick <= 200, "those of the frame that is shown, or the last before: {tick}");
+    assert!(process.interrupt().status.success());
+
+    // Here somebody works them out anew.
+    let fleet = unique("replay-contacts-live");
+    let collision = Process::start(regatta().args(["plugin", "collision", "--fleet", &fleet.to_string()]));
+    let waiting = Participant::join(&fleet, "test").expect("joined");
+    let live = ContactReader::open_on(&waiting).expect("opened");
+    eventually("the plugin", || live.has_publisher().then_some(()));
+    let output = start(&fleet, &file(&folder), &["--speed", "max"]).finish();
+    let message = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.success() && message.contains("contacts are left out"), "{message}");
+    assert!(collision.interrupt().status.success());
+}
+
+#[test]
+fn a_live_fleet_keeps_its_name_from_a_replay() {
+    let folder = TempDir::new().expect("a folder");
+    record("replay-taken-source", "thirty.yaml", 10, &file(&folder), &[]);
+    let engine = Fleet::start("replay-taken", "thirty.yaml", &[]);
+    let output = start(&engine.name, &file(&folder), &[]).finish();
+    let message = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(!output.status.success() && message.lines().count() == 1, "{message}");
+    assert!(message.contains("already running"), "{message}");
+}
+
+#[test]
+fn what_is_no_recording_is_refused_in_one_line() {
+    for bad in ["README.md", "nothing-there.mcap"] {
+        let path = crate::fleet::root().join(bad);
+        let output = start(&unique("replay-bad"), &path, &[]).finish();
+        let message = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(!output.status.success() && message.contains(bad) && message.lines().count() == 1, "{message}");
+    }
+}
+
+#[test]
+fn a_live_collision_checker_works_on_a_recording_that_has_no_contacts() {
+    let folder = TempDir::new().expect("a folder");
+    record("replay-checked", "thirty.yaml", 100, &file(&folder), &[]);
+    let (fleet, replay, _control) = paused("replay-checker", &file(&folder), &["--hold"]);
+    let checker = Process::start(regatta().args(["plugin", "collision", "--fleet", &fleet.to_string()]));
+    let participant = Participant::join(&fleet, "test").expect("joined");
+    let mut column = participant.column_reader("collision").expect("opened");
+    let mut contacts = ContactReader::open_on(&participant).expect("opened");
+    let robots = eventually("the column", || column.latest().expect("readable").map(|column| column.values.len()));
+    assert_eq!(robots, 30);
+    eventually("contacts", || contacts.latest().expect("readable").map(|_| ()));
+    for process in [checker, replay] {
+        let output = process.interrupt();
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    }
+}
