@@ -8,9 +8,12 @@ use image::RgbaImage;
 use regatta_plugin::{Participant, Result, Termination};
 
 use crate::camera::Camera;
+use crate::caption::Caption;
+use crate::feed::News;
 use crate::gpu::TargetKind;
 use crate::gpu::device::Gpu;
 use crate::gpu::frame::Renderer;
+use crate::interface::labels::Labels;
 use crate::options::Options;
 use crate::palette::Colouring;
 use crate::picture::{FORMAT, Offscreen, write_png};
@@ -30,6 +33,7 @@ struct Studio<'a> {
     gpu: Gpu,
     stage: Stage,
     offscreen: Offscreen,
+    caption: Caption,
     termination: Termination,
 }
 
@@ -46,7 +50,7 @@ pub fn run(options: &Options) -> Result {
     let mut renderer = Renderer::new(&gpu, target);
     options.look.furnish(&mut renderer);
     let stage = Stage::new(&participant, renderer, options.look.scene())?;
-    let mut studio = Studio { options, gpu, stage, offscreen, termination };
+    let mut studio = Studio { caption: Caption::new(&gpu), options, gpu, stage, offscreen, termination };
     match (&options.screenshot, &options.record) {
         (Some(path), _) => studio.screenshot(path),
         (None, Some(path)) => studio.record(path),
@@ -102,12 +106,20 @@ impl Studio<'_> {
     /// Takes frames as they come until a picture is due.
     fn wait_until(&mut self, due: Instant) -> Result {
         loop {
-            self.stage.update(Instant::now())?;
+            let news = self.stage.update(Instant::now())?;
+            self.learn(news);
             let left = due.saturating_duration_since(Instant::now());
             if left.is_zero() {
                 return Ok(());
             }
             std::thread::sleep(left.min(POLL));
+        }
+    }
+
+    /// Takes the ids of a new world.
+    fn learn(&mut self, news: News) {
+        if let Some(world) = self.stage.feed.world().filter(|_| news.world) {
+            self.caption.labels = Labels::new(world.nodes(), world.edges());
         }
     }
 
@@ -117,6 +129,7 @@ impl Studio<'_> {
         let from = self.options.at.map_or(Duration::ZERO, Into::into);
         while !self.termination.requested() {
             let news = self.stage.update(Instant::now())?;
+            self.learn(news);
             if news.frame && self.stage.scene.trails.points > 0 {
                 self.stage.collect_trails();
             }
@@ -173,6 +186,9 @@ impl Studio<'_> {
         let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let size = self.size();
         self.stage.draw(&mut encoder, &self.offscreen.view, &camera, size, alpha);
+        let (target, legend) = ((&self.offscreen.overlay, size), self.stage.legend());
+        let legend = (!self.options.look.no_legend).then_some(&legend);
+        self.caption.draw(&self.gpu, &mut encoder, target, (&camera, &self.stage.scene, legend));
         Ok(self.offscreen.read(encoder)?)
     }
 }

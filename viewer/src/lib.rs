@@ -5,6 +5,7 @@
 
 mod bench;
 pub mod camera;
+mod caption;
 pub mod feed;
 pub mod floor_picture;
 pub mod gpu;

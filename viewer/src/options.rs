@@ -94,6 +94,12 @@ pub struct LookOptions {
     /// Leave the graph out
     #[arg(long)]
     pub no_graph: bool,
+    /// Leave the ids of nodes and edges out
+    #[arg(long)]
+    pub no_ids: bool,
+    /// Leave the legend out of pictures
+    #[arg(long, requires = "headless")]
+    pub no_legend: bool,
     /// Leave the grid out
     #[arg(long)]
     pub no_grid: bool,
@@ -276,6 +282,7 @@ impl LookOptions {
         if self.no_graph {
             (scene.layers.edges, scene.layers.arrows, scene.layers.nodes) = (false, false, false);
         }
+        scene.layers.ids = !self.no_ids && !self.no_graph;
         scene.trails = Trails { points: self.trails, only_selected: self.trails_of_selected };
         scene.selected.clone_from(&self.select);
         scene

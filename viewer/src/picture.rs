@@ -7,10 +7,13 @@ use image::RgbaImage;
 use wgpu::{BufferUsages, TextureFormat, TextureUsages};
 
 use crate::gpu::device::Gpu;
-use crate::gpu::frame::{texture, view_of};
+use crate::gpu::frame::view_of;
 
 /// Of pictures that are read back.
 pub const FORMAT: TextureFormat = TextureFormat::Rgba8UnormSrgb;
+
+/// Of what is drawn over them: its colours are blended as they are seen.
+pub const OVERLAY_FORMAT: TextureFormat = TextureFormat::Rgba8Unorm;
 
 /// Why there is no picture.
 #[derive(Debug, thiserror::Error)]
@@ -37,8 +40,10 @@ pub struct Offscreen {
     gpu: Gpu,
     size: UVec2,
     texture: wgpu::Texture,
-    /// All of the texture.
+    /// All of the texture, as [`FORMAT`].
     pub view: wgpu::TextureView,
+    /// All of the texture, as [`OVERLAY_FORMAT`].
+    pub overlay: wgpu::TextureView,
     back: wgpu::Buffer,
 }
 
@@ -53,14 +58,31 @@ impl Offscreen {
             return Err(PictureError::TooLarge(size.x, size.y, limit));
         }
         let usage = TextureUsages::RENDER_ATTACHMENT | TextureUsages::COPY_SRC;
-        let texture = texture(gpu, size, FORMAT, 1, usage);
+        let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
+            label: Some("offscreen"),
+            size: wgpu::Extent3d { width: size.x, height: size.y, depth_or_array_layers: 1 },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format: FORMAT,
+            usage,
+            view_formats: &[OVERLAY_FORMAT],
+        });
+        let overlay = wgpu::TextureViewDescriptor { format: Some(OVERLAY_FORMAT), ..Default::default() };
         let back = gpu.device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("read back"),
             size: u64::from(row_bytes(size)) * u64::from(size.y),
             usage: BufferUsages::COPY_DST | BufferUsages::MAP_READ,
             mapped_at_creation: false,
         });
-        Ok(Self { gpu: gpu.clone(), size, view: view_of(&texture), texture, back })
+        Ok(Self {
+            gpu: gpu.clone(),
+            size,
+            view: view_of(&texture),
+            overlay: texture.create_view(&overlay),
+            texture,
+            back,
+        })
     }
 
     /// Width and height in pixels.

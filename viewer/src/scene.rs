@@ -41,6 +41,8 @@ pub struct Layers {
     pub arrows: bool,
     /// Nodes.
     pub nodes: bool,
+    /// Ids of nodes and edges, when near.
+    pub ids: bool,
     /// Robots.
     pub robots: bool,
     /// Shadows under the robots.
@@ -87,7 +89,16 @@ pub struct Detail {
 
 impl Default for Layers {
     fn default() -> Self {
-        Self { grid: true, edges: true, arrows: true, nodes: true, robots: true, shadows: true, trails: true }
+        Self {
+            grid: true,
+            edges: true,
+            arrows: true,
+            nodes: true,
+            ids: true,
+            robots: true,
+            shadows: true,
+            trails: true,
+        }
     }
 }
 

@@ -13,6 +13,7 @@ use regatta_viewer::camera::{Bounds, Camera};
 use regatta_viewer::feed::Counts;
 use regatta_viewer::interface::Interface;
 use regatta_viewer::interface::facts::{Action, Engine, Facts, Thing};
+use regatta_viewer::interface::labels::Labels;
 use regatta_viewer::interface::performance::Timing;
 use regatta_viewer::interface::rig::{Follow, Rig};
 use regatta_viewer::interface::rows::{Rows, SortBy};
@@ -26,6 +27,7 @@ struct Desk {
     lines: Vec<Line>,
     nodes: Vec<NodeRecord>,
     edges: Vec<EdgeRecord>,
+    labels: Labels,
     pairs: Vec<ContactRecord>,
     rows: Option<Rows>,
     status: Option<ControlResponse>,
@@ -60,6 +62,7 @@ impl Desk {
                 NodeRecord { id: 8, ..NodeRecord::default() },
             ],
             edges: vec![EdgeRecord { id: 34, origin: 0, destination: 1, length: 5.0, ..EdgeRecord::default() }],
+            labels: Labels::default(),
             pairs: Vec::new(),
             rows: None,
             status: Some(ControlResponse { robots: robots as u32, speed: 1.0, ..ControlResponse::default() }),
@@ -80,6 +83,7 @@ impl Desk {
             frame: (self.engine != Engine::Awaited).then(|| Frame::new(&self.header, &self.lines).expect("a frame")),
             nodes: &self.nodes,
             edges: &self.edges,
+            labels: &self.labels,
             types: &[],
             kinds: None,
             contacts: Some(Contacts { header: &contact_header, pairs: &self.pairs }),

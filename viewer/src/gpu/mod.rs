@@ -7,6 +7,7 @@ mod floor;
 pub mod frame;
 mod graph;
 pub mod layout;
+pub mod painter;
 pub mod pick;
 mod robots;
 mod timer;

@@ -7,6 +7,7 @@ use regatta_plugin::control::{ControlRequest, ControlResponse};
 use regatta_plugin::frame::{ClockState, Frame};
 use regatta_plugin::world::{EdgeRecord, NodeRecord, RobotTypeRecord};
 
+use super::labels::Labels;
 use super::performance::Timing;
 use super::rig::Pose;
 use super::rows::{RowQuery, Rows};
@@ -45,6 +46,8 @@ pub struct Facts<'a> {
     pub nodes: &'a [NodeRecord],
     /// Edges of the graph.
     pub edges: &'a [EdgeRecord],
+    /// The ids of both.
+    pub labels: &'a Labels,
     /// Kinds of robots.
     pub types: &'a [RobotTypeRecord],
     /// Each robot's index into `types`.

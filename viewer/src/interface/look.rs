@@ -20,6 +20,7 @@ impl Interface {
         let settings = &mut self.settings;
         ui.checkbox(&mut settings.edges, "edges");
         ui.checkbox(&mut settings.nodes, "nodes");
+        ui.checkbox(&mut settings.ids, "ids, when near");
         ui.checkbox(&mut settings.grid, "grid");
         ui.checkbox(&mut settings.shadows, "shadows");
         heading(ui, theme, "trails");

@@ -2,9 +2,11 @@
 
 use egui::{Align2, Area, Context, Id, Order, Rect, RichText, Sense, Ui, pos2, vec2};
 
+use glam::Vec2;
+
 use super::facts::{Engine, Facts};
 use super::{Interface, NOTICE, style};
-use crate::palette::Scale;
+use crate::palette::{Legend, Scale, Theme};
 
 /// From the edge of the picture, in points.
 const MARGIN: f32 = 10.0;
@@ -14,60 +16,18 @@ impl Interface {
         if facts.engine == Engine::Awaited {
             self.waiting(context, picture, facts);
         } else {
-            self.legend(context, picture, facts);
+            if self.settings.ids {
+                let offset = Vec2::from(self.settings.offset);
+                facts.labels.draw(context, picture, &self.rig.camera(), offset, self.settings.theme());
+            }
+            legend(context, picture, self.settings.theme(), facts.legend);
             self.coordinates(context, picture);
         }
         self.messages(context, picture);
     }
 
-    /// Something over the picture, with one of its corners or edges in the same one of the picture.
     fn float(&self, context: &Context, picture: Rect, name: &str, place: Align2, show: impl FnOnce(&mut Ui)) {
-        let inside = picture.shrink(MARGIN);
-        if !inside.is_positive() {
-            return;
-        }
-        let at = place.pos_in_rect(&inside);
-        Area::new(Id::unique(name)).order(Order::Background).pivot(place).fixed_pos(at).interactable(false).show(
-            context,
-            |ui| {
-                style::floating(self.settings.theme()).show(ui, show);
-            },
-        );
-    }
-
-    fn legend(&self, context: &Context, picture: Rect, facts: &Facts<'_>) {
-        let (theme, tones) = (self.settings.theme(), self.tones());
-        self.float(context, picture, "legend", Align2::LEFT_BOTTOM, |ui| {
-            ui.spacing_mut().item_spacing.y = 4.0;
-            ui.label(RichText::new(&facts.legend.title).strong());
-            match &facts.legend.scale {
-                Scale::Categories(names) => {
-                    for (name, colour) in names {
-                        ui.horizontal(|ui| {
-                            let (dot, _) = ui.allocate_exact_size(vec2(10.0, 10.0), Sense::hover());
-                            ui.painter().rect_filled(dot, 3.0, style::of(*colour));
-                            ui.label(style::faint(ui, theme, name));
-                        });
-                    }
-                }
-                Scale::Ramp { low, high, unit } => {
-                    let (ramp, _) = ui.allocate_exact_size(vec2(140.0, 10.0), Sense::hover());
-                    let colours = facts.legend.scale.colours(theme);
-                    let width = ramp.width() / colours.len() as f32;
-                    for (i, colour) in colours.into_iter().enumerate() {
-                        let left = ramp.left() + i as f32 * width;
-                        let part = Rect::from_min_size(pos2(left, ramp.top()), vec2(width + 0.5, ramp.height()));
-                        ui.painter().rect_filled(part, 0.0, style::of(colour));
-                    }
-                    let middle = (low + high) / 2.0;
-                    ui.label(
-                        RichText::new(format!("{low:.4}   {middle:.4}   {high:.4} {unit}"))
-                            .size(11.0)
-                            .color(tones.faint),
-                    );
-                }
-            }
-        });
+        float(context, picture, self.settings.theme(), name, place, show);
     }
 
     fn coordinates(&self, context: &Context, picture: Rect) {
@@ -117,5 +77,62 @@ impl Interface {
                 ui.label(RichText::new(text).color(self.tones().text));
             }
         });
+    }
+}
+
+/// Something over the picture, with one of its corners or edges in the same one of the picture.
+fn float(context: &Context, picture: Rect, theme: Theme, name: &str, place: Align2, show: impl FnOnce(&mut Ui)) {
+    let inside = picture.shrink(MARGIN);
+    if !inside.is_positive() {
+        return;
+    }
+    let area = Area::new(Id::unique(name)).order(Order::Background).interactable(false).fade_in(false);
+    area.pivot(place).fixed_pos(place.pos_in_rect(&inside)).show(context, |ui| {
+        style::floating(theme).show(ui, show);
+    });
+}
+
+/// What the robots' colours tell.
+pub fn legend(context: &Context, picture: Rect, theme: Theme, legend: &Legend) {
+    let tones = style::tones(theme);
+    float(context, picture, theme, "legend", Align2::LEFT_BOTTOM, |ui| {
+        ui.spacing_mut().item_spacing.y = 4.0;
+        ui.label(RichText::new(&legend.title).strong());
+        match &legend.scale {
+            Scale::Categories(names) => {
+                for (name, colour) in names {
+                    ui.horizontal(|ui| {
+                        let (dot, _) = ui.allocate_exact_size(vec2(10.0, 10.0), Sense::hover());
+                        ui.painter().rect_filled(dot, 3.0, style::of(*colour));
+                        ui.label(style::faint(ui, theme, name));
+                    });
+                }
+            }
+            Scale::Ramp { low, high, unit } => {
+                let (ramp, _) = ui.allocate_exact_size(vec2(140.0, 10.0), Sense::hover());
+                let colours = legend.scale.colours(theme);
+                let width = ramp.width() / colours.len() as f32;
+                for (i, colour) in colours.into_iter().enumerate() {
+                    let left = ramp.left() + i as f32 * width;
+                    let part = Rect::from_min_size(pos2(left, ramp.top()), vec2(width + 0.5, ramp.height()));
+                    ui.painter().rect_filled(part, 0.0, style::of(colour));
+                }
+                let middle = (low + high) / 2.0;
+                ui.label(
+                    RichText::new([*low, middle, *high].map(short).join("   ") + " " + unit)
+                        .size(11.0)
+                        .color(tones.faint),
+                );
+            }
+        }
+    });
+}
+
+/// Three digits or so.
+fn short(value: f32) -> String {
+    match value.abs() {
+        large if large >= 99.95 => format!("{value:.0}"),
+        middling if middling >= 9.995 => format!("{value:.1}"),
+        _ => format!("{value:.2}"),
     }
 }

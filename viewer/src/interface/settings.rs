@@ -25,6 +25,8 @@ pub struct Settings {
     pub edges: bool,
     /// Nodes.
     pub nodes: bool,
+    /// Ids of nodes and edges, when near.
+    pub ids: bool,
     /// Shadows.
     pub shadows: bool,
     /// Metres added to all positions, east and north.
@@ -102,6 +104,7 @@ impl Default for Settings {
             grid: true,
             edges: true,
             nodes: true,
+            ids: true,
             shadows: true,
             offset: [0.0; 2],
             floor: None,
@@ -212,6 +215,7 @@ impl Settings {
         }
         self.grid &= !look.no_grid;
         (self.edges, self.nodes) = (self.edges && !look.no_graph, self.nodes && !look.no_graph);
+        self.ids &= !look.no_graph && !look.no_ids;
         self.sane()
     }
 
@@ -234,7 +238,7 @@ impl Settings {
             self.floor.map(|size| Bounds { low: Vec2::from(size) / -2.0, high: Vec2::from(size) / 2.0 });
         scene.layers.grid = self.grid;
         (scene.layers.edges, scene.layers.arrows, scene.layers.nodes) = (self.edges, self.edges, self.nodes);
-        scene.layers.shadows = self.shadows;
+        (scene.layers.ids, scene.layers.shadows) = (self.ids, self.shadows);
         scene.trails.points = self.trails;
     }
 }

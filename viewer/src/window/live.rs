@@ -12,7 +12,6 @@ use regatta_plugin::{FleetName, Participant, Result};
 use winit::event::WindowEvent;
 use winit::window::{Fullscreen, Window};
 
-use super::painter::{Drawing, Painter};
 use super::pulse::{Due, Pulse};
 use super::surface::{NoCanvas, Screen, surface_of};
 use super::udp::Udp;
@@ -20,8 +19,10 @@ use crate::feed::News;
 use crate::gpu::TargetKind;
 use crate::gpu::device::Gpu;
 use crate::gpu::frame::Renderer;
+use crate::gpu::painter::{Drawing, Painter};
 use crate::interface::Interface;
 use crate::interface::facts::{Action, Engine, Facts, Thing};
+use crate::interface::labels::Labels;
 use crate::interface::performance::Timing;
 use crate::interface::rig::{Pose, between};
 use crate::interface::rows::Rows;
@@ -79,6 +80,7 @@ pub struct Live {
 struct Known {
     status: Option<Box<ControlResponse>>,
     columns: Vec<ColumnName>,
+    labels: Labels,
     values: Vec<(ColumnName, f32)>,
     rows: Option<Rows>,
     lag: Option<f64>,
@@ -278,6 +280,9 @@ impl Live {
 
     /// Remembers what a poll has brought.
     fn note(&mut self, news: News, now: Instant) {
+        if let Some(world) = self.stage.feed.world().filter(|_| news.world) {
+            self.known.labels = Labels::new(world.nodes(), world.edges());
+        }
         if !self.floor_laid && self.stage.feed.world().is_some() {
             self.floor_laid = true;
             let bounds = self.stage.bounds();
@@ -340,6 +345,7 @@ impl Live {
             frame: self.stage.feed.frame(),
             nodes: world.map_or(&[], |world| world.nodes()),
             edges: world.map_or(&[], |world| world.edges()),
+            labels: &self.known.labels,
             types: world.map_or(&[], |world| world.robot_types()),
             kinds: self.stage.feed.kinds(),
             contacts: self.stage.feed.contacts().current(),
@@ -437,8 +443,7 @@ impl Live {
             Err(NoCanvas::Later) => self.pulse.want(now + Duration::from_millis(5)),
             Err(NoCanvas::Lost) => self.renew_surface()?,
         }
-        self.painter.free(&changes);
-        drop_changes(changes);
+        self.painter.free(changes);
         Ok(waited)
     }
 
@@ -507,9 +512,4 @@ pub fn title(fleet: &FleetName, selected: Option<Thing>) -> String {
         Some(Thing::Robot(id)) => format!("Regatta: {fleet}, robot {id}"),
         _ => format!("Regatta: {fleet}"),
     }
-}
-
-/// They were applied; egui insists on hearing so.
-fn drop_changes(mut changes: egui::TexturesDelta) {
-    changes.clear();
 }

@@ -2,7 +2,6 @@
 
 mod app;
 mod live;
-mod painter;
 mod pulse;
 mod surface;
 mod udp;

@@ -8,6 +8,7 @@ use std::time::Duration;
 
 use clap::{Args, FromArgMatches};
 use glam::Vec3;
+use image::RgbaImage;
 use regatta_plugin::FleetName;
 use regatta_plugin::column::ColumnHeader;
 use regatta_plugin::publish::Producer;
@@ -99,9 +100,12 @@ fn collisions() -> Vec<f32> {
 fn a_screenshot(gpu: &Gpu) {
     let live = Live::start("shot");
     let path = live.path("shot.png");
-    let camera = ["--camera", "4,-4,6,1.5,0.9", "--samples", "4"];
-    live.view(&[&["--screenshot", &path, "--at", "200ms"][..], &camera].concat());
-    let seen = image::open(Path::new(&path)).expect("a picture").into_rgba8();
+    let shoot = |bare: &[&str]| {
+        let camera = ["--camera", "4,-4,6,1.5,0.9", "--samples", "4"];
+        live.view(&[&["--screenshot", &path, "--at", "200ms"][..], &camera, bare].concat());
+        image::open(Path::new(&path)).expect("a picture").into_rgba8()
+    };
+    let seen = shoot(&["--no-ids", "--no-legend"]);
     let mut studio = Studio::new(gpu);
     let (nodes, edges) = graph();
     studio.renderer.set_graph(&nodes, &edges);
@@ -109,6 +113,17 @@ fn a_screenshot(gpu: &Gpu) {
     studio.renderer.set_values(Some(&collisions()));
     let wanted = studio.shoot(&Camera::at(Vec3::new(4.0, -4.0, 6.0), 1.5, 0.9), &Scene::default(), 1.0);
     assert!(seen == wanted, "another picture than without shared memory");
+    let differ = |other: &RgbaImage| {
+        let pixels = wanted.enumerate_pixels().zip(other.pixels());
+        let (near, far) = pixels.filter(|((_, _, a), b)| a != b).fold((0, 0), |(near, far), ((x, y, _), _)| {
+            if x < 110 && y > 80 { (near + 1, far) } else { (near, far + 1) }
+        });
+        (near, far)
+    };
+    let (legend, elsewhere) = differ(&shoot(&["--no-ids"]));
+    assert!(legend > 2_000 && elsewhere == 0, "the legend in its corner: {legend} pixels, {elsewhere} elsewhere");
+    let (_, ids) = differ(&shoot(&["--no-legend"]));
+    assert!(ids > 100, "ids beside nodes and edges: {ids} pixels");
 }
 
 fn a_film(_: &Gpu) {

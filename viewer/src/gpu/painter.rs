@@ -12,9 +12,9 @@ use wgpu::{
     VertexAttribute, VertexBufferLayout, VertexState, vertex_attr_array,
 };
 
-use crate::gpu::device::Gpu;
-use crate::gpu::frame::{texture, view_of};
-use crate::gpu::layout::{Kind, bind, bindings, pipeline_layout, shader};
+use super::device::Gpu;
+use super::frame::{texture, view_of};
+use super::layout::{Kind, bind, bindings, pipeline_layout, shader};
 
 /// As egui has them: place, place in the texture, colour.
 const VERTEX: [VertexAttribute; 3] = vertex_attr_array![0 => Float32x2, 1 => Float32x2, 2 => Unorm8x4];
@@ -137,10 +137,12 @@ impl Painter {
     }
 
     /// Forgets textures, after what drew with them was submitted.
-    pub fn free(&mut self, changes: &TexturesDelta) {
+    pub fn free(&mut self, mut changes: TexturesDelta) {
         for id in &changes.free {
             self.images.remove(id);
         }
+        // They were applied; egui insists on hearing so.
+        changes.clear();
     }
 }
 

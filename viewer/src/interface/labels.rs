@@ -1,0 +1,139 @@
+//! Ids of nodes and edges, written beside them where the camera is near enough to tell them apart.
+
+use std::collections::HashSet;
+
+use egui::{Align2, Context, FontId, Id, LayerId, Order, Rect, pos2};
+use glam::Vec2;
+use regatta_plugin::world::{EdgeRecord, NodeRecord};
+
+use super::style;
+use crate::camera::Camera;
+use crate::palette::Theme;
+
+/// A metre is so many points long in the picture where ids begin to be written.
+const NEAR: f32 = 32.0;
+/// Most ids in a picture.
+const MOST: usize = 240;
+/// No two ids stand in the same cell of the picture, nor in neighbouring ones of a row: width and height in points.
+const CELL: Vec2 = Vec2::new(30.0, 15.0);
+
+/// What has an id, and where, from west to east.
+#[derive(Debug, Default)]
+pub struct Labels(Vec<Label>);
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Label {
+    place: Vec2,
+    id: u32,
+    is_node: bool,
+}
+
+impl Labels {
+    /// Of a route graph.
+    pub fn new(nodes: &[NodeRecord], edges: &[EdgeRecord]) -> Self {
+        let nodes = nodes.iter().map(|node| Label { place: Vec2::new(node.x, node.y), id: node.id, is_node: true });
+        let edges = edges.iter().map(|edge| Label { place: middle(edge), id: edge.id, is_node: false });
+        let mut all: Vec<_> = nodes.chain(edges).collect();
+        all.sort_by(|a, b| a.place.x.total_cmp(&b.place.x));
+        Self(all)
+    }
+
+    /// Writes those that are near enough over a picture; nearer ones first, nodes before edges.
+    pub fn draw(&self, context: &Context, picture: Rect, camera: &Camera, offset: Vec2, theme: Theme) {
+        let painter = context.layer_painter(LayerId::new(Order::Background, Id::unique("ids"))).with_clip_rect(picture);
+        let tones = style::tones(theme);
+        for (label, at) in self.near(camera, offset, Vec2::new(picture.width(), picture.height())) {
+            let (colour, size) = if label.is_node { (tones.text, 11.0) } else { (tones.faint, 10.0) };
+            let (place, beside) = if label.is_node { (Align2::LEFT_BOTTOM, 5.0) } else { (Align2::CENTER_CENTER, 0.0) };
+            let at = pos2(picture.left() + at.x + beside, picture.top() + at.y - beside);
+            let galley = painter.layout_no_wrap(label.id.to_string(), FontId::proportional(size), colour);
+            let text = place.anchor_size(at, galley.size());
+            painter.rect_filled(text.expand2(egui::vec2(3.0, 0.0)), 3.0, tones.panel.gamma_multiply(0.6));
+            painter.galley(text.min, galley, colour);
+        }
+    }
+
+    fn near(&self, camera: &Camera, offset: Vec2, size: Vec2) -> Vec<(Label, Vec2)> {
+        let eye = camera.eye();
+        let reach = size.y / (2.0 * (camera.fov_y / 2.0).tan() * NEAR);
+        if eye.z >= reach || size.min_element() <= 0.0 {
+            return Vec::new();
+        }
+        let (west, east) = (eye.x - offset.x - reach, eye.x - offset.x + reach);
+        let first = self.0.partition_point(|label| label.place.x < west);
+        let last = self.0.partition_point(|label| label.place.x <= east);
+        let mut near: Vec<_> = self.0[first..last]
+            .iter()
+            .filter_map(|label| {
+                let place = (label.place + offset).extend(0.0);
+                let far = place.distance(eye);
+                let at = camera.project(place, size).filter(|at| at.cmpge(Vec2::ZERO).all() && at.cmple(size).all())?;
+                (far < reach).then_some((far, *label, at))
+            })
+            .collect();
+        near.sort_by(|a, b| b.1.is_node.cmp(&a.1.is_node).then(a.0.total_cmp(&b.0)));
+        let mut taken = HashSet::new();
+        let free = |(_, label, at): (f32, Label, Vec2)| {
+            let cell = (at / CELL).floor().as_ivec2();
+            let is_free = (-1..=1).all(|beside| !taken.contains(&(cell.x + beside, cell.y)));
+            (is_free && taken.insert((cell.x, cell.y))).then_some((label, at))
+        };
+        near.into_iter().filter_map(free).take(MOST).collect()
+    }
+}
+
+/// The middle of a cubic Bézier curve.
+fn middle(edge: &EdgeRecord) -> Vec2 {
+    let points = edge.control_points.map(Vec2::from);
+    (points[0] + 3.0 * points[1] + 3.0 * points[2] + points[3]) / 8.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::Vec3;
+
+    const SIZE: Vec2 = Vec2::new(1280.0, 720.0);
+
+    fn row(count: u32) -> Labels {
+        let nodes: Vec<_> =
+            (0..count).map(|i| NodeRecord { id: i, x: i as f32 * 2.0, ..NodeRecord::default() }).collect();
+        Labels::new(&nodes, &[])
+    }
+
+    fn over(x: f32, distance: f32) -> Camera {
+        Camera { target: Vec3::new(x, 0.0, 0.0), pitch: 1.2, distance, ..Camera::default() }
+    }
+
+    #[test]
+    fn ids_come_when_near_and_only_those_in_sight() {
+        let labels = row(100_000);
+        assert!(labels.near(&over(5_000.0, 200.0), Vec2::ZERO, SIZE).is_empty(), "too far to tell them apart");
+        let near = labels.near(&over(5_000.0, 20.0), Vec2::ZERO, SIZE);
+        assert!(near.iter().any(|(label, at)| label.id == 2_500 && at.distance(SIZE / 2.0) < 1.0), "{near:?}");
+        assert!(near.len() > 5 && near.iter().all(|(label, _)| (label.place.x - 5_000.0).abs() < 40.0));
+        let moved = labels.near(&over(5_007.0, 20.0), Vec2::new(7.0, 0.0), SIZE);
+        assert_eq!(moved.len(), near.len(), "the offset moves them along");
+    }
+
+    #[test]
+    fn none_is_written_over_another_and_there_is_an_end() {
+        let nodes: Vec<_> = (0..40_000)
+            .map(|i| NodeRecord {
+                id: i,
+                x: (i % 200) as f32 * 0.1 - 10.0,
+                y: (i / 200) as f32 * 0.1 - 10.0,
+                ..NodeRecord::default()
+            })
+            .collect();
+        let near = Labels::new(&nodes, &[]).near(&over(0.0, 20.0), Vec2::ZERO, SIZE);
+        assert!(near.len() > 100 && near.len() <= MOST, "{}", near.len());
+        for (i, (_, a)) in near.iter().enumerate() {
+            assert!(
+                near[..i]
+                    .iter()
+                    .all(|(_, b)| (a.y / CELL.y).floor() != (b.y / CELL.y).floor() || (a.x - b.x).abs() >= CELL.x)
+            );
+        }
+    }
+}
