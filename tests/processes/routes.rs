@@ -12,7 +12,7 @@ use crate::record::{file, record};
 /// A square and two robots: one stands on its first node, the other drives around it.
 fn square(test: &str, folder: &TempDir) -> Fleet {
     let graph = crate::fleet::graphs("square.yaml");
-    let robots = "- node: 0\n- route: [0, 1, 2, 3]\n  repeat: loop\n- routes: random\n";
+    let robots = "- node: 1\n- route: [1, 11, 2, 12, 3, 13, 4, 14]\n  repeat: loop\n- routes: random\n";
     let path = folder.path().join("square.yaml");
     std::fs::write(&path, format!("graph: {}\nrobots:\n{robots}", graph.display())).expect("written");
     Fleet::restart(unique(test), path.to_str().expect("a path"), &[])
@@ -56,7 +56,7 @@ fn an_ordered_route_is_told_with_its_base_and_its_horizon() {
     let mut events = EventReader::open_on(&participant).expect("opened");
     let mut orders = participant.orders().expect("opened");
     orders.hold(0);
-    let ahead = [0, 1, 2, 3].map(RouteLeg::forward);
+    let ahead = [1, 11, 2, 12].map(RouteLeg::forward);
     let token = orders.assign(0, &[ahead[0], ahead[1], ahead[2].horizon(), ahead[3].horizon()]);
     orders.send().expect("sent");
     eventually("the order is taken", || {
@@ -70,14 +70,14 @@ fn an_ordered_route_is_told_with_its_base_and_its_horizon() {
     });
     let route = routes.route(0).expect("answered");
     assert_eq!((route.run_id, route.robot, route.legs, route.released), (nothing.run_id, 0, 4, 2));
-    assert_eq!(legs(&route, &edges), [(0, true), (1, true), (2, false), (3, false)]);
+    assert_eq!(legs(&route, &edges), [(1, true), (11, true), (2, false), (12, false)]);
     assert!(route.legs().all(|leg: LegAhead| !leg.reverse) && route.tick > nothing.tick);
 
     let [first, again, lap, walk] = &routes.routes(&[0, 0, 1, 2], RouteClient::TIMEOUT).expect("answered")[..] else {
         panic!("as many answers as robots")
     };
     assert_eq!((first.listed, again.listed), (route.listed, route.listed));
-    assert_eq!((lap.legs, walk.legs), (4, 1), "one lap of a loop, and of a walk the leg that it is on");
+    assert_eq!((lap.legs, walk.legs), (8, 1), "one lap of a loop, and of a walk the leg that it is on");
 
     // Driven to the end of its base, it waits for the rest.
     orders.resume(0);
@@ -86,7 +86,7 @@ fn an_ordered_route_is_told_with_its_base_and_its_horizon() {
         let route = routes.route(0).expect("answered");
         (route.released == 0).then_some(route)
     });
-    assert_eq!(legs(&waiting, &edges), [(2, false), (3, false)]);
+    assert_eq!(legs(&waiting, &edges), [(2, false), (12, false)]);
     assert!(fleet.engine.interrupt().status.success());
 }
 

@@ -171,7 +171,8 @@ fn a_run_starts_a_viewer_and_goes_on_when_it_is_closed() {
 fn a_run_that_insists_on_a_viewer_fails_without_a_display() {
     let folder = tempfile::tempdir().expect("a folder");
     let scenario = folder.path().join("insists.yaml");
-    let text = format!("graph: {}\nrobots: [{{count: 1, routes: random}}]\nviewer: on\n", graphs("square.yaml").display());
+    let text =
+        format!("graph: {}\nrobots: [{{count: 1, routes: random}}]\nviewer: on\n", graphs("square.yaml").display());
     std::fs::write(&scenario, text).expect("it is written");
     let name = unique("insists");
     let output = regatta().arg("run").arg(&scenario).args(["--fleet", &name.to_string()]).output().expect("it starts");
