@@ -17,6 +17,7 @@ pub mod options;
 pub mod palette;
 pub mod picture;
 mod record;
+pub mod route;
 pub mod scene;
 pub mod stage;
 mod window;

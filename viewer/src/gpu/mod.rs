@@ -9,6 +9,7 @@ mod graph;
 pub mod layout;
 pub mod pick;
 mod robots;
+mod routes;
 mod timer;
 mod view;
 
