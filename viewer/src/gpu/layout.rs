@@ -66,10 +66,15 @@ pub fn shader(gpu: &Gpu, name: &str) -> ShaderModule {
 /// What a binding is.
 #[derive(Clone, Copy)]
 pub enum Kind {
+    /// A few bytes that are the same for all.
     Uniform,
+    /// A buffer that is read.
     Read,
+    /// A buffer that is read and written.
     Write,
+    /// A picture.
     Texture,
+    /// How a picture is read between its pixels.
     Sampler,
 }
 
@@ -154,13 +159,21 @@ pub enum Layering {
 
 /// What makes one render pipeline differ from another.
 pub struct Draw<'a> {
+    /// Its shaders.
     pub module: &'a ShaderModule,
+    /// Entry point of the vertex shader.
     pub vertex: &'a str,
+    /// Entry point of the fragment shader.
     pub fragment: &'a str,
+    /// Groups of bindings, by number.
     pub groups: &'a [&'a BindGroupLayout],
+    /// Buffers of vertices, by slot.
     pub buffers: &'a [VertexBufferLayout<'a>],
+    /// What the vertices make up.
     pub topology: PrimitiveTopology,
+    /// How it meets what is there.
     pub layering: Layering,
+    /// Whether it is mixed with what is there, by its alpha.
     pub blend: bool,
 }
 
