@@ -5,7 +5,7 @@ use std::process::{Command, ExitCode};
 use std::time::{Duration, Instant};
 
 use clap::Args;
-use regatta_engine::scenario::{PluginCommand, Scenario, Viewer};
+use regatta_engine::scenario::{LightEntry, PluginCommand, Scenario, Viewer};
 use regatta_plugin::{Control, FleetName, Termination};
 
 use crate::engine::Tuning;
@@ -46,7 +46,7 @@ pub fn run(args: RunArgs) -> Result<ExitCode, Failure> {
         Viewer::Off => {}
         Viewer::Auto if !has_display() => eprintln!("regatta: no display, so no viewer; the run goes on without it"),
         Viewer::Auto | Viewer::On => {
-            supervisor.start(VIEWER, &mut viewer_command(&args.tuning.fleet)?)?;
+            supervisor.start(VIEWER, &mut viewer_command(&args.tuning.fleet, &scenario.lights)?)?;
         }
     }
 
@@ -143,9 +143,12 @@ fn engine_command(scenario: Option<&Path>, tuning: &Tuning) -> Result<Command, F
     Ok(command)
 }
 
-fn viewer_command(fleet: &FleetName) -> Result<Command, Failure> {
+fn viewer_command(fleet: &FleetName, lights: &[LightEntry]) -> Result<Command, Failure> {
     let mut command = this_program()?;
     command.args(["viewer", "--fleet", &fleet.to_string()]);
+    for LightEntry { x, y, z, colour: [red, green, blue] } in lights {
+        command.args(["--light", &format!("{x},{y},{z},{red},{green},{blue}")]);
+    }
     Ok(command)
 }
 
@@ -165,4 +168,30 @@ fn plugin_command(plugin: &PluginCommand, fleet: &FleetName) -> Result<Command, 
     };
     command.args(["--fleet", &fleet.to_string()]).args(&plugin.args);
     Ok(command)
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::{Args, FromArgMatches};
+    use regatta_engine::scenario::Overrides;
+
+    use super::*;
+
+    #[test]
+    fn the_viewer_gets_the_scenarios_lights() {
+        let lights = "[{x: -1.5, y: 2, z: 3}, {x: 4, y: 5e2, z: 6, colour: [1, 0.5, 0.25]}]";
+        let text = format!("graph: none.yaml\nlights: {lights}\nrobots: [{{node: 1}}]\n");
+        let graph = include_str!("../graphs/square.yaml");
+        let scenario = Scenario::from_texts(&text, graph, Path::new("test"), &Overrides::default()).expect("sound");
+        let command = viewer_command(&"lit".parse().expect("a name"), &scenario.lights).expect("a command");
+        let arguments: Vec<_> = command.get_args().map(|argument| argument.to_string_lossy().into_owned()).collect();
+        let wanted = ["viewer", "--fleet", "lit", "--light", "-1.5,2,3,1,1,1", "--light", "4,500,6,1,0.5,0.25"];
+        assert_eq!(arguments, wanted);
+
+        let parser = regatta_viewer::Options::augment_args(clap::Command::new("viewer"));
+        let matches = parser.try_get_matches_from(&arguments).expect("the viewer takes them");
+        let options = regatta_viewer::Options::from_arg_matches(&matches).expect("the viewer takes them");
+        let hung: Vec<_> = options.look.scene().lights.iter().map(|light| light.position.to_array()).collect();
+        assert_eq!(hung, [[-1.5, 2.0, 3.0], [4.0, 500.0, 6.0]]);
+    }
 }

@@ -3,17 +3,18 @@
 mod control;
 mod options;
 mod population;
+mod routes;
 mod stats;
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use regatta_plugin::Termination;
 use regatta_plugin::event::EventHeader;
 use regatta_plugin::frame::{ClockState, FrameHeader};
 use regatta_plugin::lockstep::LockstepError;
 use regatta_plugin::order::{OrderHeader, OrderRecord};
 use regatta_plugin::publish::{FrameLoan, Producer};
+use regatta_plugin::{RouteServer, Termination};
 
 use crate::clock::Clock;
 use crate::digest::Digest;
@@ -36,6 +37,7 @@ pub struct Engine {
     scenario: Scenario,
     fleet: Fleet,
     producer: Producer,
+    routes: RouteServer,
     started: Instant,
     clock: Clock,
     paused: bool,
@@ -96,6 +98,7 @@ impl Engine {
             options,
             scenario,
             fleet,
+            routes: RouteServer::open_on(producer.participant())?,
             producer,
         };
         engine.events.set_wanted(engine.producer.has_event_readers());
@@ -118,6 +121,7 @@ impl Engine {
         self.stats.restart(self.tick, self.started);
         while !termination.requested() && self.options.ticks.is_none_or(|ticks| self.tick < ticks) {
             self.answer_requests()?;
+            self.answer_routes()?;
             if self.wait_until_due() {
                 self.make_tick(termination)?;
             }

@@ -1,5 +1,6 @@
 //! The fleet's truth as private columns, and what changes it: orders and time.
 
+mod ahead;
 mod columns;
 mod crew;
 mod events;
@@ -25,6 +26,7 @@ use std::time::Duration;
 use regatta_plugin::frame::{BYTES_PER_LINE, ColumnsMut, RobotState, WORDS_PER_LINE, stride_lines};
 use regatta_plugin::world::Shape;
 
+pub use self::ahead::Ahead;
 use self::columns::FleetColumns;
 use self::crew::Crew;
 pub use self::events::Events;

@@ -46,6 +46,19 @@ robots:
 }
 
 #[test]
+fn lights_are_white_unless_told_otherwise() {
+    let lit = "robots: [{node: 1}]\nlights: [{x: 1, y: -2.5, z: 3}, {x: 0, y: 0, z: 4, colour: [1, 0.5, 0]}]";
+    let lights = read(lit).expect("a good scenario").lights;
+    let seen: Vec<_> = lights.iter().map(|light| ([light.x, light.y, light.z], light.colour)).collect();
+    assert_eq!(seen, [([1.0, -2.5, 3.0], [1.0; 3]), ([0.0, 0.0, 4.0], [1.0, 0.5, 0.0])]);
+    assert!(read("robots: [{node: 1}]").expect("a good scenario").lights.is_empty());
+    for bad in ["[{x: 1, y: 2}]", "[{x: 1, y: 2, z: 3, color: [1, 1, 1]}]", "[{x: 1, y: 2, z: 3, colour: [1, 1]}]"] {
+        let error = read(&format!("robots: [{{node: 1}}]\nlights: {bad}")).expect_err(bad).to_string();
+        assert!(error.contains("plant.yaml") && error.contains("line 3") && error.lines().count() == 1, "{error}");
+    }
+}
+
+#[test]
 fn a_mistake_is_told_with_its_place_and_what_to_do() {
     let robots = "robots: [{route: [10]}]";
     for (text, place, advice) in [
@@ -76,6 +89,10 @@ fn a_mistake_is_told_with_its_place_and_what_to_do() {
             "robot_types",
             "a name of its own",
         ),
+        (&format!("lights: [{{x: 0, y: 0, z: 5}}, {{x: 0, y: .inf, z: 5}}]\n{robots}"), "lights", "entry 2: y is inf"),
+        (&format!("lights: [{{x: 0, y: 0, z: .nan}}]\n{robots}"), "lights", "entry 1: z is NaN; give metres"),
+        (&format!("lights: [{{x: 0, y: 0, z: 5, colour: [1, -1, 0]}}]\n{robots}"), "lights", "colour has -1"),
+        (&format!("lights: [{}]\n{robots}", ["{x: 0, y: 0, z: 5}"; 9].join(", ")), "lights", "give at most 8"),
     ] {
         let message = read(text).expect_err(text).to_string();
         assert!(message.starts_with(&format!("plant.yaml: {place}: ")), "{text}: {message}");

@@ -13,6 +13,7 @@ mod readers;
 mod record;
 mod replay;
 mod restart;
+mod routes;
 mod terminal;
 mod top;
 mod udp;

@@ -18,6 +18,7 @@ use crate::options::Options;
 use crate::palette::Colouring;
 use crate::picture::{FORMAT, Offscreen, write_png};
 use crate::record::Film;
+use crate::route::RouteWatch;
 use crate::stage::Stage;
 
 /// Between two looks for something new.
@@ -26,12 +27,16 @@ const POLL: Duration = Duration::from_millis(2);
 const SILENCE: Duration = Duration::from_secs(1);
 /// Columns may come some moments after the frame.
 const COLUMNS_WAIT: Duration = Duration::from_millis(150);
+/// How long routes may take for a picture, and for one of many.
+const ROUTE_PATIENCE: [Duration; 2] = [Duration::from_secs(2), Duration::from_millis(100)];
 
 /// A stage, and the texture that it is drawn on.
 struct Studio<'a> {
     options: &'a Options,
     gpu: Gpu,
+    participant: Participant,
     stage: Stage,
+    routes: RouteWatch,
     offscreen: Offscreen,
     caption: Caption,
     termination: Termination,
@@ -50,7 +55,10 @@ pub fn run(options: &Options) -> Result {
     let mut renderer = Renderer::new(&gpu, target);
     options.look.furnish(&mut renderer);
     let stage = Stage::new(&participant, renderer, options.look.scene())?;
-    let mut studio = Studio { caption: Caption::new(&gpu), options, gpu, stage, offscreen, termination };
+    let mut routes = RouteWatch::default();
+    routes.watch(options.follow.iter().chain(&options.look.select).copied().collect(), Instant::now());
+    let mut studio =
+        Studio { caption: Caption::new(&gpu), options, gpu, participant, stage, routes, offscreen, termination };
     match (&options.screenshot, &options.record) {
         (Some(path), _) => studio.screenshot(path),
         (None, Some(path)) => studio.record(path),
@@ -182,6 +190,10 @@ impl Studio<'_> {
     }
 
     fn shoot(&mut self, alpha: f32) -> Result<RgbaImage> {
+        let patience = ROUTE_PATIENCE[usize::from(self.options.record.is_some())];
+        if let Some(routes) = self.routes.ask(&self.participant, patience)? {
+            self.stage.set_routes(routes);
+        }
         let camera = self.camera();
         let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let size = self.size();

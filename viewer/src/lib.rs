@@ -18,6 +18,7 @@ pub mod options;
 pub mod palette;
 pub mod picture;
 mod record;
+pub mod route;
 pub mod scene;
 pub mod stage;
 mod window;

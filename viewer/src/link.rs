@@ -8,9 +8,11 @@ use std::time::{Duration, Instant};
 
 use regatta_plugin::column::column_names;
 use regatta_plugin::control::{ControlKind, ControlRequest, ControlResponse};
+use regatta_plugin::route::RouteResponse;
 use regatta_plugin::{ColumnName, ColumnReader, Control, ControlError, FleetName, Participant, Result, Subscriber};
 
 use crate::interface::rows::{RowQuery, Rows};
+use crate::route::RouteWatch;
 
 /// Between two questions how the engine is.
 const STATUS_EVERY: Duration = Duration::from_millis(250);
@@ -22,6 +24,8 @@ const SORT_EVERY: Duration = Duration::from_millis(700);
 const LIST_EVERY: Duration = Duration::from_secs(2);
 /// Between two looks at the selected robot's columns.
 const VALUES_EVERY: Duration = Duration::from_millis(200);
+/// How long routes may take: everything else that is looked at waits meanwhile.
+const ROUTE_PATIENCE: Duration = Duration::from_millis(100);
 /// Most columns that are read for the selected robot: each takes a place among the column's readers.
 const MOST_COLUMNS: usize = 16;
 
@@ -38,6 +42,8 @@ pub enum Report {
     Columns(Vec<ColumnName>),
     /// The selected robot's values.
     Values(Vec<(ColumnName, f32)>),
+    /// The selected robots' routes; none if nobody knows them.
+    Routes(Vec<RouteResponse>),
 }
 
 /// What the survey is to find out.
@@ -45,6 +51,7 @@ pub enum Report {
 enum Ask {
     Rows(RowQuery),
     Robot(Option<u32>),
+    Routes(Vec<u32>),
 }
 
 /// The threads. Dropping it ends them.
@@ -93,6 +100,11 @@ impl Link {
     /// Says of which robot the columns' values are wanted.
     pub fn robot(&self, robot: Option<u32>) {
         self.ask(Ask::Robot(robot));
+    }
+
+    /// Says of which robots the routes are wanted.
+    pub fn routes(&self, robots: Vec<u32>) {
+        self.ask(Ask::Routes(robots));
     }
 
     fn ask(&self, ask: Ask) {
@@ -201,6 +213,7 @@ struct Survey {
     robot: Option<u32>,
     names: Vec<ColumnName>,
     columns: Vec<(ColumnName, ColumnReader)>,
+    routes: RouteWatch,
     sort_at: Instant,
     list_at: Instant,
     values_at: Instant,
@@ -216,6 +229,7 @@ impl Survey {
             robot: None,
             names: Vec::new(),
             columns: Vec::new(),
+            routes: RouteWatch::default(),
             sort_at: now,
             list_at: now,
             values_at: now,
@@ -226,6 +240,7 @@ impl Survey {
         match ask {
             Ask::Rows(query) => (self.query, self.sort_at) = (query, Instant::now()),
             Ask::Robot(robot) => (self.robot, self.values_at) = (robot, Instant::now()),
+            Ask::Routes(robots) => self.routes.watch(robots, Instant::now()),
         }
     }
 
@@ -233,7 +248,7 @@ impl Survey {
     fn patience(&self) -> Duration {
         let rows = (!self.query.is_plain()).then_some(self.sort_at);
         let values = self.robot.map(|_| self.values_at);
-        let next = [Some(self.list_at), rows, values].into_iter().flatten().min();
+        let next = [Some(self.list_at), rows, values, self.routes.due()].into_iter().flatten().min();
         next.map_or(LIST_EVERY, |next| next.saturating_duration_since(Instant::now()))
     }
 
@@ -255,6 +270,10 @@ impl Survey {
         } else if Instant::now() >= self.values_at {
             found.push(Report::Values(self.values()?));
             self.values_at = Instant::now() + VALUES_EVERY;
+        }
+        match self.routes.ask(&self.participant, ROUTE_PATIENCE) {
+            Ok(routes) => found.extend(routes.map(Report::Routes)),
+            Err(error) => found.push(Report::Notice(error.to_string())),
         }
         Ok(found)
     }

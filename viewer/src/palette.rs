@@ -42,6 +42,8 @@ pub struct ThemeColours {
     pub node: Rgb,
     /// The ring around what is selected.
     pub selection: Rgb,
+    /// What is selected has still to drive.
+    pub route: Rgb,
     /// A robot of which nothing is known.
     pub unknown: Rgb,
 }
@@ -121,6 +123,7 @@ impl Theme {
                 two_way: Rgb(0x8a7fb0),
                 node: Rgb(0x93a5b5),
                 selection: YELLOW,
+                route: Rgb(0x24c79b),
                 unknown: Rgb(0x8fb4cc),
             },
             Self::Light => ThemeColours {
@@ -131,6 +134,7 @@ impl Theme {
                 two_way: Rgb(0xa497c6),
                 node: Rgb(0x6d7b88),
                 selection: Rgb(0x111111),
+                route: GREEN,
                 unknown: Rgb(0x5a86a6),
             },
         }

@@ -3,6 +3,7 @@
 use std::time::Instant;
 
 use glam::{UVec2, Vec2};
+use regatta_plugin::route::RouteResponse;
 use regatta_plugin::world::EdgeRecord;
 use regatta_plugin::{Frame, Participant, Result, World};
 use wgpu::{CommandEncoder, TextureView};
@@ -11,6 +12,7 @@ use crate::camera::{Bounds, Camera};
 use crate::feed::{Feed, News, Playhead};
 use crate::gpu::frame::{Picture, Renderer};
 use crate::palette::{Colouring, Legend};
+use crate::route::{self, Remaining};
 use crate::scene::Scene;
 
 /// Rows that are looked at to learn the range of a column's values.
@@ -32,6 +34,9 @@ pub struct Stage {
     types: Vec<String>,
     range: Option<(f32, f32)>,
     watched: Option<Colouring>,
+    routes: Vec<RouteResponse>,
+    /// Of those routes in the newest frame, by robot.
+    remaining: Vec<(u32, Remaining)>,
 }
 
 impl Stage {
@@ -49,6 +54,8 @@ impl Stage {
             types: Vec::new(),
             range: None,
             watched: None,
+            routes: Vec::new(),
+            remaining: Vec::new(),
         })
     }
 
@@ -86,8 +93,35 @@ impl Stage {
             self.playhead.push(&frame, now);
             self.renderer.push_frame(&frame);
         }
+        if news.world || (news.frame && !self.routes.is_empty()) {
+            self.update_routes();
+        }
         self.update_values(news, recoloured);
         Ok(())
+    }
+
+    /// Takes robots' routes, in place of those before. They are drawn, from where the robots are.
+    pub fn set_routes(&mut self, routes: Vec<RouteResponse>) {
+        self.routes = routes;
+        self.update_routes();
+    }
+
+    /// What a robot has still to drive, if its route is known.
+    pub fn remaining(&self, robot: u32) -> Option<Remaining> {
+        self.remaining.iter().find(|(known, _)| *known == robot).map(|(_, remaining)| *remaining)
+    }
+
+    fn update_routes(&mut self) {
+        self.remaining.clear();
+        let mut all = Vec::new();
+        if let (Some(frame), Some(world)) = (self.feed.frame(), self.feed.world()) {
+            for answer in self.routes.iter().filter(|answer| answer.is_found()) {
+                let (stretches, remaining) = route::ahead(answer, &frame, world.edges());
+                all.extend(stretches);
+                self.remaining.push((answer.robot, remaining));
+            }
+        }
+        self.renderer.set_routes(&all);
     }
 
     fn update_values(&mut self, news: News, recoloured: bool) {

@@ -19,6 +19,7 @@ use regatta_viewer::interface::rig::{Follow, Rig};
 use regatta_viewer::interface::rows::{Rows, SortBy};
 use regatta_viewer::interface::settings::{Left, Right, Settings};
 use regatta_viewer::palette::{Colouring, Legend, Theme};
+use regatta_viewer::route::{Remaining, Way};
 
 /// A fleet that stands in a row, and the interface over it.
 struct Desk {
@@ -29,6 +30,7 @@ struct Desk {
     edges: Vec<EdgeRecord>,
     labels: Labels,
     pairs: Vec<ContactRecord>,
+    route: Option<Remaining>,
     rows: Option<Rows>,
     status: Option<ControlResponse>,
     engine: Engine,
@@ -64,6 +66,7 @@ impl Desk {
             edges: vec![EdgeRecord { id: 34, origin: 0, destination: 1, length: 5.0, ..EdgeRecord::default() }],
             labels: Labels::default(),
             pairs: Vec::new(),
+            route: None,
             rows: None,
             status: Some(ControlResponse { robots: robots as u32, speed: 1.0, ..ControlResponse::default() }),
             engine: Engine::Running,
@@ -90,6 +93,7 @@ impl Desk {
             legend: &self.legend,
             columns: &["battery".parse().expect("a name")],
             values: &[("battery".parse().expect("a name"), 0.75)],
+            route: self.route,
             rows: self.rows.as_ref(),
             bounds: Bounds::default(),
             followed: None,
@@ -365,4 +369,22 @@ fn udp_is_started_with_what_was_typed() {
     ];
     let started: Vec<_> = harness.state().actions.iter().filter(|action| wanted.contains(action)).cloned().collect();
     assert_eq!(started, wanted);
+}
+
+#[test]
+fn the_panel_tells_how_much_of_a_route_is_left() {
+    let mut desk = Desk::new(5);
+    let released = Way { edges: 1, metres: 4.25, partly: false };
+    desk.route = Some(Remaining { released, planned: Way { edges: 300, metres: 812.0, partly: true } });
+    desk.interface.select(Some(Thing::Robot(2)));
+    let mut harness = harness(desk);
+    settle(&mut harness);
+    assert!(harness.query_by_label("1 edge, 4.2 m").is_some());
+    assert!(harness.query_by_label("300 edges, > 812.0 m").is_some());
+    harness.state_mut().route = Some(Remaining::default());
+    settle(&mut harness);
+    assert!(harness.query_by_label("nothing to drive").is_some());
+    harness.state_mut().route = None;
+    settle(&mut harness);
+    assert!(harness.query_by_label("ROUTE").is_none(), "nobody knows it");
 }

@@ -1,12 +1,14 @@
 //! Orders: what they do, and every way to refuse them.
 
+use std::sync::Arc;
+
 use regatta_plugin::event::{EventKind, Refusal};
 use regatta_plugin::frame::RobotState;
 use regatta_plugin::order::{OrderKind, OrderRecord};
 
 use super::testing::*;
 use super::{Fleet, FleetConfig, Placement, Repeat, RouteSource};
-use crate::graph::{EdgeIndex, NodeIndex};
+use crate::graph::{EdgeIndex, Leg, NodeIndex};
 
 const TOKEN: u64 = 77;
 
@@ -220,4 +222,52 @@ fn records_that_make_no_order_are_refused_once() {
     let answers = give(&mut fleet, &short);
     assert_eq!(answers[0], refused(Refusal::MalformedOrder, 0)[0]);
     assert_eq!(answers[1], ACCEPTED, "the order after it counts");
+}
+
+/// Legs ahead of the first robot as edge numbers: the one that it is on, its base, its horizon.
+fn ahead(fleet: &Fleet) -> (Option<u32>, Vec<u32>, Vec<u32>) {
+    let numbers = |legs: &[Leg]| legs.iter().map(|leg| leg.edge.0).collect();
+    let ahead = fleet.ahead(0).expect("a robot");
+    assert_eq!(ahead.legs().count(), ahead.len());
+    (ahead.on.map(|leg| leg.edge.0), numbers(ahead.base), numbers(ahead.horizon))
+}
+
+#[test]
+fn what_lies_ahead_is_told() {
+    let mut fleet = on_lane();
+    assert_eq!(ahead(&fleet), (None, vec![], vec![]), "on an edge, but without a route");
+    assert_eq!(fleet.ahead(1), None);
+    give(&mut fleet, &route(OrderKind::Assign, &[leg(1, true), leg(2, false), leg(3, false)]));
+    assert_eq!(ahead(&fleet), (Some(0), vec![1], vec![2, 3]), "it finishes its edge first");
+    after(&mut fleet, 100);
+    assert_eq!(ahead(&fleet), (Some(1), vec![], vec![2, 3]));
+    after(&mut fleet, 1000);
+    assert_eq!(ahead(&fleet), (None, vec![], vec![2, 3]), "it waits at the end of its base");
+    give(&mut fleet, &route(OrderKind::Extend, &[leg(2, true)]));
+    assert_eq!(ahead(&fleet), (Some(2), vec![], vec![]), "the horizon was dropped");
+    give(&mut fleet, &[order(OrderKind::Cancel)]);
+    assert_eq!(ahead(&fleet), (Some(2), vec![], vec![]));
+    after(&mut fleet, 1000);
+    assert_eq!(ahead(&fleet), (None, vec![], vec![]));
+}
+
+#[test]
+fn ahead_in_a_loop_is_one_lap_and_in_a_random_walk_one_leg() {
+    let there_and_back: Arc<[Leg]> = [forward(0), reverse(0)].into();
+    let mut fleet = fleet(&lane(&[(2.0, 1.0)]), config(vec![robot_type(f32::INFINITY, f32::INFINITY)]));
+    let listed = RouteSource::Listed(there_and_back, Repeat::Loop);
+    fleet.spawn(Placement::Node(NodeIndex(0)), 0, listed, 0, &mut events()).expect("on the node");
+    for _ in 0..3 {
+        assert_eq!(ahead(&fleet), (Some(0), vec![0], vec![]));
+        assert_eq!(fleet.ahead(0).expect("a robot").on, Some(forward(0)));
+        after(&mut fleet, 110);
+        assert_eq!(ahead(&fleet), (Some(0), vec![], vec![0]));
+        assert_eq!(fleet.ahead(0).expect("a robot").on, Some(reverse(0)));
+        // Half as fast in reverse gear.
+        after(&mut fleet, 200);
+    }
+    fleet.remove(0, &mut events()).expect("there");
+    let start = Placement::Edge(EdgeIndex(0), 1.0);
+    fleet.spawn(start, 0, RouteSource::Random, 0, &mut events()).expect("on the edge");
+    assert_eq!(ahead(&fleet), (Some(0), vec![], vec![]));
 }

@@ -147,6 +147,16 @@ impl Plans {
         }
     }
 
+    /// Legs of a route that come after its base: an order's horizon; of a loop, what is left of one lap from the leg that
+    /// the robot is on.
+    pub(super) fn horizon(&self, route: Route) -> &[Leg] {
+        match self.plans.get(route.plan as usize) {
+            Some(Plan::Listed { legs, repeat: Repeat::Loop }) => &legs[..(route.position as usize).saturating_sub(1)],
+            Some(Plan::Ordered { legs, released }) => &legs[*released..],
+            Some(Plan::Free | Plan::Listed { .. }) | None => &[],
+        }
+    }
+
     /// Gives up a robot's route.
     pub(super) fn release(&mut self, route: Route) {
         if let Some(plan @ Plan::Ordered { .. }) = self.plans.get_mut(route.plan as usize) {

@@ -115,6 +115,11 @@ impl Roads {
         self.rests[(piece & PIECE) as usize]
     }
 
+    /// Whether a robot at a distance `w` from the end of that piece has come to the end of its leg.
+    pub(crate) fn is_at_end(&self, piece: u32, w: i32) -> bool {
+        w >= 0 && self.stretch(piece).is_last()
+    }
+
     /// The node that a robot comes to on its leg, or stands on.
     pub(crate) fn node_ahead(&self, leg: Option<Leg>, piece: u32) -> NodeIndex {
         match leg {

@@ -10,10 +10,12 @@ use std::time::Duration;
 
 use crate::fleet::{Repeat, RobotType};
 use crate::graph::{self, GraphError, Handles, Leg, NodeIndex, RouteGraph};
-pub use yaml::{LegName, PluginCommand, Viewer};
+pub use yaml::{LegName, LightEntry, PluginCommand, Viewer};
 
 /// Most robots that a scenario may ask for: ids and columns stay far inside `u32`.
 pub const MAX_ROBOTS: u32 = 16_000_000;
+/// Most lamps beside the sun: as many as the viewer has.
+pub const MAX_LIGHTS: usize = 8;
 /// Largest scenario file that is read.
 const MAX_FILE_BYTES: u64 = 64 << 20;
 
@@ -36,6 +38,8 @@ pub struct Scenario {
     pub plugins: Vec<PluginCommand>,
     /// Whether to open the viewer.
     pub viewer: Viewer,
+    /// The viewer's lamps beside the sun; at most [`MAX_LIGHTS`], all numbers finite.
+    pub lights: Vec<LightEntry>,
     /// What the graph's author should look at.
     pub warnings: Vec<String>,
 }

@@ -8,10 +8,10 @@ use std::time::Duration;
 use regatta_plugin::world::Shape;
 
 use super::yaml::{
-    LegName, PluginCommand, PluginEntry, RepeatEntry, RobotTypeEntry, RobotsEntry, RoutesEntry, ScenarioFile,
-    ShapeEntry,
+    LegName, LightEntry, PluginCommand, PluginEntry, RepeatEntry, RobotTypeEntry, RobotsEntry, RoutesEntry,
+    ScenarioFile, ShapeEntry,
 };
-use super::{MAX_ROBOTS, Overrides, RobotGroup, Scenario, ScenarioError, Start};
+use super::{MAX_LIGHTS, MAX_ROBOTS, Overrides, RobotGroup, Scenario, ScenarioError, Start};
 use crate::fleet::{Repeat, RobotType};
 use crate::graph::{Gear, Leg, NodeIndex, RouteGraph};
 
@@ -70,6 +70,8 @@ pub(super) fn resolve(
         warnings.push(format!("{path}: robots on random walks will stop at dead ends such as node {}", node.id));
     }
 
+    check_lights(&file.lights).map_err(|message| invalid("lights", message))?;
+
     Ok(Scenario {
         graph: Arc::new(graph),
         tick_period,
@@ -79,8 +81,29 @@ pub(super) fn resolve(
         groups,
         plugins: plugins(file.plugins, path),
         viewer: file.viewer,
+        lights: file.lights,
         warnings,
     })
+}
+
+fn check_lights(lights: &[LightEntry]) -> Result<(), Complaint> {
+    if lights.len() > MAX_LIGHTS {
+        return Err(format!("{} are too many; give at most {MAX_LIGHTS}", lights.len()));
+    }
+    for (number, light) in (1..).zip(lights) {
+        let LightEntry { x, y, z, colour: [red, green, blue] } = *light;
+        // What the viewer's --light takes.
+        let bad_place = [("x", x), ("y", y), ("z", z)].into_iter().find(|(_, metres)| !(metres.abs() < 1e6));
+        if let Some((name, metres)) = bad_place {
+            return Err(format!("entry {number}: {name} is {metres}; give metres, less than a million"));
+        }
+        if let Some(part) = [red, green, blue].into_iter().find(|part| !(0.0..1e6).contains(part)) {
+            return Err(format!(
+                "entry {number}: colour has {part}; give red, green and blue, each 0 to 1 or a little above"
+            ));
+        }
+    }
+    Ok(())
 }
 
 /// Tick period and ticks per frame.

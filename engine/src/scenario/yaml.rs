@@ -29,6 +29,9 @@ pub struct ScenarioFile {
     /// Whether `regatta run` opens the viewer.
     #[serde(default)]
     pub viewer: Viewer,
+    /// Lamps that the viewer hangs up beside the sun.
+    #[serde(default)]
+    pub lights: Vec<LightEntry>,
 }
 
 fn default_rate() -> f64 {
@@ -118,6 +121,25 @@ pub enum Viewer {
     On,
     /// No.
     Off,
+}
+
+/// A lamp.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LightEntry {
+    /// Metres to the east.
+    pub x: f32,
+    /// Metres to the north.
+    pub y: f32,
+    /// Metres above the floor.
+    pub z: f32,
+    /// Red, green and blue, linear: 0 to 1 and above; white if left out.
+    #[serde(default = "white")]
+    pub colour: [f32; 3],
+}
+
+fn white() -> [f32; 3] {
+    [1.0; 3]
 }
 
 /// A plugin to start: the name of a built-in one, or a command line.

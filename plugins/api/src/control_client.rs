@@ -1,16 +1,13 @@
 //! The client's side of the control service.
 
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
-use iceoryx2::pending_response::PendingResponse;
-use iceoryx2::port::client::Client;
-use iceoryx2::prelude::*;
-
+use crate::ask::{Asker, Silence};
 use crate::control::{ControlKind, ControlRequest, ControlResponse};
 use crate::error::OpenError;
 use crate::fleet_name::FleetName;
 use crate::participant::Participant;
-use crate::qos::{self, Ipc};
+use crate::qos;
 
 /// Why a request wasn't carried out.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -56,17 +53,10 @@ pub enum ControlError {
 /// How long the requests that take no time of their own wait for an answer.
 pub const TIMEOUT: Duration = Duration::from_secs(5);
 
-/// Between two looks for an answer.
-const POLL: Duration = Duration::from_micros(500);
-
-/// Between two looks whether the engine is still alive.
-const CHECK: Duration = Duration::from_secs(1);
-
 /// Controls a fleet's engine.
 #[derive(Debug)]
 pub struct Control {
-    client: Client<Ipc, ControlRequest, (), ControlResponse, ()>,
-    service: qos::Control,
+    asker: Asker<ControlRequest, ControlResponse>,
     fleet: FleetName,
 }
 
@@ -86,17 +76,12 @@ impl Control {
     /// As [`open`](Self::open).
     pub fn open_on(participant: &Participant) -> Result<Self, OpenError> {
         let service = qos::control(&participant.node, participant.fleet())?;
-        let client = service
-            .client_builder()
-            .backpressure_strategy(BackpressureStrategy::DiscardData)
-            .create()
-            .map_err(|e| qos::full_or(service.name(), qos::MAX_CONTROL_CLIENTS, e))?;
-        Ok(Self { client, service, fleet: participant.fleet().clone() })
+        Ok(Self { asker: Asker::open(service, qos::MAX_CONTROL_CLIENTS)?, fleet: participant.fleet().clone() })
     }
 
     /// Whether the fleet has an engine. One that was killed counts until another process joins the fleet.
     pub fn has_engine(&self) -> bool {
-        self.service.dynamic_config().number_of_servers() > 0
+        self.asker.has_server()
     }
 
     /// Asks for the status.
@@ -161,44 +146,17 @@ impl Control {
     /// # Errors
     /// [`ControlError`].
     pub fn request(&mut self, request: ControlRequest, timeout: Duration) -> Result<ControlResponse, ControlError> {
+        let answer = self.asker.send(request).and_then(|asked| self.asker.wait(&asked, timeout));
         let fleet = || self.fleet.clone();
-        let failed = |reason: String| ControlError::Connection { fleet: fleet(), reason };
-        if !self.has_engine() {
-            return Err(ControlError::NoEngine { fleet: fleet() });
+        match answer {
+            Ok(response) if response.accepted == 0 => {
+                Err(ControlError::Refused { fleet: fleet(), reason: response.reason().to_owned() })
+            }
+            Ok(response) => Ok(response),
+            Err(Silence::Nobody) => Err(ControlError::NoEngine { fleet: fleet() }),
+            Err(Silence::Gone) => Err(ControlError::Gone { fleet: fleet() }),
+            Err(Silence::Timeout) => Err(ControlError::Timeout { fleet: fleet(), timeout }),
+            Err(Silence::Connection(reason)) => Err(ControlError::Connection { fleet: fleet(), reason }),
         }
-        let pending = self.client.send_copy(request).map_err(|e| failed(e.to_string()))?;
-        let start = Instant::now();
-        let mut next_check = CHECK;
-        loop {
-            // Asked before the look, so that an answer given just before the end is not missed.
-            let connected = pending.is_connected();
-            if let Some(response) = receive(&pending).map_err(failed)? {
-                return match response.accepted {
-                    0 => Err(ControlError::Refused { fleet: fleet(), reason: response.reason().to_owned() }),
-                    _ => Ok(response),
-                };
-            }
-            if !connected {
-                return Err(ControlError::Gone { fleet: fleet() });
-            }
-            if start.elapsed() >= timeout {
-                return Err(ControlError::Timeout { fleet: fleet(), timeout });
-            }
-            if start.elapsed() >= next_check {
-                next_check += CHECK;
-                // An engine that was killed counts as connected until its traces are removed.
-                self.service.try_cleanup_dead_nodes();
-            }
-            std::thread::sleep(POLL);
-        }
-    }
-}
-
-type Pending = PendingResponse<Ipc, ControlRequest, (), ControlResponse, ()>;
-
-fn receive(pending: &Pending) -> Result<Option<ControlResponse>, String> {
-    match pending.receive() {
-        Ok(response) => Ok(response.map(|response| *response.payload())),
-        Err(error) => Err(error.to_string()),
     }
 }

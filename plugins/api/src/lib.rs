@@ -1,7 +1,7 @@
 //! The contract between everything that writes a fleet into shared memory and everything that reads it.
 //!
 //! A *producer* (the engine, a replay, a UDP source) publishes [`frame`]s, the [`world`] and
-//! [`event`]s, and takes [`order`]s and [`control`] requests. A *reader* is a [`Plugin`] started with
+//! [`event`]s, and takes [`order`]s and [`control`] requests. An engine tells [`route`]s, too. A *reader* is a [`Plugin`] started with
 //! [`run`], or any program that opens a [`Subscriber`] itself.
 
 /// Writes a line to standard error, as `eprintln!` does, but goes on if nobody can read it any more: a plugin whose
@@ -14,6 +14,7 @@ macro_rules! tell {
     }};
 }
 
+mod ask;
 pub mod column;
 pub mod contact;
 mod contact_ports;
@@ -36,6 +37,8 @@ mod participant;
 mod plugin;
 pub mod publish;
 pub mod qos;
+pub mod route;
+mod route_ports;
 mod run;
 pub mod subscribe;
 mod termination;
@@ -58,6 +61,7 @@ pub use order_log::OrderLogReader;
 pub use order_sender::{OrderError, Orders};
 pub use participant::{Participant, set_verbosity};
 pub use plugin::{Plugin, Rate, RateError};
+pub use route_ports::{RouteClient, RouteError, RouteServer};
 pub use run::{NAME_VARIABLE, Options, run, run_from};
 pub use subscribe::{Subscriber, WorldReader};
 pub use termination::{PARENT_VARIABLE, Termination};

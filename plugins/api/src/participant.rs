@@ -11,6 +11,7 @@ use crate::error::{OpenError, Result};
 use crate::fleet_name::FleetName;
 use crate::order_sender::Orders;
 use crate::qos::Ipc;
+use crate::route_ports::RouteClient;
 
 /// A process's place in a fleet, by a name that `regatta doctor` shows.
 ///
@@ -73,6 +74,14 @@ impl Participant {
     /// As [`Control::open_on`].
     pub fn control(&self) -> Result<Control, OpenError> {
         Control::open_on(self)
+    }
+
+    /// Opens the routes, for asking.
+    ///
+    /// # Errors
+    /// As [`RouteClient::open_on`].
+    pub fn routes(&self) -> Result<RouteClient, OpenError> {
+        RouteClient::open_on(self)
     }
 
     /// The fleet that it joined.

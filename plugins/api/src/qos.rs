@@ -14,6 +14,7 @@
 //! | contacts | 16 | 1 | 2 | 1 | 1 | 50 | 48 B a pair, 64 pairs to begin with: 0.2 MB |
 //! | contact events, order log | 16 | 64 | 1 | 0 | 1 | 1041 | 56 and 40 B each, 64 to begin with: 3.7 and 2.7 MB |
 //! | done, per reader | 1 | 1 | 1 | 0 | 1 | 3 | 88 B |
+//! | routes, the server's answers | 16 | 1 | 1 | 0 | 1 | 8 per client and open request | 1056 B: 0.3 MB |
 //!
 //! Resident for frames: the newest frame (history; its readers share it), the one being written, and one more
 //! for each *different* old frame that a slow reader holds. At 1 M robots that is 50 MB, 75 MB with a reader
@@ -36,6 +37,7 @@ use crate::frame::{CONTRACT_VERSION, FrameHeader, Line};
 use crate::lockstep::Done;
 use crate::order::{OrderHeader, OrderRecord};
 use crate::order_log::OrderLogHeader;
+use crate::route::{RouteRequest, RouteResponse};
 use crate::world::WorldHeader;
 
 /// Chunks of the frames' segment that are written to with a reader or two, of the many that it has room for: the
@@ -59,6 +61,10 @@ pub const EVENT_BUFFER: usize = 64;
 pub const MAX_CONTROL_CLIENTS: usize = 16;
 /// Requests of one client that wait for an answer.
 pub const MAX_OPEN_REQUESTS: usize = 4;
+/// Clients that ask for routes at the same time.
+pub const MAX_ROUTE_CLIENTS: usize = 16;
+/// Routes that one client may ask for at once.
+pub const MAX_OPEN_ROUTES: usize = 8;
 
 /// Records that the first segment of events and of orders has room for; more of them make it grow.
 pub(crate) const FIRST_RECORDS: usize = 64;
@@ -81,6 +87,7 @@ pub(crate) type ContactEvents = publish_subscribe::PortFactory<Ipc, [ContactEven
 pub(crate) type OrderLogs = publish_subscribe::PortFactory<Ipc, [OrderRecord], OrderLogHeader>;
 pub(crate) type Dones = publish_subscribe::PortFactory<Ipc, Done, ()>;
 pub(crate) type Control = request_response::PortFactory<Ipc, ControlRequest, (), ControlResponse, ()>;
+pub(crate) type Routes = request_response::PortFactory<Ipc, RouteRequest, (), RouteResponse, ()>;
 
 /// Name of one of a fleet's services: `regatta/F/frames`, say.
 pub fn service_name(fleet: &FleetName, service: &str) -> String {
@@ -180,18 +187,19 @@ pub(crate) fn done(node: &Node<Ipc>, fleet: &FleetName) -> Result<Dones, OpenErr
 /// Pause, resume, step, speed, number of robots, status.
 pub(crate) fn control(node: &Node<Ipc>, fleet: &FleetName) -> Result<Control, OpenError> {
     open(node, fleet, "control", MessagingPattern::RequestResponse, |builder, version| {
-        builder
-            .request_response::<ControlRequest, ControlResponse>()
-            .enable_safe_overflow_for_requests(false)
-            .enable_safe_overflow_for_responses(true)
-            .enable_fire_and_forget_requests(false)
+        one_server(builder.request_response::<ControlRequest, ControlResponse>())
             .max_active_requests_per_client(MAX_OPEN_REQUESTS)
-            .max_loaned_requests(1)
-            .max_response_buffer_size(1)
-            .max_borrowed_responses_per_pending_response(1)
-            .max_servers(1)
             .max_clients(MAX_CONTROL_CLIENTS)
-            .max_nodes(MAX_PARTICIPANTS)
+            .open_or_create_with_attributes(version)
+    })
+}
+
+/// What a robot is going to drive.
+pub(crate) fn routes(node: &Node<Ipc>, fleet: &FleetName) -> Result<Routes, OpenError> {
+    open(node, fleet, "routes", MessagingPattern::RequestResponse, |builder, version| {
+        one_server(builder.request_response::<RouteRequest, RouteResponse>())
+            .max_active_requests_per_client(MAX_OPEN_ROUTES)
+            .max_clients(MAX_ROUTE_CLIENTS)
             .open_or_create_with_attributes(version)
     })
 }
@@ -252,6 +260,25 @@ where
         .subscriber_max_borrowed_samples(1)
         .max_publishers(1)
         .max_subscribers(MAX_READERS)
+        .max_nodes(MAX_PARTICIPANTS)
+}
+
+type AskBuilder<Q, A> = iceoryx2::service::builder::request_response::Builder<Q, (), A, (), Ipc>;
+
+/// One server, which gives each request one answer. No overflow: a request arrives or its sender is told that it doesn't.
+fn one_server<Q, A>(builder: AskBuilder<Q, A>) -> AskBuilder<Q, A>
+where
+    Q: core::fmt::Debug + ZeroCopySend,
+    A: core::fmt::Debug + ZeroCopySend,
+{
+    builder
+        .enable_safe_overflow_for_requests(false)
+        .enable_safe_overflow_for_responses(true)
+        .enable_fire_and_forget_requests(false)
+        .max_loaned_requests(1)
+        .max_response_buffer_size(1)
+        .max_borrowed_responses_per_pending_response(1)
+        .max_servers(1)
         .max_nodes(MAX_PARTICIPANTS)
 }
 

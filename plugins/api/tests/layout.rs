@@ -23,8 +23,9 @@ use regatta_plugin::lockstep::Done;
 use regatta_plugin::order::{OrderHeader, OrderKind, OrderRecord};
 use regatta_plugin::order_log::{OrderLogHeader, OrderLogReader};
 use regatta_plugin::publish::Producer;
+use regatta_plugin::route::{RouteRequest, RouteResponse};
 use regatta_plugin::world::{EdgeRecord, NodeRecord, RobotTypeRecord, Shape, WorldHeader};
-use regatta_plugin::{FleetName, Participant, Result, qos};
+use regatta_plugin::{FleetName, Participant, Result, RouteServer, qos};
 use serde_json::{Map, Value, json};
 
 const FILE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../python/regatta/layout.json");
@@ -80,6 +81,8 @@ fn all_records() -> Map<String, Value> {
         ControlResponse { run_id, tick, sim_time_nanos, late_ticks, tick_cost_p50_nanos, tick_cost_p99_nanos,
             resident_bytes, wall_time_nanos, robots_by_state, robots, pid, clock, speed, real_time_factor, accepted,
             reserved, reason }
+        RouteRequest { robot, reserved }
+        RouteResponse { run_id, tick, robot, found, legs, released, listed }
         Done { run_id, tick, name }
     }
 }
@@ -104,7 +107,7 @@ fn all_services(fleet: &FleetName) -> Result<Map<String, Value>> {
     let producer = Producer::create(fleet, 1)?;
     let other = Participant::join(fleet, "layout")?;
     let _open = (other.column_reader("NAME")?, ContactReader::open_on(&other)?, ContactEventReader::open_on(&other)?);
-    let _log = OrderLogReader::open_on(&other)?;
+    let (_log, _routes) = (OrderLogReader::open_on(&other)?, RouteServer::open_on(&other)?);
     let prefix = qos::service_name(fleet, "");
     let mut services = Map::new();
     ipc::Service::list(Config::global_config(), |service| {

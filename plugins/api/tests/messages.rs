@@ -13,9 +13,10 @@ use regatta_plugin::inbox::Answer;
 use regatta_plugin::lockstep::{LockstepError, Reporter};
 use regatta_plugin::order::{OrderKind, OrderRecord, RouteLeg};
 use regatta_plugin::publish::Producer;
+use regatta_plugin::route::{LegAhead, RouteRequest, RouteResponse};
 use regatta_plugin::{
     ColumnPublisher, ColumnReader, Control, ControlError, EventReader, OpenError, OrderError, Orders, Participant,
-    PublishError, ReadError, Subscriber, column_names, qos,
+    PublishError, ReadError, RouteClient, RouteError, RouteServer, Subscriber, column_names, qos,
 };
 
 use common::{fleet, publish};
@@ -160,6 +161,47 @@ fn requests_are_answered_now_later_or_never() {
     assert_eq!(control.resume(), Err(ControlError::Gone { fleet: fleet.clone() }));
     engine.join().unwrap();
     assert_eq!(control.status(), Err(ControlError::NoEngine { fleet }));
+}
+
+#[test]
+fn routes_are_told_by_whoever_knows_them() {
+    let fleet = fleet();
+    let mut client = RouteClient::open(&fleet).unwrap();
+    let producer = Producer::create(&fleet, 1).unwrap();
+    assert_eq!(client.route(0), Err(RouteError::NoRoutes { fleet: fleet.clone() }), "a producer that has none");
+    let mut server = RouteServer::open_on(producer.participant()).unwrap();
+    let (again, limit) = (RouteServer::open_on(producer.participant()).map(|_| ()), 1);
+    assert_eq!(again, Err(OpenError::Full { service: qos::service_name(&fleet, "routes"), limit }));
+    let timeout = Duration::from_millis(20);
+    for _ in 0..3 {
+        let robots = [0; qos::MAX_OPEN_ROUTES];
+        assert_eq!(client.routes(&robots, timeout), Err(RouteError::Timeout { fleet: fleet.clone(), timeout }));
+    }
+    let asker = std::thread::spawn({
+        let robots: Vec<_> = (0..20).collect();
+        let fleet = fleet.clone();
+        move || RouteClient::open(&fleet).unwrap().routes(&robots, Duration::from_secs(60))
+    });
+    let start = Instant::now();
+    while !asker.is_finished() {
+        assert!(start.elapsed() < Duration::from_secs(60));
+        let answer = |request: &RouteRequest| {
+            let response = RouteResponse::unknown(7, 8, request.robot);
+            if request.robot == 3 {
+                response
+            } else {
+                response.with_legs(1, 2, [(request.robot, true), (9, false)].into_iter())
+            }
+        };
+        server.answer(2, answer).unwrap();
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    let routes = asker.join().unwrap().unwrap();
+    assert!(routes.iter().map(|route| route.robot).eq(0..20));
+    assert!(!routes[3].is_found() && routes[4].is_found());
+    assert_eq!(routes[4].legs().next(), Some(LegAhead { edge: 4, reverse: true, released: true }));
+    drop(server);
+    assert_eq!(client.route(0), Err(RouteError::NoRoutes { fleet }));
 }
 
 #[test]

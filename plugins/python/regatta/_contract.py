@@ -286,6 +286,27 @@ class ControlResponse(Record):
 
 
 @record
+class RouteRequest(Record):
+    """Which robot's route is wanted."""
+
+    robot: u32
+    reserved: u32
+
+
+@record
+class RouteResponse(Record):
+    """What a robot has still to drive: the first legs as edges' indices, with bit 31 set in reverse gear."""
+
+    run_id: u64
+    tick: u64
+    robot: u32
+    found: u32
+    legs: u32
+    released: u32
+    listed: Annotated[Any, ctypes.c_uint32 * 256]
+
+
+@record
 class Done(Record):
     """A reader's report that it has finished a tick, in lockstep."""
 

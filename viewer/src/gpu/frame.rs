@@ -16,12 +16,14 @@ use super::graph::Graph;
 use super::layout::{DEPTH, Kind, TargetKind, bind, bindings};
 use super::pick::{Pick, Picked};
 use super::robots::Robots;
+use super::routes::Routes;
 use super::timer::Timer;
 use super::view::ViewUniform;
 use crate::camera::Camera;
 use crate::floor_picture::FloorPicture;
 use crate::mesh::Mesh;
 use crate::palette::Legend;
+use crate::route::Stretch;
 use crate::scene::{Layers, Scene};
 
 /// Draws a fleet into any texture view.
@@ -40,6 +42,7 @@ pub struct Renderer {
     surfaces: Option<Surfaces>,
     floor: Floor,
     graph: Graph,
+    routes: Routes,
     robots: Robots,
     chosen: Chosen,
     /// Robot types that have meshes of their own, and which.
@@ -63,6 +66,7 @@ impl Renderer {
         let [view, pick_view] =
             ["view", "pick view"].map(|label| buffer(gpu, label, size_of::<ViewUniform>(), BufferUsages::UNIFORM));
         let columns = Columns::new(gpu);
+        let graph = Graph::new(gpu, target, &layout);
         Self {
             gpu: gpu.clone(),
             target,
@@ -74,7 +78,8 @@ impl Renderer {
             drawn: None,
             surfaces: None,
             floor: Floor::new(gpu, target, &layout),
-            graph: Graph::new(gpu, target, &layout),
+            routes: Routes::new(gpu, target, &layout, graph.records_layout()),
+            graph,
             robots: Robots::new(gpu, target, &layout, &columns),
             chosen: Chosen::new(gpu, target, &layout, &columns),
             columns,
@@ -119,6 +124,11 @@ impl Renderer {
     /// Takes the route graph.
     pub fn set_graph(&mut self, nodes: &[NodeRecord], edges: &[EdgeRecord]) {
         self.graph.load(&self.gpu, nodes, edges);
+    }
+
+    /// Takes routes to draw along the graph, in place of those before.
+    pub fn set_routes(&mut self, stretches: &[Stretch]) {
+        self.routes.set(&self.gpu, stretches);
     }
 
     /// Takes the robot types.
@@ -189,6 +199,9 @@ impl Renderer {
         pass.set_bind_group(0, &self.view_group, &[]);
         self.floor.draw(&mut pass);
         self.graph.draw(&mut pass, layers);
+        if let Some(records) = self.graph.records().filter(|_| layers.edges) {
+            self.routes.draw(&mut pass, records);
+        }
         if layers.trails {
             self.chosen.draw_trails(&mut pass, &poses, robots, trails);
         }

@@ -139,6 +139,16 @@ impl Graph {
         });
     }
 
+    /// How its records are bound.
+    pub fn records_layout(&self) -> &BindGroupLayout {
+        &self.records_layout
+    }
+
+    /// Its records, if there is a graph.
+    pub fn records(&self) -> Option<&BindGroup> {
+        self.loaded.as_ref().map(|loaded| &loaded.records)
+    }
+
     /// Works out what is seen of it.
     pub fn sort(&self, encoder: &mut CommandEncoder, view: &BindGroup) {
         let Some(loaded) = &self.loaded else { return };

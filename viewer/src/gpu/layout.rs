@@ -15,9 +15,24 @@ pub const DEPTH: TextureFormat = TextureFormat::Depth32Float;
 pub const IDS: TextureFormat = TextureFormat::R32Uint;
 
 /// The shaders by name, each with all that it needs before it.
-pub const SHADERS: [(&str, &str); 6] = [
+pub const SHADERS: [(&str, &str); 7] = [
     ("floor", concat!(include_str!("shaders/view.wgsl"), include_str!("shaders/floor.wgsl"))),
-    ("graph", concat!(include_str!("shaders/view.wgsl"), include_str!("shaders/graph.wgsl"))),
+    (
+        "graph",
+        concat!(
+            include_str!("shaders/view.wgsl"),
+            include_str!("shaders/curves.wgsl"),
+            include_str!("shaders/graph.wgsl")
+        ),
+    ),
+    (
+        "routes",
+        concat!(
+            include_str!("shaders/view.wgsl"),
+            include_str!("shaders/curves.wgsl"),
+            include_str!("shaders/routes.wgsl")
+        ),
+    ),
     ("robots", concat!(include_str!("shaders/view.wgsl"), include_str!("shaders/robots.wgsl"))),
     (
         "sort",

@@ -10,6 +10,7 @@ pub mod layout;
 pub mod painter;
 pub mod pick;
 mod robots;
+mod routes;
 mod timer;
 mod view;
 

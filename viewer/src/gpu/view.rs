@@ -43,6 +43,7 @@ pub struct ViewUniform {
     pub two_way: Vec4,
     pub node: Vec4,
     pub selection: Vec4,
+    pub route: Vec4,
     pub palette: [Vec4; 16],
     pub lights: [[Vec4; 2]; MAX_LIGHTS],
 }
@@ -115,6 +116,7 @@ impl ViewUniform {
         self.two_way = solid(colours.two_way);
         self.node = solid(colours.node);
         self.selection = solid(colours.selection);
+        self.route = solid(colours.route);
         self.unknown = solid(colours.unknown);
         self.palette = legend.scale.colours(scene.theme).map(solid);
         self.source = match scene.colouring {

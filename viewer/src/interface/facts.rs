@@ -15,6 +15,7 @@ use crate::camera::Bounds;
 use crate::feed::Counts;
 use crate::gpu::pick::Picked;
 use crate::palette::Legend;
+use crate::route::Remaining;
 
 /// How the fleet's producer is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -60,6 +61,8 @@ pub struct Facts<'a> {
     pub columns: &'a [ColumnName],
     /// The values of those columns for the selected robot.
     pub values: &'a [(ColumnName, f32)],
+    /// What the selected robot has still to drive, if its route is known.
+    pub route: Option<Remaining>,
     /// Robots in the order that was asked for.
     pub rows: Option<&'a Rows>,
     /// Where there is something to see.

@@ -13,6 +13,7 @@ use super::fleet_list::{dot, state_colour};
 use super::rig::Follow;
 use super::rows::state_name;
 use super::style::{self, heading, line};
+use crate::route::Remaining;
 
 /// Simulated seconds that the plots show.
 const SPAN: f64 = 60.0;
@@ -101,6 +102,7 @@ impl Interface {
         line(ui, theme, "speed", format!("{:.3} m/s", frame.speed()[row]));
         heading(ui, theme, "on the graph");
         self.place_on_graph(ui, facts, &frame, row);
+        self.route(ui, facts);
         self.robot_collisions(ui, facts, id);
         if !facts.values.is_empty() {
             heading(ui, theme, "columns");
@@ -140,6 +142,20 @@ impl Interface {
         line(ui, theme, "driven", format!("{:.2} of {:.2} m", frame.s()[row], edge.length));
         if ui.link("show the edge").clicked() {
             self.select(Some(Thing::Edge(index)));
+        }
+    }
+
+    fn route(&self, ui: &mut Ui, facts: &Facts<'_>) {
+        let (Some(route), theme) = (facts.route, self.settings.theme()) else { return };
+        heading(ui, theme, "route");
+        if route == Remaining::default() {
+            ui.label(style::faint(ui, theme, "nothing to drive"));
+            return;
+        }
+        for (name, way) in [("released", route.released), ("planned", route.planned)] {
+            let noun = if way.edges == 1 { "edge" } else { "edges" };
+            let more = if way.partly { "> " } else { "" };
+            line(ui, theme, name, format!("{} {noun}, {more}{:.1} m", way.edges, way.metres));
         }
     }
 

@@ -90,6 +90,8 @@ struct Known {
     followed: Option<(u32, [Pose; 2])>,
     /// Whose values are asked for.
     asked: Option<Thing>,
+    /// Whose routes are asked for.
+    routes_of: Vec<u32>,
 }
 
 impl Live {
@@ -240,6 +242,10 @@ impl Live {
                     self.known.values = values;
                     differ
                 }
+                Report::Routes(routes) => {
+                    self.stage.set_routes(routes);
+                    true
+                }
             };
         }
         let ended = self.udp.ended();
@@ -260,6 +266,11 @@ impl Live {
             Some(Thing::Robot(id)) => vec![id],
             _ => self.look.select.clone(),
         };
+        if self.known.routes_of != self.stage.scene.selected {
+            self.known.routes_of.clone_from(&self.stage.scene.selected);
+            self.stage.set_routes(Vec::new());
+            self.link.routes(self.known.routes_of.clone());
+        }
         let news = self.stage.feed.poll()?;
         let read = Instant::now();
         self.stage.apply(news, start)?;
@@ -352,6 +363,10 @@ impl Live {
             legend: &legend,
             columns: &self.known.columns,
             values: &self.known.values,
+            route: match self.interface.selected {
+                Some(Thing::Robot(id)) => self.stage.remaining(id),
+                _ => None,
+            },
             rows: self.known.rows.as_ref(),
             bounds: self.stage.bounds(),
             followed: self.known.followed.map(|(_, [from, to])| between(from, to, alpha)),

@@ -8,6 +8,7 @@ use regatta_viewer::camera::Camera;
 use regatta_viewer::floor_picture::FloorPicture;
 use regatta_viewer::gpu::device::Gpu;
 use regatta_viewer::palette::{Colouring, Theme};
+use regatta_viewer::route::Stretch;
 use regatta_viewer::scene::{Light, Scene, Trails};
 
 use crate::Test;
@@ -23,6 +24,7 @@ pub const TESTS: &[(&str, Test)] = &[
     ("levels_of_detail", levels_of_detail),
     ("trails", trails),
     ("selection", selection),
+    ("routes", routes),
     ("light_theme_from_the_top", light_theme_from_the_top),
     ("map_and_offset", map_and_offset),
     ("lamps", lamps),
@@ -55,6 +57,7 @@ pub fn references_are_told_apart() {
     for (one, other) in [
         ("robots_by_state", "selection"),
         ("robots_by_state", "robots_by_type"),
+        ("selection", "routes"),
         ("robots_by_state", "robots_by_collision"),
         ("robots_by_state", "lamps"),
         ("robots_by_state", "graph"),
@@ -157,6 +160,16 @@ fn trails(gpu: &Gpu) {
 fn selection(gpu: &Gpu) {
     let scene = Scene { selected: vec![2, 9, 4_000_000], ..coloured(Colouring::State) };
     assert_like("selection", &studio(gpu).shoot(&camera(), &scene, 1.0));
+}
+
+/// From where a robot is to the end of the bend it may drive now; the rest of the way around is planned.
+fn routes(gpu: &Gpu) {
+    let mut studio = studio(gpu);
+    let stretch = |edge, part, released| Stretch { edge, part, released };
+    let around = [stretch(0, [0.4, 1.0], 1), stretch(1, [0.0, 1.0], 1), stretch(2, [0.0, 1.0], 0)];
+    studio.renderer.set_routes(&[&around[..], &[stretch(3, [0.0, 0.8], 0)]].concat());
+    let scene = Scene { selected: vec![2], ..coloured(Colouring::State) };
+    assert_like("routes", &studio.shoot(&camera(), &scene, 1.0));
 }
 
 fn light_theme_from_the_top(gpu: &Gpu) {

@@ -1,27 +1,6 @@
 // The route graph: edges as ribbons along their Bézier curves, arrows, nodes. What is drawn, and with how many
 // segments, is worked out first.
 
-struct Edge {
-    id: u32,
-    origin: u32,
-    destination: u32,
-    length: f32,
-    start: vec2f,
-    control_a: vec2f,
-    control_b: vec2f,
-    end: vec2f,
-    forward: f32,
-    backwards: f32,
-    reserved: vec2u,
-}
-
-struct Node {
-    id: u32,
-    x: f32,
-    y: f32,
-    theta: f32,
-}
-
 // Metres across: of edges, arrows and nodes when they are near.
 const EDGE_METRES = 0.07;
 const ARROW_METRES = 0.34;
@@ -30,9 +9,6 @@ const NODE_METRES = 0.11;
 // Shorter ones are thin lines.
 const FAR_PIXELS = 8.0;
 const EDGE_PIXELS = vec2f(1.2, 5.0);
-
-@group(1) @binding(0) var<storage, read> edges: array<Edge>;
-@group(1) @binding(1) var<storage, read> nodes: array<Node>;
 
 fn inside(local: vec2f, radius: f32) -> bool {
     var all_inside = true;
@@ -104,20 +80,6 @@ fn sort_nodes(@builtin(global_invocation_id) at: vec3u, @builtin(num_workgroups)
 
 // --- Drawing.
 
-fn curve(edge: Edge, at: f32) -> vec2f {
-    let back = 1.0 - at;
-    return back * back * (back * edge.start + 3.0 * at * edge.control_a)
-        + at * at * (3.0 * back * edge.control_b + at * edge.end);
-}
-
-fn slope(edge: Edge, at: f32) -> vec2f {
-    let back = 1.0 - at;
-    let way = back * back * (edge.control_a - edge.start) + 2.0 * back * at * (edge.control_b - edge.control_a)
-        + at * at * (edge.end - edge.control_b);
-    // A curve whose handle has no length stands still at its end.
-    return select(edge.end - edge.start, way, dot(way, way) > 1e-8);
-}
-
 fn edge_colour(edge: Edge) -> vec3f {
     return select(view.edge.rgb, view.two_way.rgb, edge.backwards > 0.0);
 }
@@ -140,16 +102,12 @@ struct Ribbon {
 fn ribbon(index: u32, vertex: u32, points: u32, least: f32) -> Ribbon {
     let edge = edges[index];
     let at = f32(vertex / 2u) / f32(points - 1u);
-    let local = curve(edge, at) - view.origin.xy;
-    let clip = clip_from(vec3f(local, 0.0));
-    let ahead = view.clip_from_local * vec4f(normalize(slope(edge, at)), 0.0, 0.0);
-    let direction = (ahead.xy * clip.w - clip.xy * ahead.w) * view.viewport.xy;
-    let normal = normalize(vec2f(-direction.y, direction.x) + vec2f(1e-12, 0.0));
+    let spine = spine(edge, at);
+    let local = spine.local;
     let half_width = max(clamp(EDGE_METRES / metres_per_pixel(vec3f(local, 0.0)), EDGE_PIXELS.x, EDGE_PIXELS.y), least) * 0.5;
     let across = select(-1.0, 1.0, (vertex & 1u) == 1u) * (half_width + 0.5);
-    let offset = normal * across * 2.0 * view.viewport.zw * clip.w;
     let colour = vec4f(edge_colour(edge), faint(local));
-    return Ribbon(framed(vec4f(clip.xy + offset, clip.zw)), colour, across, half_width, index);
+    return Ribbon(beside(spine, across), colour, across, half_width, index);
 }
 
 @vertex

@@ -53,6 +53,7 @@ struct View {
     two_way: vec4f,
     node: vec4f,
     selection: vec4f,
+    route: vec4f,
     palette: array<vec4f, 16>,
     lights: array<Light, 8>,
 }

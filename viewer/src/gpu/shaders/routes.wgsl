@@ -1,0 +1,56 @@
+// Routes of selected robots: wide ribbons along the edges that they have still to drive. What they may drive now is
+// solid, what is only planned is dashed.
+
+// Metres across when it is near; pixels across, at least and at most.
+const ROUTE_METRES = 0.34;
+const ROUTE_PIXELS = vec2f(5.0, 18.0);
+// Segments of a stretch; the same as in routes.rs.
+const SEGMENTS = 32u;
+// Metres and pixels of a dash and the gap after it, at least.
+const DASH_METRES = 1.2;
+const DASH_PIXELS = 18.0;
+
+struct Route {
+    @builtin(position) clip: vec4f,
+    // Pixels from the middle line, and half the width.
+    @location(0) @interpolate(linear) across: f32,
+    @location(1) half_width: f32,
+    // In dashes from the edge's origin.
+    @location(2) along: f32,
+    @location(3) @interpolate(flat) released: u32,
+}
+
+// An instance is an edge's index, the part of its curve from and to, and whether it is released.
+@vertex
+fn route(
+    @location(0) index: u32,
+    @location(1) part: vec2f,
+    @location(2) released: u32,
+    @builtin(vertex_index) vertex: u32,
+) -> Route {
+    let edge = edges[index];
+    let at = mix(part.x, part.y, f32(vertex / 2u) / f32(SEGMENTS));
+    let spine = spine(edge, at);
+    let pixel = metres_per_pixel(vec3f(spine.local, 0.0));
+    let half_width = clamp(ROUTE_METRES / pixel, ROUTE_PIXELS.x, ROUTE_PIXELS.y) * 0.5;
+    let across = select(-1.0, 1.0, (vertex & 1u) == 1u) * (half_width + 0.5);
+    // Whole dashes to an edge, each with its middle at an end: so they go on from one edge to the next. By powers of two
+    // longer in larger views, so that they seldom change.
+    let dash = max(DASH_METRES, exp2(ceil(log2(DASH_PIXELS * view.spacing.y))));
+    let dashes = max(round(edge.length / dash), 1.0);
+    return Route(beside(spine, across), across, half_width, at * dashes, released);
+}
+
+@fragment
+fn route_fill(in: Route) -> @location(0) vec4f {
+    let away = abs(in.across);
+    let cover = clamp(in.half_width + 0.5 - away, 0.0, 1.0);
+    // Dashes per pixel; where there are too many to be told apart they run into an even, fainter ribbon.
+    let fine = max(fwidth(in.along), 1e-5);
+    let beside_gap = 0.29 - abs(fract(in.along + 0.5) - 0.5);
+    let dash = mix(clamp(beside_gap / fine + 0.5, 0.0, 1.0), 0.5, clamp(fine * 4.0 - 0.6, 0.0, 1.0));
+    let rim = clamp(away - in.half_width + 2.0, 0.0, 1.0);
+    let solid = mix(0.42, 0.95, rim);
+    let strength = select(dash * 0.55, solid, in.released == 1u);
+    return vec4f(view.route.rgb, strength * cover);
+}
