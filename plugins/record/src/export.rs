@@ -11,6 +11,7 @@ use regatta_plugin::ColumnName;
 use regatta_plugin::frame::RobotState;
 
 use crate::reading::{ReadingError, Recording};
+use crate::recorded::Row;
 use crate::robots::Robots;
 use crate::schema::Topic;
 use crate::table::{Snapshot, walk};
@@ -88,7 +89,7 @@ const HEAD: [&str; 12] = [
 struct Record<'snapshot> {
     snapshot: &'snapshot Snapshot<'snapshot>,
     robot: usize,
-    row: crate::decode::Row,
+    row: Row,
     /// Id of the edge in the route graph.
     edge: Option<u32>,
 }

@@ -15,8 +15,8 @@ use tempfile::TempDir;
 
 use crate::encode;
 use crate::export::{ExportArgs, ExportError, export};
+use crate::mcap_file::{Compression, McapFile};
 use crate::schema::{Topic, regatta};
-use crate::sink::{Compression, McapFile};
 
 const ROBOTS: usize = 4;
 const TICKS: u64 = 6;

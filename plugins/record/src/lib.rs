@@ -6,8 +6,10 @@ mod decode;
 mod encode;
 mod export;
 mod frames;
+mod mcap_file;
 mod plot;
 mod reading;
+mod recorded;
 mod recorder;
 mod repair;
 mod replay;
@@ -36,13 +38,14 @@ use regatta_plugin::{Error, Options, Result};
 
 pub use decode::MessageError;
 pub use export::{ExportArgs, ExportError, export};
+pub use mcap_file::Compression;
 pub use plot::{PlotArgs, PlotError, plot};
 pub use reading::{ReadingError, Recording};
 pub use repair::{Repair, RepairError, repair};
 pub use replay::{ReplayArgs, ReplayError, replay};
 pub use robots::Robots;
 pub use schema::Topic;
-pub use sink::{Compression, SinkError};
+pub use sink::SinkError;
 
 use recorder::{Recorder, Settings};
 use sink::Sink;
@@ -99,7 +102,8 @@ pub fn record(args: &RecordArgs) -> Result {
         ],
     );
     let poses_period = (args.poses_rate > 0.0).then(|| Duration::from_secs_f64(1.0 / args.poses_rate));
-    let recorder = Recorder::new(path, sink, Settings { every: args.every, poses_period });
+    let recorder =
+        Recorder::new(path, sink, Settings { every: args.every, poses_period, sees_all: args.options.rate.is_none() });
     args.options.run(recorder, "record")
 }
 

@@ -12,8 +12,9 @@ use regatta_plugin::order::OrderRecord;
 use regatta_plugin::order_log::{OrderLog, OrderLogHeader};
 use regatta_plugin::{ColumnValues, Events, Frame};
 
-use crate::decode::{self, MessageError, RecordedColumn, RecordedFrame};
+use crate::decode::{self, MessageError};
 use crate::encode;
+use crate::recorded::{RecordedColumn, RecordedFrame};
 use crate::schema::regatta;
 
 /// Lines with any bits, NaN among them; and what the message of their frame is.

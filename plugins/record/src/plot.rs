@@ -14,6 +14,7 @@ use clap::Args;
 use regatta_plugin::world::EdgeRecord;
 
 use crate::reading::{ReadingError, Recording};
+use crate::recorded::Row;
 use crate::table::walk;
 use svg::{Area, Svg};
 
@@ -152,7 +153,7 @@ fn track(recording: &Recording, args: &PlotArgs) -> Result<Track, PlotError> {
     }
 }
 
-fn sample(time: Duration, row: &crate::decode::Row) -> Sample {
+fn sample(time: Duration, row: &Row) -> Sample {
     let [x, y, theta, speed] = [row.x, row.y, row.theta, row.speed].map(f64::from);
     Sample { time: time.as_secs_f64(), x, y, theta, speed, state: row.state }
 }

@@ -8,10 +8,10 @@ use mcap::{MessageStream, Summary};
 use proptest::prelude::*;
 use tempfile::TempDir;
 
+use crate::mcap_file::{Compression, McapFile};
 use crate::reading::Recording;
 use crate::repair::{RepairError, repair};
 use crate::schema::Topic;
-use crate::sink::{Compression, McapFile};
 
 /// A recording in many small chunks, with facts at both ends.
 fn recording(folder: &Path, compression: Compression) -> Vec<u8> {

@@ -1,106 +1,25 @@
 //! A replay: a producer like the engine, whose frames come from a recording.
 
 mod control;
+mod options;
 mod pace;
 mod stage;
 
-use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-use clap::Args;
 use regatta_plugin::frame::ClockState;
 use regatta_plugin::lockstep::LockstepError;
-use regatta_plugin::{FleetName, OpenError, Participant, PublishError, ReadError, Termination};
+use regatta_plugin::{Participant, Termination};
 
-use crate::reading::{Reader, ReadingError, Recording, Selection};
+use crate::reading::{Reader, Recording, Selection};
 use crate::schema::Topic;
 use control::Pending;
+pub use options::{ReplayArgs, ReplayError};
 use pace::Pace;
 use stage::{Show, Stage, StageError};
 
 /// Longest sleep between looks at control requests.
 const CONTROL_POLL: Duration = Duration::from_millis(5);
-
-/// What to replay, and how.
-#[derive(Args, Clone, Debug)]
-pub struct ReplayArgs {
-    /// The recording
-    file: PathBuf,
-    /// The fleet to publish it as
-    #[arg(long, value_name = "NAME", default_value_t)]
-    fleet: FleetName,
-    /// Recorded seconds per wall second: a factor from 0.001 to 1000, or max
-    #[arg(long, default_value = "1")]
-    speed: Speed,
-    /// Start at this time of the recording: 12.5s, 3min …
-    #[arg(long, value_name = "TIME")]
-    from: Option<humantime::Duration>,
-    /// Start again from the beginning when it is over
-    #[arg(long = "loop")]
-    repeat: bool,
-    /// Stay when it is over, for `regatta seek`
-    #[arg(long, conflicts_with = "repeat")]
-    hold: bool,
-    /// Start paused
-    #[arg(long)]
-    paused: bool,
-    /// Leave out the recorded columns and contacts, for plugins that work them out anew
-    #[arg(long)]
-    no_columns: bool,
-    /// Wait for these plugins to finish each frame, so that they see every one
-    #[arg(long, value_name = "NAME", num_args = 1..)]
-    lockstep: Vec<String>,
-    /// How many seconds to wait for a plugin in lockstep
-    #[arg(long, value_name = "SECONDS", default_value = "10")]
-    lockstep_timeout: f64,
-}
-
-/// Recorded seconds per wall second, infinite for as fast as possible.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Speed(f32);
-
-impl Speed {
-    fn from_f32(factor: f32) -> Option<Self> {
-        (factor == f32::INFINITY || (0.001..=1000.0).contains(&factor)).then_some(Self(factor))
-    }
-}
-
-impl std::str::FromStr for Speed {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, Self::Err> {
-        let factor = if text.eq_ignore_ascii_case("max") { Some(f32::INFINITY) } else { text.parse().ok() };
-        factor
-            .and_then(Self::from_f32)
-            .ok_or_else(|| format!("'{text}' is no speed: give a factor from 0.001 to 1000, or max"))
-    }
-}
-
-/// Why a replay ended before its time.
-#[derive(Debug, thiserror::Error)]
-pub enum ReplayError {
-    /// The recording can't be read.
-    #[error(transparent)]
-    Reading(#[from] ReadingError),
-    /// The fleet's services can't be opened.
-    #[error(transparent)]
-    Open(#[from] OpenError),
-    /// Something can't be published.
-    #[error(transparent)]
-    Publish(#[from] PublishError),
-    /// Requests can't be read.
-    #[error(transparent)]
-    Read(#[from] ReadError),
-    /// A plugin in lockstep didn't finish a frame.
-    #[error(transparent)]
-    Lockstep(#[from] LockstepError),
-    /// A time outside of the recording.
-    #[error("{0}")]
-    Time(String),
-    /// Signals can't be watched.
-    #[error("can't watch for Ctrl-C ({0})")]
-    Signals(String),
-}
 
 /// Replays a recording until it is over or Ctrl-C.
 ///

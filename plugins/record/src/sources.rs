@@ -30,6 +30,16 @@ pub(crate) struct Sources {
     contact_events: ContactEventReader,
 }
 
+/// A message, and the tick that it belongs to.
+pub(crate) struct Found {
+    pub topic: Topic,
+    pub run_id: u64,
+    pub tick: u64,
+    /// Samples before this one that nobody will ever see here.
+    pub missed: u64,
+    pub message: Vec<u8>,
+}
+
 impl Sources {
     pub fn open(participant: &Participant) -> Result<Self> {
         let (sender, found) = channel();
@@ -54,27 +64,36 @@ impl Sources {
         Ok(sources)
     }
 
-    /// Hands over what is new: its topic, run, tick, and the message.
-    pub fn poll(&mut self, mut take: impl FnMut(Topic, u64, u64, Vec<u8>)) -> Result {
+    /// Hands over what is new.
+    pub fn poll(&mut self, mut take: impl FnMut(Found)) -> Result {
         // No more than one for a frame, or else a frame could be missed.
         if let Ok(name) = self.found.try_recv() {
             self.open_column(name)?;
         }
         for (name, reader) in &mut self.columns {
             if let Some(column) = reader.latest()? {
-                let topic = Topic::Column(name.clone());
-                take(topic, column.header.run_id, column.header.tick, encode::column(&column));
+                let (run_id, tick) = (column.header.run_id, column.header.tick);
+                take(Found {
+                    topic: Topic::Column(name.clone()),
+                    run_id,
+                    tick,
+                    missed: 0,
+                    message: encode::column(&column),
+                });
             }
         }
         self.orders.take(|log| -> Result {
-            take(Topic::Orders, log.header.run_id, log.header.tick, encode::orders(log));
+            let (run_id, tick, missed) = (log.header.run_id, log.header.tick, log.missed);
+            take(Found { topic: Topic::Orders, run_id, tick, missed, message: encode::orders(log) });
             Ok(())
         })?;
         if let Some(contacts) = self.contacts.latest()? {
-            take(Topic::Contacts, contacts.header.run_id, contacts.header.tick, encode::contacts(&contacts));
+            let (run_id, tick) = (contacts.header.run_id, contacts.header.tick);
+            take(Found { topic: Topic::Contacts, run_id, tick, missed: 0, message: encode::contacts(&contacts) });
         }
         self.contact_events.take(|events| -> Result {
-            take(Topic::ContactEvents, events.header.run_id, events.header.tick, encode::contact_events(events));
+            let (run_id, tick, missed) = (events.header.run_id, events.header.tick, events.missed);
+            take(Found { topic: Topic::ContactEvents, run_id, tick, missed, message: encode::contact_events(events) });
             Ok(())
         })
     }

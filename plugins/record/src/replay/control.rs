@@ -6,7 +6,8 @@ use regatta_plugin::control::{ControlKind, ControlRequest, ControlResponse};
 use regatta_plugin::frame::ClockState;
 use regatta_plugin::inbox::Answer;
 
-use super::{Replay, ReplayError, Speed};
+use super::options::Speed;
+use super::{Replay, ReplayError};
 
 /// A request that was carried out or refused, and is to be answered.
 #[derive(Debug)]

@@ -9,7 +9,8 @@ use regatta_plugin::publish::Producer;
 use regatta_plugin::{ColumnName, OpenError, Participant, PublishError};
 
 use super::ReplayError;
-use crate::decode::{self, MessageError, RecordedColumn, RecordedFrame, RecordedWorld};
+use crate::decode::{self, MessageError, RecordedWorld};
+use crate::recorded::{RecordedColumn, RecordedFrame};
 use crate::schema::Topic;
 
 /// What a frame says about the replay rather than about the recording.
