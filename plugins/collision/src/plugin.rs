@@ -157,7 +157,7 @@ impl Watch {
             touching: detector.touching() as u32,
             possible: (pairs.len() - detector.touching()) as u32,
             capped: u32::from(detector.is_capped()),
-            reserved: 0,
+            ..ContactHeader::default()
         };
         ports.contacts.publish(&header, pairs)?;
         match log.as_mut().and_then(|log| log.add(detector.events(), edges)) {

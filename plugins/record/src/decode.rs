@@ -115,7 +115,7 @@ pub(crate) fn contacts(message: &[u8]) -> Result<(ContactHeader, Vec<ContactReco
         touching: contacts.touching,
         possible: contacts.possible,
         capped: contacts.capped,
-        reserved: 0,
+        sequence: 0,
     };
     let pair = |pair: &regatta::Contact| ContactRecord {
         since_tick: pair.since_tick,

@@ -158,10 +158,7 @@ fn columns(recording: &Recording, wanted: Option<&[ColumnName]>) -> Result<Vec<C
     let recorded: Vec<_> = recording
         .topics()
         .into_iter()
-        .filter_map(|topic| match topic {
-            Topic::Column(name) => Some(name),
-            _ => None,
-        })
+        .filter_map(|topic| topic.column().cloned())
         .collect();
     let Some(wanted) = wanted else { return Ok(recorded) };
     match wanted.iter().find(|column| !recorded.contains(column)) {

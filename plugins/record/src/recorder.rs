@@ -23,7 +23,7 @@ pub(crate) struct Recorder {
     timeline: Timeline,
     sees_all: bool,
     gaps: Gaps,
-    /// Samples of events, orders and contact events that were missed.
+    /// Samples of anything but frames that were missed.
     others_missed: u64,
     /// Frames of the run, by distinct ticks.
     frames_seen: u64,
@@ -110,10 +110,11 @@ impl Recorder {
     }
 
     fn take_sources(&mut self) -> Result {
-        let Self { sources, sink, timeline, newest, others_missed, .. } = self;
+        let Self { sources, sink, timeline, newest, others_missed, sees_all, .. } = self;
         let Some(sources) = sources else { return Ok(()) };
         sources.poll(|found| {
-            *others_missed += found.missed;
+            // Whoever looks at some frames only wants some of what goes with them.
+            *others_missed += if *sees_all || !found.topic.is_state() { found.missed } else { 0 };
             sink.send(found.topic, timeline.time_of(found.run_id, found.tick), newest.wall_time_nanos, found.message);
         })
     }
@@ -191,6 +192,11 @@ impl Plugin for Recorder {
 
     fn on_frame(&mut self, frame: &Frame<'_>) -> Result {
         let log_time = self.timeline.advance(frame.header());
+        let begins_run = frame.run_id() != self.newest.run_id;
+        if let Some(sources) = self.sources.as_mut().filter(|_| begins_run && frame.header().lockstep != 0) {
+            // The producer waits: nothing is missed meanwhile.
+            sources.open_columns()?;
+        }
         self.take_waiting();
         self.take_frame(frame, log_time);
         self.take_sources()

@@ -33,7 +33,9 @@ pub fn replay(args: &ReplayArgs) -> Result<(), ReplayError> {
         regatta_plugin::tell!("replay: {} was never closed; `regatta record --repair` does", args.file.display());
     }
     let participant = Participant::join(&args.fleet, "replay")?;
-    let stage = Stage::open(participant, !args.no_columns)?;
+    let mut topics = recording.topics();
+    topics.retain(|topic| !args.no_columns || !topic.is_from_plugin());
+    let stage = Stage::open(participant, &topics)?;
     regatta_plugin::tell!(
         "fleet '{}': {} frames from {:.2} s to {:.2} s of {}; Ctrl-C stops",
         args.fleet,
@@ -94,6 +96,9 @@ impl<'recording> Replay<'recording> {
         };
         if let Some(reason) = replay.refuse_time(from) {
             return Err(ReplayError::Time(reason));
+        }
+        if !args.lockstep.is_empty() {
+            replay.gather(from)?;
         }
         replay.seek(from)?;
         Ok(replay)
@@ -203,6 +208,19 @@ impl<'recording> Replay<'recording> {
             }
         }
         Ok(())
+    }
+
+    /// Shows a frame and its world alone, and waits for the plugins in lockstep: so they are there for all that goes
+    /// with it.
+    fn gather(&mut self, time: Duration) -> Result<(), ReplayError> {
+        let until = time.as_nanos() as u64;
+        let show = self.show(self.clock());
+        for topic in [Topic::World, Topic::Frames] {
+            let Some((time, message)) = self.recording.last_until(&topic, until)? else { return Ok(()) };
+            let shown = self.stage.publish(&topic, &message, show);
+            shown.map_err(|error| explain(self.recording, &topic, time, error))?;
+        }
+        self.wait_for_lockstep()
     }
 
     /// Why a time can't be gone to.
