@@ -140,10 +140,10 @@ impl Engine {
             return false;
         }
         let rest = self.clock.release().saturating_duration_since(Instant::now());
-        if !self.paused && !rest.is_zero() {
+        if !rest.is_zero() {
             std::thread::sleep(rest.min(CONTROL_POLL));
         }
-        self.paused || rest <= CONTROL_POLL
+        rest <= CONTROL_POLL
     }
 
     fn make_tick(&mut self, termination: &Termination) -> Result<(), EngineError> {
@@ -175,9 +175,8 @@ impl Engine {
         let now = Instant::now();
         if self.paused {
             self.steps_left -= 1;
-        } else {
-            self.clock.tick_done(now);
         }
+        self.clock.tick_done(now);
         self.stats.note_time(self.tick, self.scenario.tick_period, now);
         Ok(())
     }

@@ -105,7 +105,9 @@ fn a_replay_pauses_steps_and_seeks() {
     record("replay-control-source", "thirty.yaml", 400, &file(&folder), &[]);
     let (fleet, process, mut control) = paused("replay-control", &file(&folder), &["--from", "500ms"]);
     let mut frames = Subscriber::open(&fleet).expect("opened");
+    let start = std::time::Instant::now();
     assert_eq!(control.step(7).expect("stepped").tick, 57);
+    assert!(start.elapsed() >= std::time::Duration::from_millis(55), "at the wanted speed: {:?}", start.elapsed());
 
     let before = control.status().expect("answered").run_id;
     let ahead = control.seek(std::time::Duration::from_secs(3)).expect("gone there");

@@ -226,7 +226,10 @@ impl Plugin for Watch {
     fn on_stop(&mut self) -> Result {
         self.end_run();
         if self.skips.count() > 0 {
-            tell(format_args!("{} frames of the last run were skipped: too slow for them", self.skips.count()));
+            tell(format_args!(
+                "{} frames of the last run were not seen: too slow for them, or they were never published",
+                self.skips.count()
+            ));
         }
         if let Some(log) = self.log.as_ref().filter(|log| log.lost() > 0) {
             tell(format_args!("{} events are missing in {}", log.lost(), log.path().display()));

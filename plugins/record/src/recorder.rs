@@ -127,7 +127,7 @@ impl Recorder {
     /// The recording in one line.
     fn report(&self, tally: &Tally) -> String {
         let lost = [
-            (self.frames_missed(), "that the recorder was too slow for"),
+            (self.frames_missed(), "that the recorder didn't see (too slow, or never published)"),
             (tally.frames_dropped, "that the disk was too slow for"),
             (tally.frames_failed, "that could not be written"),
         ];

@@ -139,12 +139,10 @@ impl<'recording> Replay<'recording> {
 
     /// Sleeps towards the next moment, not longer than control requests may wait; whether it is due.
     fn wait_until_due(&mut self, next: u64) -> bool {
-        if self.paused {
-            if self.steps_left == 0 {
-                self.stage.update();
-                std::thread::sleep(CONTROL_POLL);
-            }
-            return self.steps_left > 0;
+        if self.paused && self.steps_left == 0 {
+            self.stage.update();
+            std::thread::sleep(CONTROL_POLL);
+            return false;
         }
         let rest = self.pace.rest(next);
         if !rest.is_zero() {
@@ -162,9 +160,7 @@ impl<'recording> Replay<'recording> {
             self.steps_left = self.steps_left.saturating_sub(ticks);
         }
         let next = self.reader.peek()?;
-        if !self.paused {
-            self.pace.played(self.time, start.elapsed(), next);
-        }
+        self.pace.played(self.time, start.elapsed(), next);
         Ok(())
     }
 

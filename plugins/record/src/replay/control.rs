@@ -67,6 +67,9 @@ impl Replay<'_> {
                 self.pace.restart(self.pace.speed(), time);
             }
             Some(ControlKind::Step) => {
+                if !self.paused || self.steps_left == 0 {
+                    self.pace.restart(self.pace.speed(), time);
+                }
                 self.paused = true;
                 self.steps_left = self.steps_left.saturating_add(request.count);
             }

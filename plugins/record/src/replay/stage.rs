@@ -116,7 +116,9 @@ impl Stage {
         match topic {
             Topic::Frames => return self.frame(&RecordedFrame::parse(message)?, show).map(|()| true),
             Topic::World => self.take_world(decode::world(message)?)?,
-            Topic::Column(name) if self.columns.contains(name) => self.column(name, &RecordedColumn::parse(message)?)?,
+            Topic::Column(name) if self.columns.contains(name) => {
+                self.column(name, &RecordedColumn::parse(message)?)?
+            }
             Topic::Events if self.producer.has_event_readers() => {
                 let (header, events) = decode::events(message)?;
                 self.producer.publish_events(&header, &events)?;
