@@ -7,6 +7,7 @@ mod encode;
 mod export;
 mod frames;
 mod mcap_file;
+mod output;
 mod plot;
 mod reading;
 mod recorded;
@@ -34,7 +35,7 @@ use std::time::{Duration, SystemTime};
 
 use clap::{Args, CommandFactory, FromArgMatches, Parser};
 use regatta_plugin::frame::CONTRACT_VERSION;
-use regatta_plugin::{Error, Options, Result};
+use regatta_plugin::{Error, Options, Result, Termination};
 
 pub use decode::MessageError;
 pub use export::{ExportArgs, ExportError, export};
@@ -89,6 +90,8 @@ pub fn record(args: &RecordArgs) -> Result {
         println!("{}: {}", path.display(), repair(path)?);
         return Ok(());
     }
+    // Before there is a file: one that may not grow any more is then an error rather than the end.
+    Termination::watch()?;
     let path = args.output.clone().unwrap_or_else(|| default_path(&args.options));
     let mut sink = Sink::create(&path, args.force, args.compression)?;
     sink.note(
