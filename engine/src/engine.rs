@@ -8,12 +8,12 @@ mod stats;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use regatta_plugin::Termination;
 use regatta_plugin::event::EventHeader;
 use regatta_plugin::frame::{ClockState, FrameHeader};
 use regatta_plugin::lockstep::LockstepError;
 use regatta_plugin::order::{OrderHeader, OrderRecord};
 use regatta_plugin::publish::{FrameLoan, Producer};
+use regatta_plugin::{Participant, Termination};
 
 use crate::clock::Clock;
 use crate::digest::Digest;
@@ -66,7 +66,8 @@ impl Engine {
         if robots > MAX_ROBOTS {
             return Err(EngineError::TooManyRobots(robots));
         }
-        let producer = Producer::create(&options.fleet, robots as usize)?;
+        let participant = Participant::join(&options.fleet, "engine")?;
+        let producer = Producer::create_on(participant, robots as usize)?;
         let tracks = Arc::new(Tracks::compile(&scenario.graph));
         let config = FleetConfig {
             types: scenario.robot_types.clone(),

@@ -63,13 +63,14 @@ pub struct RecordArgs {
     #[arg(long)]
     force: bool,
     /// Record one frame of so many
-    #[arg(long, value_name = "N", default_value = "1", value_parser = clap::value_parser!(u64).range(1..))]
+    #[arg(long, value_name = "N", default_value = "1", allow_negative_numbers = true)]
+    #[arg(value_parser = clap::value_parser!(u64).range(1..))]
     every: u64,
     /// How to compress
     #[arg(long, value_enum, default_value_t)]
     compression: Compression,
     /// Poses a second for Foxglove, Rerun and PlotJuggler; 0 for none
-    #[arg(long, value_name = "HZ", default_value = "10", value_parser = parse_poses_rate)]
+    #[arg(long, value_name = "HZ", default_value = "10", value_parser = parse_poses_rate, allow_negative_numbers = true)]
     poses_rate: f64,
     /// Instead of recording: close a recording that was cut off
     #[arg(long, value_name = "FILE", conflicts_with = "output")]
