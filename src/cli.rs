@@ -40,7 +40,7 @@ pub enum Command {
     Pause(Target),
     /// Let the clock of a paused fleet go on.
     Resume(Target),
-    /// Pause, and advance by so many ticks.
+    /// Pause, and advance by so many ticks at the fleet's speed (at once after `regatta speed max`).
     Step {
         /// Number of ticks.
         #[arg(default_value_t = 1)]
@@ -57,7 +57,9 @@ pub enum Command {
     },
     /// Go to a simulated time of a replay.
     Seek {
-        /// Since the start of the run: 12.5s, 3min …
+        /// On the recording's clock, as `--from` and exported tables have it: 12.5s, 3min … (A recording that began late
+        /// in a run begins at that time, not at 0.)
+        #[arg(allow_negative_numbers = true)]
         time: humantime::Duration,
         #[command(flatten)]
         target: Target,

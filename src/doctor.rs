@@ -135,8 +135,16 @@ fn list(occupants: &[&Occupant]) -> String {
     if occupants.is_empty() {
         return "none".to_owned();
     }
-    let each = |o: &&Occupant| format!("{} ({} {}, {})", o.name, o.executable, o.pid, megabytes(o.bytes));
-    occupants.iter().map(each).collect::<Vec<_>>().join(", ")
+    occupants.iter().map(|occupant| describe(occupant)).collect::<Vec<_>>().join(", ")
+}
+
+fn describe(occupant: &Occupant) -> String {
+    let Occupant { name, executable, pid, bytes, .. } = occupant;
+    match name.is_empty() {
+        // What it said about itself is gone already, or another user's.
+        true => format!("a process without a name ({})", megabytes(*bytes)),
+        false => format!("{name} ({executable} {pid}, {})", megabytes(*bytes)),
+    }
 }
 
 fn versions() -> Finding {

@@ -14,7 +14,7 @@ use regatta_plugin::frame::{ClockState, FrameHeader};
 use regatta_plugin::lockstep::LockstepError;
 use regatta_plugin::order::{OrderHeader, OrderRecord};
 use regatta_plugin::publish::{FrameLoan, Producer};
-use regatta_plugin::{RouteServer, Termination};
+use regatta_plugin::{Participant, RouteServer, Termination};
 
 use crate::clock::Clock;
 use crate::digest::Digest;
@@ -68,7 +68,8 @@ impl Engine {
         if robots > MAX_ROBOTS {
             return Err(EngineError::TooManyRobots(robots));
         }
-        let producer = Producer::create(&options.fleet, robots as usize)?;
+        let participant = Participant::join(&options.fleet, "engine")?;
+        let producer = Producer::create_on(participant, robots as usize)?;
         let tracks = Arc::new(Tracks::compile(&scenario.graph));
         let config = FleetConfig {
             types: scenario.robot_types.clone(),
@@ -144,10 +145,10 @@ impl Engine {
             return false;
         }
         let rest = self.clock.release().saturating_duration_since(Instant::now());
-        if !self.paused && !rest.is_zero() {
+        if !rest.is_zero() {
             std::thread::sleep(rest.min(CONTROL_POLL));
         }
-        self.paused || rest <= CONTROL_POLL
+        rest <= CONTROL_POLL
     }
 
     fn make_tick(&mut self, termination: &Termination) -> Result<(), EngineError> {
@@ -179,9 +180,8 @@ impl Engine {
         let now = Instant::now();
         if self.paused {
             self.steps_left -= 1;
-        } else {
-            self.clock.tick_done(now);
         }
+        self.clock.tick_done(now);
         self.stats.note_time(self.tick, self.scenario.tick_period, now);
         Ok(())
     }

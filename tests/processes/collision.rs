@@ -73,6 +73,7 @@ fn robots_that_meet_are_warned_of_marked_logged_and_summed_up() {
     let mut events = Vec::new();
     let mut levels = Vec::new();
     fleet.tell(&["pause"]);
+    fleet.tell(&["speed", "max"]);
     // Step by step, so that the plugin sees each tick however busy the machine is.
     for _ in 0..115 {
         fleet.tell(&["step", "10"]);

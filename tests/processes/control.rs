@@ -1,5 +1,7 @@
 //! Pause, resume, step, speed and the number of robots, on a running engine.
 
+use std::time::{Duration, Instant};
+
 use regatta_plugin::{OrderLogReader, Participant, ReadError};
 
 use crate::fleet::{Fleet, PATIENCE, eventually, regatta, unique};
@@ -17,6 +19,20 @@ fn a_paused_fleet_stands_and_steps_on_request() {
     fleet.tell(&["resume"]);
     fleet.let_ticks_pass(10);
     assert!(fleet.engine.interrupt().status.success());
+}
+
+#[test]
+fn steps_go_at_the_wanted_speed_so_that_readers_can_follow() {
+    let fleet = Fleet::start("paced-steps", "thirty.yaml", &["--speed", "2"]);
+    fleet.tell(&["pause"]);
+    let start = Instant::now();
+    fleet.tell(&["step", "101"]);
+    // 10 ms each at twice real time, the first at once.
+    assert!(start.elapsed() >= Duration::from_millis(499), "{:?}", start.elapsed());
+    fleet.tell(&["speed", "max"]);
+    // An hour, at once.
+    fleet.tell(&["step", "360000"]);
+    assert_eq!(fleet.status()["clock"], "paused");
 }
 
 #[test]

@@ -13,7 +13,7 @@ use regatta_plugin::{
 use regatta_record::{ReadingError, Recording, Topic};
 use tempfile::TempDir;
 
-use crate::fleet::{Fleet, PATIENCE, Process, eventually, regatta, unique};
+use crate::fleet::{Fleet, PATIENCE, Process, eventually, graphs, regatta, unique};
 use crate::record::{digest, file, record, recorder};
 
 fn start(fleet: &FleetName, recording: &Path, args: &[&str]) -> Process {
@@ -43,6 +43,43 @@ fn a_recording_of_a_replay_is_the_recording() {
     assert_eq!(headers(&file(&first)), headers(&file(&second)));
 }
 
+/// Messages by topic.
+fn counts(recording: &Path) -> Vec<(String, u64)> {
+    let recording = Recording::open(recording).expect("a recording");
+    recording.topics().iter().map(|topic| (topic.name(), recording.count(topic))).collect()
+}
+
+#[test]
+fn in_lockstep_all_that_a_plugin_publishes_is_recorded_again_and_again() {
+    let (first, second) = (TempDir::new().expect("a folder"), TempDir::new().expect("a folder"));
+    let fleet = unique("replay-all-source");
+    let lockstep = ["--lockstep", "recorder", "collision", "--speed", "max", "--ticks", "150"];
+    let mut command = regatta();
+    command.arg("engine").arg(graphs("warehouse-1000.yaml")).args(["--robots", "300", "--fleet", &fleet.to_string()]);
+    let engine = Process::start(command.args(lockstep));
+    let collision = Process::start(regatta().args(["plugin", "collision", "--fleet", &fleet.to_string()]));
+    let first_recorder = recorder(&fleet, &file(&first), &["--poses-rate", "0"]);
+    assert!(engine.finish().status.success());
+    for process in [collision, first_recorder] {
+        assert!(process.interrupt().status.success());
+    }
+    let recorded = counts(&file(&first));
+    for topic in ["/columns/collision", "/contacts"] {
+        assert!(recorded.contains(&(topic.to_owned(), 151)), "one a tick on {topic}: {recorded:?}");
+    }
+
+    let fleet = unique("replay-all");
+    let replay = start(&fleet, &file(&first), &["--speed", "max", "--lockstep", "recorder"]);
+    let second_recorder = recorder(&fleet, &file(&second), &["--poses-rate", "0"]);
+    assert!(replay.finish().status.success());
+    let output = second_recorder.interrupt();
+    let report = String::from_utf8_lossy(&output.stderr).into_owned();
+    let frames = |counts: &[(String, u64)]| counts.iter().filter(|(topic, _)| topic != "/frames").cloned().collect();
+    let (recorded, again): (Vec<_>, Vec<_>) = (frames(&recorded), frames(&counts(&file(&second))));
+    assert_eq!(again, recorded, "{report}");
+    assert!(report.contains("no frame lost") && !report.contains("other messages lost"), "{report}");
+}
+
 /// What a replay keeps of each tick's header.
 fn headers(recording: &Path) -> Vec<[u64; 5]> {
     let mut headers = Vec::new();
@@ -68,7 +105,9 @@ fn a_replay_pauses_steps_and_seeks() {
     record("replay-control-source", "thirty.yaml", 400, &file(&folder), &[]);
     let (fleet, process, mut control) = paused("replay-control", &file(&folder), &["--from", "500ms"]);
     let mut frames = Subscriber::open(&fleet).expect("opened");
+    let start = std::time::Instant::now();
     assert_eq!(control.step(7).expect("stepped").tick, 57);
+    assert!(start.elapsed() >= std::time::Duration::from_millis(55), "at the wanted speed: {:?}", start.elapsed());
 
     let before = control.status().expect("answered").run_id;
     let ahead = control.seek(std::time::Duration::from_secs(3)).expect("gone there");

@@ -16,7 +16,7 @@ fn top(fleet: &FleetName) -> Terminal {
 fn a_fleet_is_seen_paused_stepped_and_left() {
     let fleet = Fleet::start("top", "thirty.yaml", &[]);
     let top = top(&fleet.name);
-    for text in ["running", "×1", "tick cost", "real time", "frame age", "robots", "driving", "producer", "q quit"] {
+    for text in ["running", "×1", "tick cost", "real time", "frame age", "robots", "driving", "engine", "q quit"] {
         top.shows(text);
     }
     top.shows_that("all 30 robots", |screen| {

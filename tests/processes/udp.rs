@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use regatta_plugin::frame::{NO_EDGE, RobotState};
-use regatta_plugin::{Frame, WorldReader};
+use regatta_plugin::{Frame, Participant, WorldReader};
 use rustix::process::Signal;
 use serde_json::Value;
 
@@ -105,6 +105,37 @@ fn agree(ours: &Frame<'_>, theirs: &Frame<'_>) -> bool {
                 && near(ours.y()[robot], theirs.y()[robot], 0.000_51)
                 && turned(ours.theta()[robot], theirs.theta()[robot]) <= 0.000_51_f32.to_radians()
         })
+}
+
+#[test]
+fn a_collision_checker_waits_for_the_robots_of_a_source_without_a_word() {
+    let second = Second::start("udp-checked", &[]);
+    let checker = second.fleet.plugin("collision");
+    let participant = Participant::join(&second.fleet.name, "test").expect("joined");
+    let mut column = participant.column_reader("collision").expect("opened");
+    let robots = eventually("a column", || column.latest().expect("readable").map(|column| column.values.len()));
+    assert_eq!(robots, 0);
+    let output = checker.interrupt();
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.success() && !said.contains("'type'"), "{said}");
+    second.interrupt();
+}
+
+#[test]
+fn options_that_make_no_sense_are_refused_in_one_line() {
+    for (args, wanted) in [
+        (&["udp", "--to", "127.0.0.1:0"][..], "port 0"),
+        (&["udp", "--to", "127.0.0.1:9001", "--echo-deadline", "2"], "--listen"),
+        (&["udp-source", "--listen", "0", "--max-datagram", "0"], "give a number from 1"),
+        (&["collision", "--margin", "-1"], "give 0 to 100 metres"),
+        (&["collision", "--horizon", "-1"], "give 0 (no prediction) to 60 seconds"),
+        (&["record", "--every", "-1"], "--every"),
+    ] {
+        let fleet = unique("udp-options").to_string();
+        let output = regatta().arg("plugin").args(args).args(["--fleet", &fleet]).output().expect("regatta starts");
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(!output.status.success() && said.contains(wanted) && said.lines().count() == 1, "{args:?}: {said}");
+    }
 }
 
 #[test]

@@ -84,16 +84,24 @@ impl Engine {
     }
 
     fn resume(&mut self) {
-        let now = Instant::now();
         self.paused = false;
         self.steps_left = 0;
-        self.clock.restart(self.clock.speed(), now);
+        self.restart_clock(self.clock.speed());
+    }
+
+    fn restart_clock(&mut self, speed: Speed) {
+        let now = Instant::now();
+        self.clock.restart(speed, now);
         self.stats.restart(self.tick, now);
     }
 
     fn step(&mut self, ticks: u64) -> Result<(), String> {
         if ticks > MAX_STEP {
             return Err(format!("{ticks} ticks are too many for one step: ask for at most {MAX_STEP}"));
+        }
+        if !self.paused || self.steps_left == 0 {
+            // At the wanted speed, so that readers can follow; the first at once.
+            self.restart_clock(self.clock.speed());
         }
         self.paused = true;
         self.steps_left += ticks;
@@ -102,9 +110,7 @@ impl Engine {
 
     fn change_speed(&mut self, factor: f32) -> Result<(), String> {
         let speed = Speed::from_f32(factor).ok_or_else(|| format!("{factor} is no speed: 0.001 to 1000, or max"))?;
-        let now = Instant::now();
-        self.clock.restart(speed, now);
-        self.stats.restart(self.tick, now);
+        self.restart_clock(speed);
         Ok(())
     }
 

@@ -13,7 +13,7 @@ use crate::fleet_name::{ColumnName, FleetName};
 use crate::frame::{Frame, Line, stride_lines};
 use crate::participant::Participant;
 use crate::qos::{self, Ipc};
-use crate::subscribe::receive_error;
+use crate::subscribe::{MOST_ROUNDS, receive_error};
 
 /// The iceoryx2 user header of a column. Its payload is `robots` values of `f32`, padded to whole lines.
 ///
@@ -28,14 +28,15 @@ pub struct ColumnHeader {
     pub tick: u64,
     /// Number of values.
     pub robots: u32,
-    /// Zero.
-    pub reserved: u32,
+    /// Counts the samples of the publisher, from 1, round and round.
+    pub sequence: u32,
 }
 
 /// Publishes a column: one value per robot, for the frame that they were worked out from.
 #[derive(Debug)]
 pub struct ColumnPublisher {
     publisher: Publisher<Ipc, [Line], ColumnHeader>,
+    sent: u32,
 }
 
 impl ColumnPublisher {
@@ -61,7 +62,7 @@ impl ColumnPublisher {
             },
             e => qos::full_or(service.name(), 1, e),
         })?;
-        Ok(Self { publisher })
+        Ok(Self { publisher, sent: 0 })
     }
 
     /// Publishes `values`, one per robot of the frame.
@@ -89,7 +90,8 @@ impl ColumnPublisher {
     ) -> Result<(), PublishError> {
         let mut sample = self.loan(robots)?;
         fill(&mut bytemuck::cast_slice_mut(sample.payload_mut())[..robots]);
-        *sample.user_header_mut() = ColumnHeader { run_id, tick, robots: robots as u32, reserved: 0 };
+        self.sent = self.sent.wrapping_add(1);
+        *sample.user_header_mut() = ColumnHeader { run_id, tick, robots: robots as u32, sequence: self.sent };
         sample.send().map_err(|e| PublishError::Send { what: "a column", reason: e.to_string() })?;
         Ok(())
     }
@@ -119,13 +121,17 @@ pub struct ColumnValues<'sample> {
     pub header: &'sample ColumnHeader,
     /// One value per robot of that tick.
     pub values: &'sample [f32],
+    /// Samples that were published between the ones that this reader returned last and these.
+    pub missed: u64,
 }
 
-/// Reads a column: always the newest values.
+/// Reads a column: the newest values, or [all of them](Self::take_next).
 #[derive(Debug)]
 pub struct ColumnReader {
     columns: Subscriber<Ipc, [Line], ColumnHeader>,
     held: Option<Sample<Ipc, [Line], ColumnHeader>>,
+    gaps: qos::Gaps,
+    missed: u64,
     service: qos::Column,
 }
 
@@ -135,10 +141,45 @@ impl ColumnReader {
     /// # Errors
     /// As [`Subscriber::open`](crate::Subscriber::open).
     pub fn open_on(participant: &Participant, name: &ColumnName) -> Result<Self, OpenError> {
+        Self::open(participant, name, 1)
+    }
+
+    /// The same for a reader that wants all values: the last [`COLUMN_BUFFER`](qos::COLUMN_BUFFER) samples wait for
+    /// [`take_next`](Self::take_next).
+    ///
+    /// # Errors
+    /// As [`Subscriber::open`](crate::Subscriber::open).
+    pub fn open_for_all_on(participant: &Participant, name: &ColumnName) -> Result<Self, OpenError> {
+        Self::open(participant, name, qos::COLUMN_BUFFER)
+    }
+
+    fn open(participant: &Participant, name: &ColumnName, buffer: usize) -> Result<Self, OpenError> {
         let service = qos::column(&participant.node, participant.fleet(), name)?;
-        let columns =
-            service.subscriber_builder().create().map_err(|e| qos::full_or(service.name(), qos::MAX_READERS, e))?;
-        Ok(Self { columns, held: None, service })
+        let columns = service.subscriber_builder().buffer_size(buffer).create();
+        let columns = columns.map_err(|e| qos::full_or(service.name(), qos::MAX_READERS, e))?;
+        Ok(Self { columns, held: None, gaps: qos::Gaps::default(), missed: 0, service })
+    }
+
+    /// The oldest values that this hasn't returned yet.
+    ///
+    /// # Errors
+    /// [`ReadError`] if the connection is broken, or the values contradict their header.
+    pub fn take_next(&mut self) -> Result<Option<ColumnValues<'_>>, ReadError> {
+        self.missed = 0;
+        if self.receive()? { self.current() } else { Ok(None) }
+    }
+
+    /// Holds the oldest sample that is waiting, if there is one.
+    fn receive(&mut self) -> Result<bool, ReadError> {
+        if !self.columns.has_samples().map_err(|e| receive_error("a column", e))? {
+            return Ok(false);
+        }
+        self.held = None;
+        self.held = self.columns.receive().map_err(|e| receive_error("a column", e))?;
+        if let Some(header) = self.held.as_ref().map(Sample::user_header) {
+            self.missed += self.gaps.before(header.run_id, header.sequence.into());
+        }
+        Ok(self.held.is_some())
     }
 
     /// The newest values, if there are some that this hasn't returned yet.
@@ -146,27 +187,24 @@ impl ColumnReader {
     /// # Errors
     /// [`ReadError`] if the connection is broken, or the values contradict their header.
     pub fn latest(&mut self) -> Result<Option<ColumnValues<'_>>, ReadError> {
-        let mut fresh = false;
-        for _ in 0..8 {
-            if !self.columns.has_samples().map_err(|e| receive_error("a column", e))? {
-                break;
-            }
-            self.held = None;
-            self.held = self.columns.receive().map_err(|e| receive_error("a column", e))?;
-            fresh |= self.held.is_some();
+        let mut received = 0;
+        self.missed = 0;
+        while received < MOST_ROUNDS && self.receive()? {
+            received += 1;
         }
-        if fresh { self.current() } else { Ok(None) }
+        self.missed += received.saturating_sub(1);
+        if received > 0 { self.current() } else { Ok(None) }
     }
 
-    /// The values that [`latest`](Self::latest) returned last.
+    /// The values that [`latest`](Self::latest) or [`take_next`](Self::take_next) returned last.
     ///
     /// # Errors
     /// [`ReadError::Malformed`] if they contradict their header.
     pub fn current(&self) -> Result<Option<ColumnValues<'_>>, ReadError> {
         let Some(sample) = &self.held else { return Ok(None) };
-        let (header, lines) = (sample.user_header(), sample.payload());
+        let (header, lines, missed) = (sample.user_header(), sample.payload(), self.missed);
         match bytemuck::cast_slice(lines).get(..header.robots as usize) {
-            Some(values) => Ok(Some(ColumnValues { header, values })),
+            Some(values) => Ok(Some(ColumnValues { header, values, missed })),
             None => Err(ReadError::Malformed { what: "a column", lines: lines.len() }),
         }
     }

@@ -29,8 +29,8 @@ pub struct ContactHeader {
     pub possible: u32,
     /// 1 if there were more pairs than the checker looks at: then these are not all.
     pub capped: u32,
-    /// Zero.
-    pub reserved: u32,
+    /// Counts the samples of the publisher, from 1, round and round.
+    pub sequence: u32,
 }
 
 /// Two robots that touch, or may.

@@ -10,13 +10,14 @@ use crate::contact::{ContactEvent, ContactEventHeader, ContactHeader, ContactRec
 use crate::error::{OpenError, PublishError, ReadError};
 use crate::participant::Participant;
 use crate::qos::{self, Ipc};
-use crate::subscribe::receive_error;
+use crate::subscribe::{MOST_ROUNDS, receive_error};
 
 /// Publishes a fleet's contacts. One per fleet is alive at a time.
 #[derive(Debug)]
 pub struct ContactPublisher {
     contacts: Publisher<Ipc, [ContactRecord], ContactHeader>,
     events: Publisher<Ipc, [ContactEvent], ContactEventHeader>,
+    sent: u32,
     events_sent: u64,
 }
 
@@ -51,10 +52,10 @@ impl ContactPublisher {
             .allocation_strategy(qos::GROWTH)
             .create()
             .map_err(|e| qos::full_or(events.name(), 1, e))?;
-        Ok(Self { contacts, events, events_sent: 0 })
+        Ok(Self { contacts, events, sent: 0, events_sent: 0 })
     }
 
-    /// Publishes all current pairs, in place of those before.
+    /// Publishes all current pairs, in place of those before. `sequence` of the header is filled in.
     ///
     /// # Errors
     /// [`PublishError`] when shared memory is full.
@@ -64,7 +65,8 @@ impl ContactPublisher {
             .loan_slice_uninit(pairs.len())
             .map_err(|e| PublishError::Loan { what: "contacts", reason: e.to_string() })?;
         let mut sample = sample.write_from_slice(pairs);
-        *sample.user_header_mut() = *header;
+        self.sent = self.sent.wrapping_add(1);
+        *sample.user_header_mut() = ContactHeader { sequence: self.sent, ..*header };
         sample.send().map_err(|e| PublishError::Send { what: "contacts", reason: e.to_string() })?;
         Ok(())
     }
@@ -102,13 +104,17 @@ pub struct Contacts<'sample> {
     pub header: &'sample ContactHeader,
     /// The pairs: those that touch first, each kind by robots.
     pub pairs: &'sample [ContactRecord],
+    /// Samples that were published between the ones that this reader returned last and these.
+    pub missed: u64,
 }
 
-/// Reads a fleet's contacts: always the newest.
+/// Reads a fleet's contacts: the newest, or [all of them](Self::take_next).
 #[derive(Debug)]
 pub struct ContactReader {
     contacts: Subscriber<Ipc, [ContactRecord], ContactHeader>,
     held: Option<Sample<Ipc, [ContactRecord], ContactHeader>>,
+    gaps: qos::Gaps,
+    missed: u64,
     service: qos::Contacts,
 }
 
@@ -118,10 +124,45 @@ impl ContactReader {
     /// # Errors
     /// As [`Subscriber::open`](crate::Subscriber::open).
     pub fn open_on(participant: &Participant) -> Result<Self, OpenError> {
+        Self::open(participant, 1)
+    }
+
+    /// The same for a reader that wants them all: the last [`COLUMN_BUFFER`](qos::COLUMN_BUFFER) samples wait for
+    /// [`take_next`](Self::take_next).
+    ///
+    /// # Errors
+    /// As [`Subscriber::open`](crate::Subscriber::open).
+    pub fn open_for_all_on(participant: &Participant) -> Result<Self, OpenError> {
+        Self::open(participant, qos::COLUMN_BUFFER)
+    }
+
+    fn open(participant: &Participant, buffer: usize) -> Result<Self, OpenError> {
         let service = qos::contacts(&participant.node, participant.fleet())?;
-        let contacts =
-            service.subscriber_builder().create().map_err(|e| qos::full_or(service.name(), qos::MAX_READERS, e))?;
-        Ok(Self { contacts, held: None, service })
+        let contacts = service.subscriber_builder().buffer_size(buffer).create();
+        let contacts = contacts.map_err(|e| qos::full_or(service.name(), qos::MAX_READERS, e))?;
+        Ok(Self { contacts, held: None, gaps: qos::Gaps::default(), missed: 0, service })
+    }
+
+    /// The oldest contacts that this hasn't returned yet.
+    ///
+    /// # Errors
+    /// [`ReadError::Receive`] if the connection is broken.
+    pub fn take_next(&mut self) -> Result<Option<Contacts<'_>>, ReadError> {
+        self.missed = 0;
+        Ok(if self.receive()? { self.current() } else { None })
+    }
+
+    /// Holds the oldest sample that is waiting, if there is one.
+    fn receive(&mut self) -> Result<bool, ReadError> {
+        if !self.contacts.has_samples().map_err(|e| receive_error("contacts", e))? {
+            return Ok(false);
+        }
+        self.held = None;
+        self.held = self.contacts.receive().map_err(|e| receive_error("contacts", e))?;
+        if let Some(header) = self.held.as_ref().map(Sample::user_header) {
+            self.missed += self.gaps.before(header.run_id, header.sequence.into());
+        }
+        Ok(self.held.is_some())
     }
 
     /// The newest contacts, if there are some that this hasn't returned yet.
@@ -129,21 +170,19 @@ impl ContactReader {
     /// # Errors
     /// [`ReadError::Receive`] if the connection is broken.
     pub fn latest(&mut self) -> Result<Option<Contacts<'_>>, ReadError> {
-        let mut fresh = false;
-        for _ in 0..8 {
-            if !self.contacts.has_samples().map_err(|e| receive_error("contacts", e))? {
-                break;
-            }
-            self.held = None;
-            self.held = self.contacts.receive().map_err(|e| receive_error("contacts", e))?;
-            fresh |= self.held.is_some();
+        let mut received = 0;
+        self.missed = 0;
+        while received < MOST_ROUNDS && self.receive()? {
+            received += 1;
         }
-        Ok(if fresh { self.current() } else { None })
+        self.missed += received.saturating_sub(1);
+        Ok(if received > 0 { self.current() } else { None })
     }
 
-    /// The contacts that [`latest`](Self::latest) returned last.
+    /// The contacts that [`latest`](Self::latest) or [`take_next`](Self::take_next) returned last.
     pub fn current(&self) -> Option<Contacts<'_>> {
-        self.held.as_ref().map(|sample| Contacts { header: sample.user_header(), pairs: sample.payload() })
+        let missed = self.missed;
+        self.held.as_ref().map(|sample| Contacts { header: sample.user_header(), pairs: sample.payload(), missed })
     }
 
     /// Whether anybody publishes them. One that was killed counts until another process joins the fleet.

@@ -108,7 +108,7 @@ impl Control {
         self.request(ControlRequest::new(ControlKind::Resume), TIMEOUT)
     }
 
-    /// Advances a paused run by `ticks`, and returns when they are done, however long that takes.
+    /// Advances a paused run by `ticks`, at the wanted speed, and returns when they are done, however long that takes.
     ///
     /// # Errors
     /// [`ControlError`].

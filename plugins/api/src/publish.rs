@@ -233,15 +233,23 @@ impl Producer {
     /// # Errors
     /// [`PublishError`]; among them that another process publishes a column of that name.
     pub fn publish_column(&mut self, name: &str, header: ColumnHeader, values: &[f32]) -> Result<(), PublishError> {
-        let name: ColumnName = name.parse()?;
-        let column = match self.columns.entry(name) {
+        let run_id = self.run_id;
+        let column = self.open_column(name.parse()?)?;
+        column.write(run_id, header.tick, values.len(), |chunk| chunk.copy_from_slice(values))
+    }
+
+    /// Opens a column of the producer's own, for readers to find before there are values.
+    ///
+    /// # Errors
+    /// As [`ColumnPublisher::open_on`].
+    pub fn open_column(&mut self, name: ColumnName) -> Result<&mut ColumnPublisher, OpenError> {
+        Ok(match self.columns.entry(name) {
             Entry::Occupied(entry) => entry.into_mut(),
             Entry::Vacant(entry) => {
                 let column = ColumnPublisher::open_on(&self.participant, entry.key())?;
                 entry.insert(column)
             }
-        };
-        column.write(self.run_id, header.tick, values.len(), |chunk| chunk.copy_from_slice(values))
+        })
     }
 
     /// Connects readers that have joined since, and gives them the newest frame and world. To be called every

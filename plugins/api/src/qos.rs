@@ -10,8 +10,8 @@
 //! | world | 16 | 1 | 2 | 1 | 1 | 50 | 6.4 MB at 100 k edges |
 //! | events | 16 | 64 | 1 | 0 | 1 | 1041 | 24 B an event, 64 events to begin with: 1.6 MB |
 //! | orders, per sender | 1 | 256 | 1 | 0 | 1 | 258 | 40 B a record, 64 to begin with: 0.7 MB |
-//! | columns, each | 16 | 1 | 2 | 1 | 1 | 50 | 4.0 MB |
-//! | contacts | 16 | 1 | 2 | 1 | 1 | 50 | 48 B a pair, 64 pairs to begin with: 0.2 MB |
+//! | columns, each | 16 | 1 or 8 | 2 | 1 | 1 | 162 | 4.0 MB |
+//! | contacts | 16 | 1 or 8 | 2 | 1 | 1 | 162 | 48 B a pair, 64 pairs to begin with: 0.5 MB |
 //! | contact events, order log | 16 | 64 | 1 | 0 | 1 | 1041 | 56 and 40 B each, 64 to begin with: 3.7 and 2.7 MB |
 //! | done, per reader | 1 | 1 | 1 | 0 | 1 | 3 | 88 B |
 //! | routes, the server's answers | 16 | 1 | 1 | 0 | 1 | 8 per client and open request | 1056 B: 0.3 MB |
@@ -19,6 +19,9 @@
 //! Resident for frames: the newest frame (history; its readers share it), the one being written, and one more
 //! for each *different* old frame that a slow reader holds. At 1 M robots that is 50 MB, 75 MB with a reader
 //! that keeps its frame for longer than a tick, and 25 MB more for each reader stopped on a frame of its own.
+//!
+//! A reader of columns or contacts takes the newest alone, and has a buffer of 1. One that wants them all, a recorder
+//! say, has a buffer of 8: while it is stopped, up to 8 old samples of each stay resident for it.
 
 use iceoryx2::node::NodeView;
 use iceoryx2::port::listener::Listener;
@@ -53,6 +56,8 @@ pub const MAX_HELD: usize = 2;
 pub const MAX_PARTICIPANTS: usize = 64;
 /// Senders of orders at the same time.
 pub const MAX_ORDER_SENDERS: usize = 16;
+/// Samples of a column, or of contacts, that a reader who wants them all may lag behind before it misses the oldest.
+pub const COLUMN_BUFFER: usize = 8;
 /// Samples of orders that wait for the next tick, per sender. More are refused.
 pub const ORDER_BUFFER: usize = 256;
 /// Ticks with events that a reader may lag behind before it misses the oldest.
@@ -97,7 +102,7 @@ pub fn service_name(fleet: &FleetName, service: &str) -> String {
 /// A fleet's frames. One producer at a time: its publisher is also the lock that keeps a second one out.
 pub(crate) fn frames(node: &Node<Ipc>, fleet: &FleetName) -> Result<Frames, OpenError> {
     open(node, fleet, "frames", MessagingPattern::PublishSubscribe, |builder, version| {
-        newest_only(builder.publish_subscribe::<[Line]>().user_header::<FrameHeader>())
+        newest_only(builder.publish_subscribe::<[Line]>().user_header::<FrameHeader>(), 1)
             .open_or_create_with_attributes(version)
     })
 }
@@ -105,7 +110,7 @@ pub(crate) fn frames(node: &Node<Ipc>, fleet: &FleetName) -> Result<Frames, Open
 /// The route graph and the robot types.
 pub(crate) fn world(node: &Node<Ipc>, fleet: &FleetName) -> Result<World, OpenError> {
     open(node, fleet, "world", MessagingPattern::PublishSubscribe, |builder, version| {
-        newest_only(builder.publish_subscribe::<[Line]>().user_header::<WorldHeader>())
+        newest_only(builder.publish_subscribe::<[Line]>().user_header::<WorldHeader>(), 1)
             .open_or_create_with_attributes(version)
     })
 }
@@ -114,7 +119,7 @@ pub(crate) fn world(node: &Node<Ipc>, fleet: &FleetName) -> Result<World, OpenEr
 pub(crate) fn column(node: &Node<Ipc>, fleet: &FleetName, column: &ColumnName) -> Result<Column, OpenError> {
     let service = format!("columns/{column}");
     open(node, fleet, &service, MessagingPattern::PublishSubscribe, |builder, version| {
-        newest_only(builder.publish_subscribe::<[Line]>().user_header::<ColumnHeader>())
+        newest_only(builder.publish_subscribe::<[Line]>().user_header::<ColumnHeader>(), COLUMN_BUFFER)
             .open_or_create_with_attributes(version)
     })
 }
@@ -130,7 +135,7 @@ pub(crate) fn events(node: &Node<Ipc>, fleet: &FleetName) -> Result<Events, Open
 /// Which robots touch or may.
 pub(crate) fn contacts(node: &Node<Ipc>, fleet: &FleetName) -> Result<Contacts, OpenError> {
     open(node, fleet, "contacts", MessagingPattern::PublishSubscribe, |builder, version| {
-        newest_only(builder.publish_subscribe::<[ContactRecord]>().user_header::<ContactHeader>())
+        newest_only(builder.publish_subscribe::<[ContactRecord]>().user_header::<ContactHeader>(), COLUMN_BUFFER)
             .open_or_create_with_attributes(version)
     })
 }
@@ -231,8 +236,9 @@ pub(crate) fn listener(service: &event::PortFactory<Ipc>) -> Result<Listener<Ipc
 
 type Builder<P, H> = iceoryx2::service::builder::publish_subscribe::Builder<[P], H, Ipc>;
 
-/// One publisher; readers, late ones too, get the newest sample and are never waited for.
-fn newest_only<P, H>(builder: Builder<P, H>) -> Builder<P, H>
+/// One publisher; readers, late ones too, get the newest sample, or up to the last `buffer` of them, and are never
+/// waited for.
+fn newest_only<P, H>(builder: Builder<P, H>, buffer: usize) -> Builder<P, H>
 where
     P: core::fmt::Debug + ZeroCopySend,
     H: core::fmt::Debug + ZeroCopySend,
@@ -240,7 +246,7 @@ where
     builder
         .enable_safe_overflow(true)
         .history_size(1)
-        .subscriber_max_buffer_size(1)
+        .subscriber_max_buffer_size(buffer)
         .subscriber_max_borrowed_samples(MAX_HELD)
         .max_publishers(1)
         .max_subscribers(MAX_READERS)

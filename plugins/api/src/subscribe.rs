@@ -190,6 +190,10 @@ impl WorldReader {
     }
 }
 
+/// Most samples that a look for the newest goes through: what publishers that have died since left unread comes before
+/// those of the living one. No more, or a publisher faster than the reader would keep it busy.
+pub(crate) const MOST_ROUNDS: u64 = 2 * crate::qos::COLUMN_BUFFER as u64;
+
 pub(crate) fn receive_error(what: &'static str, error: impl core::fmt::Display) -> ReadError {
     ReadError::Receive { what, reason: error.to_string() }
 }

@@ -1,7 +1,8 @@
 //! Ctrl-C and `SIGTERM`, as a flag.
 
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, OnceLock};
+use std::time::Instant;
 
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 
@@ -13,10 +14,35 @@ pub const PARENT_VARIABLE: &str = "REGATTA_PARENT";
 
 static REQUESTED: OnceLock<Arc<AtomicBool>> = OnceLock::new();
 
+/// Least time in milliseconds between two wishes of a person.
+const SECOND_WISH_MILLIS: u64 = 200;
+
+/// Ends the process at the second Ctrl-C, whatever it is doing.
+#[expect(unsafe_code, reason = "only a handler knows when a signal came while the process hangs")]
+fn end_at_second_interrupt() -> Result {
+    let start = Instant::now();
+    // Milliseconds from the start, and one.
+    let first = AtomicU64::new(0);
+    let handler = move || {
+        let now = u64::try_from(start.elapsed().as_millis()).unwrap_or(u64::MAX - 1) + 1;
+        let before = first.compare_exchange(0, now, Ordering::Relaxed, Ordering::Relaxed);
+        if before.is_err_and(|first| now.saturating_sub(first) >= SECOND_WISH_MILLIS) {
+            signal_hook::low_level::exit(130);
+        }
+    };
+    // SAFETY: it does only what a signal handler may: it reads the monotonic clock (`clock_gettime`), changes an atomic
+    // number, and ends the process by `_exit`. It takes no lock, allocates nothing and can't panic.
+    unsafe { signal_hook::low_level::register(SIGINT, handler)? };
+    Ok(())
+}
+
 /// Whether this process was asked to end: by Ctrl-C, `SIGTERM`, or its terminal being closed.
 ///
-/// Only these count: a process that is stopped and continued goes on. A second Ctrl-C ends the process at
-/// once, for when it hangs; its shared memory is then cleaned up by the next process to join a fleet.
+/// Only these count: a process that is stopped and continued goes on. A second Ctrl-C, 200 ms or more after the first,
+/// ends the process at once, for when it hangs; its shared memory is then cleaned up by the next process to join a fleet.
+/// (One person's wish may arrive twice: from the terminal, and from a program that passes it on.)
+///
+/// A file that has grown to its limit (`ulimit -f`) is an error of writing, no reason to be killed (`SIGXFSZ`).
 #[derive(Clone, Debug)]
 pub struct Termination(Arc<AtomicBool>);
 
@@ -30,10 +56,10 @@ impl Termination {
             return Ok(Self(Arc::clone(requested)));
         }
         let requested = Arc::new(AtomicBool::new(false));
-        let interrupted = Arc::new(AtomicBool::new(false));
-        // First, so that the first Ctrl-C finds `interrupted` unset.
-        signal_hook::flag::register_conditional_shutdown(SIGINT, 130, Arc::clone(&interrupted))?;
-        signal_hook::flag::register(SIGINT, interrupted)?;
+        end_at_second_interrupt()?;
+        // A handler is enough: the write then fails. Nobody looks at the flag.
+        #[cfg(unix)]
+        signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::default())?;
         for signal in [SIGINT, SIGTERM, SIGHUP] {
             signal_hook::flag::register(signal, Arc::clone(&requested))?;
         }

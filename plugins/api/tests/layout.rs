@@ -66,14 +66,14 @@ fn all_records() -> Map<String, Value> {
         NodeRecord { id, x, y, theta }
         EdgeRecord { id, origin, destination, length, control_points, velocity_forward, velocity_backwards, reserved }
         RobotTypeRecord { name, shape, length, width, max_speed, max_acceleration }
-        ColumnHeader { run_id, tick, robots, reserved }
+        ColumnHeader { run_id, tick, robots, sequence }
         OrderHeader { sender }
         OrderRecord { token, kind, robot, legs, id, reverse, released, robot_type, s }
         OrderLogHeader { run_id, tick, sequence }
         EventHeader { run_id, tick, dropped, sequence }
         EventRecord { token, kind, robot, id, detail }
         ContactHeader { run_id, tick, sim_time_nanos, touching_ever, possible_ever, frames_skipped, touching, possible,
-            capped, reserved }
+            capped, sequence }
         ContactRecord { since_tick, since_nanos, robots, level, edge, x, y, relative_speed, reserved }
         ContactEventHeader { run_id, tick, sequence }
         ContactEvent { tick, sim_time_nanos, robots, level, change, edge, x, y, relative_speed }

@@ -6,9 +6,10 @@ use std::time::{Duration, Instant};
 
 use iceoryx2::prelude::*;
 use iceoryx2::service::attribute::{AttributeKey, AttributeValue};
+use regatta_plugin::column::ColumnHeader;
 use regatta_plugin::control::{ControlKind, ControlResponse};
 use regatta_plugin::event::{EventHeader, EventKind, EventRecord};
-use regatta_plugin::frame::{FrameHeader, Line};
+use regatta_plugin::frame::{CONTRACT_VERSION, FrameHeader, Line};
 use regatta_plugin::inbox::Answer;
 use regatta_plugin::lockstep::{LockstepError, Reporter};
 use regatta_plugin::order::{OrderKind, OrderRecord, RouteLeg};
@@ -248,6 +249,37 @@ fn columns_belong_to_a_frame_and_grow_with_the_fleet() {
 }
 
 #[test]
+fn a_reader_for_all_gets_every_column_and_is_told_what_it_missed() {
+    let fleet = fleet();
+    let mut producer = Producer::create(&fleet, 1).unwrap();
+    let plugin = Participant::join(&fleet, "plugin").unwrap();
+    let name = "type".parse().unwrap();
+    let mut all = ColumnReader::open_for_all_on(&plugin, &name).unwrap();
+    let mut newest = ColumnReader::open_on(&plugin, &name).unwrap();
+    let mut publish = |ticks: std::ops::RangeInclusive<u64>| {
+        for tick in ticks {
+            producer.publish_column("type", ColumnHeader { tick, ..Default::default() }, &[0.5]).unwrap();
+        }
+    };
+    let mut take_all = || {
+        let mut taken = Vec::new();
+        while let Some(column) = all.take_next().unwrap() {
+            taken.push((column.header.tick, column.missed));
+        }
+        taken
+    };
+    publish(1..=3);
+    assert_eq!(take_all(), [(1, 0), (2, 0), (3, 0)]);
+    let late = 4 + qos::COLUMN_BUFFER as u64 + 5;
+    publish(4..=late);
+    let taken = take_all();
+    assert_eq!((taken.len(), taken[0], taken.last()), (qos::COLUMN_BUFFER, (late - 7, 6), Some(&(late, 0))));
+    let column = newest.latest().unwrap().unwrap();
+    assert_eq!((column.header.tick, column.header.sequence), (late, late as u32));
+    assert!(newest.latest().unwrap().is_none());
+}
+
+#[test]
 fn lockstep_waits_for_those_named_and_names_those_missing() {
     let fleet = fleet();
     let mut producer = Producer::create(&fleet, 1).unwrap();
@@ -291,7 +323,7 @@ fn a_fleet_of_another_contract_version_is_refused_naming_both() {
     for error in errors {
         assert!(matches!(&error, OpenError::OtherVersion { theirs, .. } if theirs == "999"), "{error}");
         let text = error.to_string();
-        assert!(text.contains("version 999") && text.contains("version 1"), "{text}");
+        assert!(text.contains("version 999") && text.contains(&format!("version {CONTRACT_VERSION}")), "{text}");
         assert_eq!(text.lines().count(), 1);
     }
 }

@@ -29,10 +29,10 @@ const TYPES_WAIT: Duration = Duration::from_millis(500);
 #[command(about = "Marks robots that collide, now or soon, as the column 'collision'")]
 pub struct Cli {
     /// Robots nearer than this may collide, in metres
-    #[arg(long, value_name = "METRES", default_value_t = 0.2)]
+    #[arg(long, value_name = "METRES", default_value_t = 0.2, allow_negative_numbers = true)]
     pub margin: f32,
     /// So may those that will touch within this time if both go on as they do, in seconds; 0 looks at the present alone
-    #[arg(long, value_name = "SECONDS", default_value_t = 2.0)]
+    #[arg(long, value_name = "SECONDS", default_value_t = 2.0, allow_negative_numbers = true)]
     pub horizon: f32,
     /// Add a line for each begin and end of a contact or a warning to this file
     #[arg(long, value_name = "FILE.csv")]
@@ -86,6 +86,8 @@ struct Watch {
     skips: Skips,
     /// Ids of the world's edges, by index.
     edges: Vec<u32>,
+    /// How many robot types the world has.
+    kinds: usize,
     /// The last frame's run, and its simulated time in nanoseconds.
     last: Option<(u64, u64)>,
     told: Told,
@@ -109,6 +111,7 @@ impl Watch {
             summary: cli.summary,
             skips: Skips::new(every_frame),
             edges: Vec::new(),
+            kinds: 0,
             last: None,
             told: Told::default(),
         })
@@ -118,6 +121,10 @@ impl Watch {
     fn begin_run(&mut self, frame: &Frame<'_>) -> Result {
         self.end_run();
         self.told = Told::default();
+        if self.kinds <= 1 {
+            // There is nothing to choose from: a UDP source, say, whose robots are yet to come.
+            return Ok(());
+        }
         let start = Instant::now();
         let Some(ports) = &mut self.ports else { return Ok(()) };
         while ports.types.latest()?.is_none()
@@ -157,7 +164,7 @@ impl Watch {
             touching: detector.touching() as u32,
             possible: (pairs.len() - detector.touching()) as u32,
             capped: u32::from(detector.is_capped()),
-            reserved: 0,
+            ..ContactHeader::default()
         };
         ports.contacts.publish(&header, pairs)?;
         match log.as_mut().and_then(|log| log.add(detector.events(), edges)) {
@@ -191,6 +198,7 @@ impl Plugin for Watch {
     fn on_world(&mut self, world: &World<'_>) -> Result {
         self.detector.set_world(world.edges(), world.robot_types());
         self.edges = world.edges().iter().map(|edge| edge.id).collect();
+        self.kinds = world.robot_types().len();
         Ok(())
     }
 
@@ -226,7 +234,10 @@ impl Plugin for Watch {
     fn on_stop(&mut self) -> Result {
         self.end_run();
         if self.skips.count() > 0 {
-            tell(format_args!("{} frames of the last run were skipped: too slow for them", self.skips.count()));
+            tell(format_args!(
+                "{} frames of the last run were not seen: too slow for them, or they were never published",
+                self.skips.count()
+            ));
         }
         if let Some(log) = self.log.as_ref().filter(|log| log.lost() > 0) {
             tell(format_args!("{} events are missing in {}", log.lost(), log.path().display()));

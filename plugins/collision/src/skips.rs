@@ -1,10 +1,10 @@
-//! Frames that the plugin was too slow for.
+//! Frames that the plugin didn't see: it was too slow for them, or a replay lacks them.
 
 /// Counts the frames between those that are seen. A producer may publish every n-th tick only, so the smallest step of
 /// a run counts as one frame.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Skips {
-    /// Whether every frame is wanted; if not, those in between are none that it was too slow for.
+    /// Whether every frame is wanted; if not, those in between are none that it skipped.
     every_frame: bool,
     last: Option<(u64, u64)>,
     step: u64,
@@ -37,7 +37,7 @@ impl Skips {
             return None;
         }
         self.told = count;
-        Some(format!("too slow for this fleet: {count} frames skipped so far"))
+        Some(format!("{count} frames not seen so far: too slow for this fleet, or they were never published"))
     }
 
     /// Frames of this run that were skipped.

@@ -13,7 +13,7 @@ const LISTED: usize = 1000;
 
 /// Nanoseconds of wall time. What was checked longer before the newest frame says nothing of it any more: its checker
 /// has died or hangs.
-const FRESH: u64 = 5_000_000_000;
+const FRESH: u64 = 2_000_000_000;
 
 /// Reads the column `collision` and the contacts of a fleet.
 #[derive(Debug)]
@@ -128,7 +128,7 @@ mod tests {
         assert_eq!(collisions.robots, Some(RobotLevels { tick: 40, possible: 1, touching: 2 }));
         assert_eq!((collisions.pairs, collisions.list.len(), collisions.tick()), (Some(header), LISTED, Some(41)));
         assert!(reader.collisions(Some((RUN + 1, SECOND))).tick().is_none(), "another run");
-        assert!(reader.collisions(Some((RUN, 6 * SECOND))).tick().is_none(), "its checker has died");
+        assert!(reader.collisions(Some((RUN, 3 * SECOND))).tick().is_none(), "its checker has died");
         assert!(reader.collisions(None).tick().is_none(), "no engine");
     }
 }

@@ -108,6 +108,9 @@ fn members(occupants: &[Occupant], fleet: &FleetName) -> Vec<Process> {
 /// Fills in what the operating system knows of a process. Whether it knows anything.
 fn measure(process: &mut Process, system: &System, before: &BTreeMap<u32, (Instant, f64)>, now: Instant) -> bool {
     let Some(known) = system.process(Pid::from_u32(process.pid)) else { return false };
+    if known.status() == ProcessStatus::Zombie {
+        return false;
+    }
     process.stopped = known.status() == ProcessStatus::Stop;
     process.resident_bytes = known.memory();
     process.cpu_seconds = known.accumulated_cpu_time() as f64 * 1e-3;

@@ -54,9 +54,9 @@ from regatta._errors import (
     VersionError,
 )
 from regatta._events import TickReader, TickRecords
-from regatta._fleet import Fleet
+from regatta._fleet import Fleet, checked_name
 from regatta._frame import ColumnValues, Frame
-from regatta._frames import Frames
+from regatta._frames import Frames, checked_rate
 from regatta._orders import Leg, Orders
 from regatta._world import World
 
@@ -109,14 +109,25 @@ def parser(description: str | None = None) -> argparse.ArgumentParser:
     options = argparse.ArgumentParser(
         description=description, formatter_class=argparse.RawDescriptionHelpFormatter, allow_abbrev=False
     )
-    options.add_argument("--fleet", metavar="NAME", default="default", help="the fleet to read [default: %(default)s]")
+    fleet = options.add_argument("--fleet", metavar="NAME", default="default", type=_fleet)
+    fleet.help = "the fleet to read [default: %(default)s]"
     options.add_argument("--rate", metavar="N", type=_rate, help="frames a second to look at, or 'all' [default: all]")
     options.add_argument("--name", metavar="NAME", help="the name to go by [default: the program's]")
     return options
 
 
 def _rate(text: str) -> float | None:
-    return None if text == "all" else float(text)
+    try:
+        return None if text == "all" else checked_rate(float(text))
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
+
+
+def _fleet(text: str) -> str:
+    try:
+        return checked_name(text)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
 
 
 def _shared(name: str) -> Fleet:

@@ -18,6 +18,7 @@ class ColumnPublisher:
 
     def __init__(self, node: Node, name: str) -> None:
         self._sender: Sender[ColumnHeader] = node.sender(f"columns/{name}", "a column", Line, ColumnHeader)
+        self._sent = 0
 
     def publish(self, frame: Frame, values: npt.ArrayLike) -> None:
         """Publishes one value per robot of the frame. They are written as 32-bit floats.
@@ -34,7 +35,8 @@ class ColumnPublisher:
         def fill(memory: Bytes) -> None:
             memory.view(np.float32)[:robots] = given
 
-        header = ColumnHeader(frame.run_id, frame.tick, robots, 0)
+        self._sent = (self._sent + 1) % 2**32
+        header = ColumnHeader(frame.run_id, frame.tick, robots, self._sent)
         self._sender.send(header, -(-robots // WORDS_PER_LINE), fill)
 
 

@@ -143,7 +143,7 @@ class ColumnHeader(Record):
     run_id: u64
     tick: u64
     robots: u32
-    reserved: u32
+    sequence: u32
 
 
 @record
@@ -211,7 +211,7 @@ class ContactHeader(Record):
     touching: u32
     possible: u32
     capped: u32
-    reserved: u32
+    sequence: u32
 
 
 @record

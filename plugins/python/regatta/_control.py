@@ -46,7 +46,7 @@ class Control:
         return self._request(ControlRequest(0, ControlKind.RESUME))
 
     def step(self, ticks: int = 1) -> ControlResponse:
-        """Advances a paused run by ``ticks``, and returns when they are done, however long that takes."""
+        """Advances a paused run by ``ticks``, at the wanted speed, and returns when they are done, however long that takes."""
         return self._request(ControlRequest(_count(ticks, 2**64), ControlKind.STEP), timeout=None)
 
     def speed(self, factor: float) -> ControlResponse:

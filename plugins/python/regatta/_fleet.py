@@ -41,7 +41,7 @@ class Fleet:
     """
 
     def __init__(self, name: str, participant: str | None = None) -> None:
-        self.name = _checked(name)
+        self.name = checked_name(name)
         """The fleet's name."""
         self.participant = _cut(participant or _program())
         """The name that this program goes by, in lockstep and in ``regatta doctor``."""
@@ -70,7 +70,7 @@ class Fleet:
     def column(self, name: str) -> ColumnPublisher:
         """Opens a column for writing. Raises :class:`TakenError <regatta.TakenError>` if somebody else publishes it.
         (``frame.column`` reads one.)"""
-        return ColumnPublisher(self._node, _checked(name))
+        return ColumnPublisher(self._node, checked_name(name))
 
     def orders(self) -> Orders:
         """Opens the orders, for sending."""
@@ -101,7 +101,7 @@ class Fleet:
 
     def _column_values(self, name: str) -> ColumnValues | None:
         if name not in self._columns:
-            self._columns[name] = ColumnReader(self._node, _checked(name))
+            self._columns[name] = ColumnReader(self._node, checked_name(name))
         return self._columns[name].newest()
 
     def _newest_world(self) -> World | None:
@@ -129,7 +129,7 @@ def _cut(name: str) -> str:
     return name.encode()[:MAX_NAME_BYTES].decode(errors="ignore")
 
 
-def _checked(name: str) -> str:
+def checked_name(name: str) -> str:
     """The name of a fleet or a column, if it is one."""
     if not re.fullmatch(rf"[a-zA-Z0-9._-]{{1,{MAX_NAME_BYTES}}}", name, re.ASCII):
         raise ValueError(

@@ -38,8 +38,8 @@ class Frames:
     """
 
     def __init__(self, fleet: Fleet, rate: float | None) -> None:
-        if rate is not None and not 0 < rate <= 1e6:
-            raise ValueError(f"{rate!r} is no rate; give frames per second, greater than 0 and at most 1000000, or None")
+        if rate is not None:
+            checked_rate(rate)
         self._fleet = fleet
         self._rate = rate
         self._frames = fleet._node.receiver("frames", "a frame", Line, FrameHeader)
@@ -87,6 +87,13 @@ class Frames:
                     if header.lockstep:
                         reporter = reporter or self._fleet._node.reporter()
                         reporter.done(header.run_id, header.tick)
+
+
+def checked_rate(rate: float) -> float:
+    """A number of frames a second, if it is one."""
+    if not 0 < rate <= 1e6:
+        raise ValueError(f"{rate!r} is no rate; give frames per second, greater than 0 and at most 1000000, or None for all")
+    return rate
 
 
 class _Pace:

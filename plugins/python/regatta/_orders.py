@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import operator
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, SupportsIndex
@@ -145,7 +146,7 @@ class Tokens:
 
 
 def _number(value: SupportsIndex, what: str) -> int:
-    number = value.__index__()
+    number = operator.index(value)
     if not 0 <= number < 2**32:
         raise ValueError(f"{number} is no {what}; give a number from 0 to {2**32 - 1}")
     return number

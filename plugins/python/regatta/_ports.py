@@ -83,7 +83,10 @@ class Receiver(Generic[Header]):
         self._element_bytes = ctypes.sizeof(payload)
         self._header = header
         limit = service.static_config.max_subscribers
-        self._port = create(service, limit, lambda: service.subscriber_builder().create())
+        builder = service.subscriber_builder()
+        # Of what has a newest sample, this reads the newest.
+        builder = builder.buffer_size(1) if service.static_config.history_size else builder
+        self._port = create(service, limit, builder.create)
 
     def has_samples(self) -> bool:
         """Whether :meth:`receive` has something."""

@@ -1,15 +1,11 @@
 //! From messages back to the contract.
 
 use prost::Message;
-use prost::bytes::Buf;
-use prost::encoding::{DecodeContext, WireType, decode_key, decode_varint};
 use regatta_plugin::contact::{ContactEvent, ContactHeader, ContactRecord};
 use regatta_plugin::event::{EventHeader, EventRecord};
-use regatta_plugin::frame::{ColumnsMut, FrameHeader};
 use regatta_plugin::order::OrderRecord;
 use regatta_plugin::world::{EdgeRecord, NodeRecord, RobotTypeRecord};
 
-use crate::encode::{COLUMN_VALUES, FRAME_COLUMNS};
 use crate::schema::regatta;
 
 /// Why a message can't be understood.
@@ -26,158 +22,6 @@ pub enum MessageError {
         /// In the frame.
         robots: usize,
     },
-}
-
-/// A recorded frame: its columns still lie in the message.
-#[derive(Clone, Debug)]
-pub(crate) struct RecordedFrame<'message> {
-    /// All but `stride_lines`, which belongs to shared memory.
-    pub header: FrameHeader,
-    columns: [&'message [u8]; 7],
-}
-
-impl<'message> RecordedFrame<'message> {
-    pub fn parse(mut message: &'message [u8]) -> Result<Self, MessageError> {
-        let mut scalars = regatta::Frame::default();
-        let mut columns = [&message[..0]; 7];
-        while !message.is_empty() {
-            let (tag, wire_type) = decode_key(&mut message)?;
-            match FRAME_COLUMNS.iter().position(|column| *column == tag) {
-                Some(column) => columns[column] = packed(wire_type, &mut message)?,
-                None => scalars.merge_field(tag, wire_type, &mut message, DecodeContext::default())?,
-            }
-        }
-        let robots = scalars.robots as usize;
-        let widths = [4, 4, 4, 4, 4, 4, 1];
-        match columns.iter().zip(widths).find(|(column, width)| column.len() != robots * width) {
-            Some((column, _)) => Err(MessageError::ColumnLength { bytes: column.len(), robots }),
-            None => Ok(Self { header: frame_header(&scalars), columns }),
-        }
-    }
-
-    /// Number of robots.
-    pub fn len(&self) -> usize {
-        self.header.robots as usize
-    }
-
-    /// Copies the columns to where a frame for as many robots is built.
-    pub fn copy_to(&self, columns: &mut ColumnsMut<'_>) {
-        let robots = self.len();
-        let [x, y, theta, speed, s, edge, state] = self.columns;
-        for (target, source) in [
-            (&mut *columns.x, x),
-            (&mut *columns.y, y),
-            (&mut *columns.theta, theta),
-            (&mut *columns.speed, speed),
-            (&mut *columns.s, s),
-        ] {
-            bytemuck::cast_slice_mut::<f32, u8>(&mut target[..robots]).copy_from_slice(source);
-        }
-        bytemuck::cast_slice_mut::<u32, u8>(&mut columns.edge[..robots]).copy_from_slice(edge);
-        columns.state[..robots].copy_from_slice(state);
-    }
-
-    /// The `state` column.
-    pub fn states(&self) -> &'message [u8] {
-        self.columns[6]
-    }
-
-    /// What a robot was doing; `None` if there is no such row.
-    pub fn row(&self, robot: usize) -> Option<Row> {
-        let [x, y, theta, speed, s, edge, state] = self.columns;
-        let word = |column: &[u8]| column[robot * 4..].first_chunk().map(|bytes| u32::from_le_bytes(*bytes));
-        let float = |column: &[u8]| word(column).map(f32::from_bits);
-        Some(Row {
-            state: *state.get(robot)?,
-            x: float(x)?,
-            y: float(y)?,
-            theta: float(theta)?,
-            speed: float(speed)?,
-            s: float(s)?,
-            edge: word(edge)?,
-        })
-    }
-}
-
-/// One robot in one frame.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Row {
-    pub x: f32,
-    pub y: f32,
-    pub theta: f32,
-    pub speed: f32,
-    pub s: f32,
-    pub edge: u32,
-    pub state: u8,
-}
-
-fn frame_header(frame: &regatta::Frame) -> FrameHeader {
-    FrameHeader {
-        run_id: frame.run_id,
-        tick: frame.tick,
-        sim_time_nanos: frame.sim_time_nanos,
-        wall_time_nanos: frame.wall_time_nanos,
-        late_ticks: frame.late_ticks,
-        world_revision: frame.world_revision,
-        tick_cost_nanos: frame.tick_cost_nanos,
-        tick_period_nanos: frame.tick_period_nanos,
-        speed: frame.wanted_speed,
-        robots: frame.robots,
-        clock: frame.clock as u32,
-        lockstep: frame.lockstep,
-        ..FrameHeader::default()
-    }
-}
-
-/// The bytes of a packed field.
-fn packed<'message>(wire_type: WireType, message: &mut &'message [u8]) -> Result<&'message [u8], MessageError> {
-    prost::encoding::check_wire_type(WireType::LengthDelimited, wire_type)?;
-    let length = usize::try_from(decode_varint(message)?).unwrap_or(usize::MAX);
-    // Longer than the message: as much as there is, which then is no column's length.
-    let (bytes, rest) = message.split_at(length.min(message.remaining()));
-    *message = rest;
-    Ok(bytes)
-}
-
-/// A recorded column.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct RecordedColumn<'message> {
-    pub tick: u64,
-    values: &'message [u8],
-}
-
-impl<'message> RecordedColumn<'message> {
-    pub fn parse(mut message: &'message [u8]) -> Result<Self, MessageError> {
-        let (mut head, mut values) = (regatta::Column::default(), &message[..0]);
-        while !message.is_empty() {
-            let (tag, wire_type) = decode_key(&mut message)?;
-            match tag {
-                COLUMN_VALUES => values = packed(wire_type, &mut message)?,
-                _ => head.merge_field(tag, wire_type, &mut message, DecodeContext::default())?,
-            }
-        }
-        match values.len() % 4 {
-            0 => Ok(Self { tick: head.tick, values }),
-            _ => Err(MessageError::ColumnLength { bytes: values.len(), robots: values.len() / 4 }),
-        }
-    }
-
-    /// Number of values.
-    pub fn len(&self) -> usize {
-        self.values.len() / 4
-    }
-
-    /// Copies the values, as many as there are.
-    pub fn copy_to(&self, target: &mut [f32]) {
-        bytemuck::cast_slice_mut::<f32, u8>(target).copy_from_slice(self.values);
-    }
-
-    /// As a slice of its own.
-    pub fn values(&self) -> Vec<f32> {
-        let mut values = vec![0.0; self.len()];
-        self.copy_to(&mut values);
-        values
-    }
 }
 
 /// A recorded world.
@@ -271,7 +115,7 @@ pub(crate) fn contacts(message: &[u8]) -> Result<(ContactHeader, Vec<ContactReco
         touching: contacts.touching,
         possible: contacts.possible,
         capped: contacts.capped,
-        reserved: 0,
+        sequence: 0,
     };
     let pair = |pair: &regatta::Contact| ContactRecord {
         since_tick: pair.since_tick,

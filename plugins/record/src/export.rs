@@ -6,18 +6,19 @@ mod parquet;
 use std::io;
 use std::path::PathBuf;
 
-use clap::Args;
+use clap::{ArgGroup, Args};
 use regatta_plugin::ColumnName;
 use regatta_plugin::frame::RobotState;
 
 use crate::reading::{ReadingError, Recording};
+use crate::recorded::Row;
 use crate::robots::Robots;
-use crate::schema::Topic;
 use crate::table::{Snapshot, walk};
 
 /// What to export, and where to.
 #[derive(Args, Clone, Debug)]
-#[group(id = "target", required = true, multiple = true, args = ["csv", "parquet"])]
+#[group(skip)]
+#[command(group(ArgGroup::new("target").required(true).multiple(true).args(["csv", "parquet"])))]
 pub struct ExportArgs {
     /// The recording
     file: PathBuf,
@@ -88,7 +89,7 @@ const HEAD: [&str; 12] = [
 struct Record<'snapshot> {
     snapshot: &'snapshot Snapshot<'snapshot>,
     robot: usize,
-    row: crate::decode::Row,
+    row: Row,
     /// Id of the edge in the route graph.
     edge: Option<u32>,
 }
@@ -154,14 +155,7 @@ fn titles(columns: &[ColumnName]) -> Vec<String> {
 
 /// The columns to export: those that are wanted, or all.
 fn columns(recording: &Recording, wanted: Option<&[ColumnName]>) -> Result<Vec<ColumnName>, ExportError> {
-    let recorded: Vec<_> = recording
-        .topics()
-        .into_iter()
-        .filter_map(|topic| match topic {
-            Topic::Column(name) => Some(name),
-            _ => None,
-        })
-        .collect();
+    let recorded: Vec<_> = recording.topics().into_iter().filter_map(|topic| topic.column().cloned()).collect();
     let Some(wanted) = wanted else { return Ok(recorded) };
     match wanted.iter().find(|column| !recorded.contains(column)) {
         None => Ok(wanted.to_vec()),

@@ -15,8 +15,9 @@ use tempfile::TempDir;
 
 use crate::encode;
 use crate::export::{ExportArgs, ExportError, export};
+use crate::mcap_file::{Compression, McapFile};
+use crate::plot::{PlotArgs, plot};
 use crate::schema::{Topic, regatta};
-use crate::sink::{Compression, McapFile};
 
 const ROBOTS: usize = 4;
 const TICKS: u64 = 6;
@@ -37,9 +38,9 @@ fn recording(folder: &Path) -> PathBuf {
     for tick in 0..TICKS {
         out.write(&Topic::Frames, at(tick), &frame(tick)).unwrap();
         if tick.is_multiple_of(2) {
-            let header = ColumnHeader { run_id: 1, tick, robots: ROBOTS as u32, reserved: 0 };
+            let header = ColumnHeader { run_id: 1, tick, robots: ROBOTS as u32, sequence: 0 };
             let values: Vec<_> = (0..ROBOTS).map(|robot| tick as f32 + robot as f32 / 7.0).collect();
-            let column = encode::column(&ColumnValues { header: &header, values: &values });
+            let column = encode::column(&ColumnValues { header: &header, values: &values, missed: 0 });
             out.write(&Topic::Column("state".parse().unwrap()), at(tick), &column).unwrap();
         }
     }
@@ -64,14 +65,18 @@ fn frame(tick: u64) -> Vec<u8> {
     encode::frame(&Frame::new(&header, &lines).unwrap())
 }
 
+#[derive(Debug, Parser)]
+struct Cli {
+    #[command(flatten)]
+    args: ExportArgs,
+}
+
+fn parse(recording: &Path, args: &[&str]) -> Result<Cli, clap::Error> {
+    Cli::try_parse_from([&["export", recording.to_str().unwrap()], args].concat())
+}
+
 fn run(recording: &Path, args: &[&str]) -> Result<String, ExportError> {
-    #[derive(Parser)]
-    struct Cli {
-        #[command(flatten)]
-        args: ExportArgs,
-    }
-    let recording = recording.to_str().unwrap();
-    export(&Cli::try_parse_from([&["export", recording], args].concat()).unwrap().args)
+    export(&parse(recording, args).unwrap().args)
 }
 
 #[test]
@@ -138,4 +143,41 @@ fn what_was_not_recorded_is_refused() {
     assert_eq!(refused, "the recording has no column 'load'; it has: state");
     let refused = run(&recording, &["--csv", out, "--robots", "40..50"]).unwrap_err().to_string();
     assert!(refused.contains("from 0 to 3"), "{refused}");
+}
+
+#[test]
+fn an_export_to_nowhere_is_refused() {
+    let refused = parse(Path::new("run.mcap"), &["--robots", "1"]).unwrap_err();
+    assert_eq!(refused.kind(), clap::error::ErrorKind::MissingRequiredArgument);
+    assert!(refused.to_string().contains("--csv") && refused.to_string().contains("--parquet"), "{refused}");
+    assert!(parse(Path::new("run.mcap"), &["--csv", "a", "--parquet", "b"]).is_ok());
+}
+
+#[test]
+fn no_recording_is_overwritten() {
+    let folder = TempDir::new().unwrap();
+    let path = recording(folder.path());
+    let before = fs::read(&path).unwrap();
+    fs::hard_link(&path, folder.path().join("robots.csv")).unwrap();
+    let (file, tables) = (path.to_str().unwrap(), folder.path().to_str().unwrap());
+    let mut refused = Vec::new();
+    for args in [&["--parquet", file][..], &["--csv", tables, "--long"]] {
+        refused.push(run(&path, args).unwrap_err().to_string());
+    }
+    #[derive(Parser)]
+    struct Plot {
+        #[command(flatten)]
+        args: PlotArgs,
+    }
+    let args = ["plot", file, "--robot", "0", "-o"];
+    let draw = |output: &str| plot(&Plot::try_parse_from([&args[..], &[output]].concat()).unwrap().args);
+    refused.push(draw(file).unwrap_err().to_string());
+    for refused in refused {
+        assert!(refused.contains("it is a recording"), "{refused}");
+    }
+    assert_eq!(fs::read(&path).unwrap(), before);
+    let picture = folder.path().join("0.svg");
+    for _ in 0..2 {
+        draw(picture.to_str().unwrap()).expect("what isn't a recording is overwritten");
+    }
 }

@@ -5,8 +5,8 @@ use std::time::Duration;
 use regatta_plugin::Frame;
 use regatta_plugin::frame::{ColumnsMut, FrameHeader, Line, frame_lines, stride_lines};
 
-use crate::decode::RecordedFrame;
 use crate::reading::{ReadingError, Recording, Selection};
+use crate::recorded::RecordedFrame;
 use crate::schema::Topic;
 
 impl Recording {

@@ -6,8 +6,11 @@ mod decode;
 mod encode;
 mod export;
 mod frames;
+mod mcap_file;
+mod output;
 mod plot;
 mod reading;
+mod recorded;
 mod recorder;
 mod repair;
 mod replay;
@@ -32,17 +35,18 @@ use std::time::{Duration, SystemTime};
 
 use clap::{Args, CommandFactory, FromArgMatches, Parser};
 use regatta_plugin::frame::CONTRACT_VERSION;
-use regatta_plugin::{Error, Options, Result};
+use regatta_plugin::{Error, Options, Result, Termination};
 
 pub use decode::MessageError;
 pub use export::{ExportArgs, ExportError, export};
+pub use mcap_file::Compression;
 pub use plot::{PlotArgs, PlotError, plot};
 pub use reading::{ReadingError, Recording};
 pub use repair::{Repair, RepairError, repair};
 pub use replay::{ReplayArgs, ReplayError, replay};
 pub use robots::Robots;
 pub use schema::Topic;
-pub use sink::{Compression, SinkError};
+pub use sink::SinkError;
 
 use recorder::{Recorder, Settings};
 use sink::Sink;
@@ -59,13 +63,14 @@ pub struct RecordArgs {
     #[arg(long)]
     force: bool,
     /// Record one frame of so many
-    #[arg(long, value_name = "N", default_value = "1", value_parser = clap::value_parser!(u64).range(1..))]
+    #[arg(long, value_name = "N", default_value = "1", allow_negative_numbers = true)]
+    #[arg(value_parser = clap::value_parser!(u64).range(1..))]
     every: u64,
     /// How to compress
     #[arg(long, value_enum, default_value_t)]
     compression: Compression,
     /// Poses a second for Foxglove, Rerun and PlotJuggler; 0 for none
-    #[arg(long, value_name = "HZ", default_value = "10", value_parser = parse_poses_rate)]
+    #[arg(long, value_name = "HZ", default_value = "10", value_parser = parse_poses_rate, allow_negative_numbers = true)]
     poses_rate: f64,
     /// Instead of recording: close a recording that was cut off
     #[arg(long, value_name = "FILE", conflicts_with = "output")]
@@ -86,6 +91,8 @@ pub fn record(args: &RecordArgs) -> Result {
         println!("{}: {}", path.display(), repair(path)?);
         return Ok(());
     }
+    // Before there is a file: one that may not grow any more is then an error rather than the end.
+    Termination::watch()?;
     let path = args.output.clone().unwrap_or_else(|| default_path(&args.options));
     let mut sink = Sink::create(&path, args.force, args.compression)?;
     sink.note(
@@ -99,7 +106,8 @@ pub fn record(args: &RecordArgs) -> Result {
         ],
     );
     let poses_period = (args.poses_rate > 0.0).then(|| Duration::from_secs_f64(1.0 / args.poses_rate));
-    let recorder = Recorder::new(path, sink, Settings { every: args.every, poses_period });
+    let recorder =
+        Recorder::new(path, sink, Settings { every: args.every, poses_period, sees_all: args.options.rate.is_none() });
     args.options.run(recorder, "record")
 }
 

@@ -12,8 +12,9 @@ use regatta_plugin::order::OrderRecord;
 use regatta_plugin::order_log::{OrderLog, OrderLogHeader};
 use regatta_plugin::{ColumnValues, Events, Frame};
 
-use crate::decode::{self, MessageError, RecordedColumn, RecordedFrame};
+use crate::decode::{self, MessageError};
 use crate::encode;
+use crate::recorded::{RecordedColumn, RecordedFrame};
 use crate::schema::regatta;
 
 /// Lines with any bits, NaN among them; and what the message of their frame is.
@@ -97,8 +98,8 @@ proptest! {
     #[test]
     fn columns_come_back_bit_for_bit(words in prop::collection::vec(any::<u32>(), 0..300)) {
         let values: Vec<_> = words.iter().map(|word| f32::from_bits(*word)).collect();
-        let header = ColumnHeader { run_id: 3, tick: 8, robots: values.len() as u32, reserved: 0 };
-        let message = encode::column(&ColumnValues { header: &header, values: &values });
+        let header = ColumnHeader { run_id: 3, tick: 8, robots: values.len() as u32, sequence: 0 };
+        let message = encode::column(&ColumnValues { header: &header, values: &values, missed: 0 });
         let column = RecordedColumn::parse(&message).unwrap();
         prop_assert_eq!((column.tick, bits(&column.values())), (8, words.clone()));
         prop_assert_eq!(bits(&regatta::Column::decode(&message[..]).unwrap().values), words);
@@ -151,7 +152,7 @@ fn contacts_come_back() {
         reserved: 0,
     };
     let header = ContactHeader { tick: 9, touching_ever: 8, touching: 1, capped: 1, ..ContactHeader::default() };
-    let message = encode::contacts(&Contacts { header: &header, pairs: &[pair] });
+    let message = encode::contacts(&Contacts { header: &header, pairs: &[pair], missed: 0 });
     assert_eq!(decode::contacts(&message).unwrap(), (header, vec![pair]));
 
     let event = ContactEvent { tick: 9, robots: [3, 4], level: 1, change: 2, x: 7.0, ..ContactEvent::default() };

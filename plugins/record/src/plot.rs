@@ -5,15 +5,16 @@ mod charts;
 mod map;
 mod svg;
 
-use std::fs;
-use std::io;
+use std::io::{self, Write as _};
 use std::path::PathBuf;
 use std::time::Duration;
 
 use clap::Args;
 use regatta_plugin::world::EdgeRecord;
 
+use crate::output;
 use crate::reading::{ReadingError, Recording};
+use crate::recorded::Row;
 use crate::table::walk;
 use svg::{Area, Svg};
 
@@ -55,6 +56,14 @@ pub enum PlotError {
         to: f64,
         /// The highest id that was seen.
         last: usize,
+    },
+    /// The begin lies after the end.
+    #[error("--from {from} lies after --to {to}; give an earlier --from, or a later --to")]
+    Times {
+        /// The wanted begin.
+        from: humantime::Duration,
+        /// The wanted end.
+        to: humantime::Duration,
     },
     /// The picture can't be written.
     #[error("can't write {path} ({reason})")]
@@ -109,11 +118,17 @@ impl Track {
 /// # Errors
 /// [`PlotError`].
 pub fn plot(args: &PlotArgs) -> Result<String, PlotError> {
+    if let (Some(from), Some(to)) = (args.from, args.to)
+        && from > to
+    {
+        return Err(PlotError::Times { from, to });
+    }
     let recording = Recording::open(&args.file)?;
+    let failed = |reason| PlotError::Write { path: args.output.clone(), reason };
     let track = track(&recording, args)?;
     let name = args.file.file_name().unwrap_or_default().to_string_lossy();
     let text = picture(&track, &format!("Robot {}", args.robot), &name);
-    fs::write(&args.output, text).map_err(|reason| PlotError::Write { path: args.output.clone(), reason })?;
+    output::create(&args.output).and_then(|mut file| file.write_all(text.as_bytes())).map_err(failed)?;
     let samples = track.samples().count();
     Ok(format!("{}: {samples} frames of robot {}", args.output.display(), args.robot))
 }
@@ -152,7 +167,7 @@ fn track(recording: &Recording, args: &PlotArgs) -> Result<Track, PlotError> {
     }
 }
 
-fn sample(time: Duration, row: &crate::decode::Row) -> Sample {
+fn sample(time: Duration, row: &Row) -> Sample {
     let [x, y, theta, speed] = [row.x, row.y, row.theta, row.speed].map(f64::from);
     Sample { time: time.as_secs_f64(), x, y, theta, speed, state: row.state }
 }

@@ -94,7 +94,7 @@ impl Recording {
         let (summary, closed) = match summary(&mut file) {
             Ok(Some(summary)) => (summary, true),
             Err(McapError::Io(error)) => return Err(failed(error)),
-            _ => (scan(&mut file).map_err(failed)?.summary, false),
+            _ => (scan(&mut file, &BTreeSet::new()).map_err(failed)?.summary, false),
         };
         let topics: HashMap<_, _> = summary
             .channels
@@ -205,13 +205,13 @@ impl<'recording> Reader<'recording> {
     /// Copies the next message to `message`.
     fn advance(&mut self) -> McapResult<Option<(&'recording Topic, u64)>> {
         while let Some(event) = self.reader.next_event() {
-            match event? {
+            match event.map_err(undecodable)? {
                 IndexedReadEvent::ReadChunkRequest { offset, length } => {
                     self.chunk.resize(length, 0);
                     let mut file = &self.recording.file;
                     file.seek(SeekFrom::Start(offset))?;
                     file.read_exact(&mut self.chunk)?;
-                    self.reader.insert_chunk_record_data(offset, &self.chunk)?;
+                    self.reader.insert_chunk_record_data(offset, &self.chunk).map_err(undecodable)?;
                 }
                 IndexedReadEvent::Message { header, data } => {
                     if let Some(topic) = self.recording.topics.get(&header.channel_id) {
@@ -223,6 +223,14 @@ impl<'recording> Reader<'recording> {
             }
         }
         Ok(None)
+    }
+}
+
+/// What the library calls an error of reading may be damage.
+fn undecodable(error: McapError) -> McapError {
+    match error {
+        McapError::Io(reason) => McapError::DecompressionError(reason.to_string()),
+        error => error,
     }
 }
 

@@ -21,7 +21,10 @@ pub(crate) struct Recorder {
     poses: Option<Poses>,
     sources: Option<Sources>,
     timeline: Timeline,
+    sees_all: bool,
     gaps: Gaps,
+    /// Samples of anything but frames that were missed.
+    others_missed: u64,
     /// Frames of the run, by distinct ticks.
     frames_seen: u64,
     /// Whether the frames of this tick are recorded.
@@ -38,6 +41,8 @@ pub(crate) struct Settings {
     pub every: u64,
     /// Time between poses for general tools; none if `None`.
     pub poses_period: Option<Duration>,
+    /// Whether every frame is looked at, so that one that isn't seen is one that was missed.
+    pub sees_all: bool,
 }
 
 /// When poses are due.
@@ -66,7 +71,9 @@ impl Recorder {
             poses: settings.poses_period.map(poses),
             sources: None,
             timeline: Timeline::default(),
+            sees_all: settings.sees_all,
             gaps: Gaps::default(),
+            others_missed: 0,
             frames_seen: 0,
             wanted: true,
             newest: FrameHeader::default(),
@@ -103,17 +110,24 @@ impl Recorder {
     }
 
     fn take_sources(&mut self) -> Result {
-        let Self { sources, sink, timeline, newest, .. } = self;
+        let Self { sources, sink, timeline, newest, others_missed, sees_all, .. } = self;
         let Some(sources) = sources else { return Ok(()) };
-        sources.poll(|topic, run_id, tick, message| {
-            sink.send(topic, timeline.time_of(run_id, tick), newest.wall_time_nanos, message);
+        sources.poll(|found| {
+            // Whoever looks at some frames only wants some of what goes with them.
+            *others_missed += if *sees_all || !found.topic.is_state() { found.missed } else { 0 };
+            sink.send(found.topic, timeline.time_of(found.run_id, found.tick), newest.wall_time_nanos, found.message);
         })
+    }
+
+    /// Frames that the producer published and the recorder never saw.
+    fn frames_missed(&self) -> u64 {
+        if self.sees_all { self.gaps.missed() } else { 0 }
     }
 
     /// The recording in one line.
     fn report(&self, tally: &Tally) -> String {
         let lost = [
-            (self.gaps.missed(), "that the recorder was too slow for"),
+            (self.frames_missed(), "that the recorder didn't see (too slow, or never published)"),
             (tally.frames_dropped, "that the disk was too slow for"),
             (tally.frames_failed, "that could not be written"),
         ];
@@ -122,7 +136,7 @@ impl Recorder {
             none if none.is_empty() => "no frame lost".to_owned(),
             lost => format!("frames lost: {lost}"),
         };
-        let others = match tally.others_dropped {
+        let others = match tally.others_dropped + self.others_missed {
             0 => String::new(),
             count => format!("; {count} other messages lost"),
         };
@@ -171,12 +185,18 @@ impl Plugin for Recorder {
 
     fn on_events(&mut self, events: &Events<'_>) -> Result {
         let tick = Some((events.header.run_id, events.header.tick));
+        self.others_missed += events.missed;
         self.waiting.push(Waiting { topic: Topic::Events, tick, message: encode::events(events) });
         Ok(())
     }
 
     fn on_frame(&mut self, frame: &Frame<'_>) -> Result {
         let log_time = self.timeline.advance(frame.header());
+        let begins_run = frame.run_id() != self.newest.run_id;
+        if let Some(sources) = self.sources.as_mut().filter(|_| begins_run && frame.header().lockstep != 0) {
+            // The producer waits: nothing is missed meanwhile.
+            sources.open_columns()?;
+        }
         self.take_waiting();
         self.take_frame(frame, log_time);
         self.take_sources()
@@ -190,7 +210,8 @@ impl Plugin for Recorder {
     fn on_stop(&mut self) -> Result {
         self.take_waiting();
         let polled = self.take_sources();
-        self.sink.note("regatta.end", &[("frames_missed", self.gaps.missed().to_string())]);
+        let missed = [("frames_missed", self.frames_missed()), ("others_missed", self.others_missed)];
+        self.sink.note("regatta.end", &missed.map(|(name, count)| (name, count.to_string())));
         let (tally, error) = self.sink.finish();
         regatta_plugin::tell!("record: {}", self.report(&tally));
         match error {

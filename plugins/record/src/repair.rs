@@ -1,9 +1,12 @@
-//! Closes a recording that was cut off: by a kill, a crash, or a full disk.
+//! Closes a recording that was cut off, by a kill, a crash, or a full disk; leaves out what is damaged.
 
+use std::collections::{BTreeSet, HashSet};
 use std::fmt;
 use std::fs::{File, OpenOptions};
 use std::io::{self, Cursor, Seek, SeekFrom, Write};
+use std::ops::Range;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use binrw::{BinWrite, BinWriterExt};
 use mcap::records::{self, DataEnd, Footer, SummaryOffset, op};
@@ -34,7 +37,7 @@ pub enum RepairError {
 }
 
 /// What a repair came to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Repair {
     /// Messages that the recording holds.
     pub messages: u64,
@@ -44,7 +47,9 @@ pub struct Repair {
     pub removed_bytes: u64,
     /// Chunks that had to go because the disk is full.
     pub removed_chunks: u32,
-    /// It was closed already, and has not been touched.
+    /// Times of damaged chunks that had to go: from their first message to their last.
+    pub lost: Vec<(Duration, Duration)>,
+    /// It was closed already, all of it is whole, and it has not been touched.
     pub was_closed: bool,
 }
 
@@ -52,9 +57,14 @@ impl fmt::Display for Repair {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{} messages in {} chunks", self.messages, self.chunks)?;
         if self.was_closed {
-            return f.write_str("; it is closed already, nothing to repair");
+            return f.write_str("; it is closed and whole, nothing to repair");
         }
         write!(f, " kept, {} bytes after them removed", self.removed_bytes)?;
+        let lost =
+            self.lost.iter().map(|(from, to)| format!("{:.2} s to {:.2} s", from.as_secs_f64(), to.as_secs_f64()));
+        if !self.lost.is_empty() {
+            write!(f, "; damaged and lost: {}", lost.collect::<Vec<_>>().join(", "))?;
+        }
         match self.removed_chunks {
             0 => Ok(()),
             chunks => write!(f, " ({chunks} chunks among them, because the disk is full)"),
@@ -62,7 +72,8 @@ impl fmt::Display for Repair {
     }
 }
 
-/// Closes a recording in place, so that it ends after its last whole chunk. One that is closed is left alone.
+/// Closes a recording in place, so that it ends after its last whole chunk. One that is closed is read through: if some
+/// of it is damaged, all that is whole is kept.
 ///
 /// # Errors
 /// [`RepairError`]; then the file may be shorter, but what is whole in it is there.
@@ -70,7 +81,7 @@ pub fn repair(path: &Path) -> Result<Repair, RepairError> {
     let failed = |reason| RepairError::Io { path: path.to_owned(), reason };
     let mut file = OpenOptions::new().read(true).write(true).open(path).map_err(failed)?;
     if let Ok(Some(summary)) = reading::summary(&mut file) {
-        return Ok(Repair { was_closed: true, ..described(&summary) });
+        return leave_out_damage(&mut file, &summary).map_err(failed);
     }
     close(&mut file).map_err(|reason| match reason.kind() {
         io::ErrorKind::InvalidData | io::ErrorKind::UnexpectedEof => {
@@ -87,9 +98,52 @@ fn described(summary: &Summary) -> Repair {
         chunks: summary.chunk_indexes.len() as u32,
         removed_bytes: 0,
         removed_chunks: 0,
+        lost: Vec::new(),
         was_closed: false,
     }
 }
+
+/// Reads a closed recording through, and takes what is damaged out of it.
+fn leave_out_damage(file: &mut File, summary: &Summary) -> io::Result<Repair> {
+    let chunks = summary.chunk_indexes.iter().map(|chunk| chunk.chunk_start_offset);
+    let known = chunks.chain(summary.metadata_indexes.iter().map(|index| index.offset)).collect();
+    let mut scan = scan(file, &known)?;
+    let whole: HashSet<_> = scan.summary.chunk_indexes.iter().map(|chunk| chunk.chunk_start_offset).collect();
+    let lost = lost(summary, &whole);
+    if lost.is_empty() && scan.holes.is_empty() {
+        return Ok(Repair { was_closed: true, ..described(summary) });
+    }
+    scan.holes.iter().try_for_each(|hole| hide(file, hole))?;
+    scan.define(summary);
+    file.set_len(scan.end)?;
+    file.seek(SeekFrom::Start(scan.end))?;
+    file.write_all(&tail(&scan))?;
+    Ok(Repair { lost, ..described(&scan.summary) })
+}
+
+/// Times of the chunks that are not whole, neighbours together.
+fn lost(summary: &Summary, whole: &HashSet<u64>) -> Vec<(Duration, Duration)> {
+    let is_lost = |chunk: &records::ChunkIndex| !whole.contains(&chunk.chunk_start_offset);
+    let mut chunks = summary.chunk_indexes.clone();
+    chunks.sort_by_key(|chunk| chunk.chunk_start_offset);
+    let groups = chunks.chunk_by(|a, b| is_lost(a) == is_lost(b)).filter(|group| is_lost(&group[0]));
+    let span = |group: &[records::ChunkIndex]| {
+        let from = group.iter().map(|chunk| chunk.message_start_time).min().unwrap_or(0);
+        let to = group.iter().map(|chunk| chunk.message_end_time).max().unwrap_or(0);
+        (Duration::from_nanos(from), Duration::from_nanos(to))
+    };
+    groups.map(span).collect()
+}
+
+/// Turns bytes into one record of a kind that every reader passes over.
+fn hide(file: &mut File, hole: &Range<u64>) -> io::Result<()> {
+    let Some(length) = (hole.end - hole.start).checked_sub(RECORD_HEADER) else { return Ok(()) };
+    file.seek(SeekFrom::Start(hole.start))?;
+    file.write_all(&[&[PRIVATE][..], &length.to_le_bytes()].concat())
+}
+
+/// An opcode that the format leaves to applications.
+const PRIVATE: u8 = 0xf0;
 
 /// Cuts a file after its last whole chunk and writes what closes a recording. On a full disk, chunks at the end make
 /// room for it.
@@ -97,7 +151,7 @@ pub(crate) fn close(file: &mut File) -> io::Result<Repair> {
     let length = file.seek(SeekFrom::End(0))?;
     let mut removed_chunks = 0;
     loop {
-        let scan = scan(file)?;
+        let scan = scan(file, &BTreeSet::new())?;
         let tail = tail(&scan);
         file.set_len(scan.end)?;
         file.seek(SeekFrom::Start(scan.end))?;

@@ -2,16 +2,17 @@
 
 use std::fs;
 use std::path::Path;
+use std::time::Duration;
 
 use mcap::records::MessageHeader;
 use mcap::{MessageStream, Summary};
 use proptest::prelude::*;
 use tempfile::TempDir;
 
-use crate::reading::Recording;
+use crate::mcap_file::{Compression, McapFile};
+use crate::reading::{Recording, Selection};
 use crate::repair::{RepairError, repair};
 use crate::schema::Topic;
-use crate::sink::{Compression, McapFile};
 
 /// A recording in many small chunks, with facts at both ends.
 fn recording(folder: &Path, compression: Compression) -> Vec<u8> {
@@ -109,6 +110,74 @@ proptest! {
         prop_assert!(Summary::read(&repaired).unwrap().is_some());
         prop_assert_eq!(times(&repaired)[..].len() as u64, outcome.messages);
     }
+}
+
+/// The damaged chunk is lost and no other, in the eyes of readers with and without an index.
+#[test]
+fn a_damaged_chunk_of_a_closed_recording_costs_that_chunk_alone() {
+    let folder = TempDir::new().unwrap();
+    let path = folder.path().join("damaged.mcap");
+    let whole = recording(folder.path(), Compression::Lz4);
+    let chunks = Summary::read(&whole).unwrap().unwrap().chunk_indexes;
+    // The first ones hold definitions, which a reader without an index then lacks.
+    for number in [4, 7, chunks.len() - 1] {
+        let chunk = &chunks[number];
+        let start = chunk.chunk_start_offset as usize;
+        // Its opcode, its length, its header, and what is compressed in it.
+        for at in [0, 1, 6, 40, chunk.chunk_length as usize / 2] {
+            let mut bytes = whole.clone();
+            bytes[start + at] ^= 0x80;
+            fs::write(&path, &bytes).unwrap();
+            let outcome = repair(&path).unwrap();
+            let (from, to) = (chunk.message_start_time, chunk.message_end_time);
+            let lost = [(Duration::from_nanos(from), Duration::from_nanos(to))];
+            assert_eq!((outcome.was_closed, &outcome.lost[..]), (false, &lost[..]), "byte {at} of chunk {number}");
+            let repaired = fs::read(&path).unwrap();
+            let mut kept = times(&whole);
+            kept.retain(|time| !(from..=to).contains(time));
+            assert_eq!(times(&repaired), kept, "byte {at} of chunk {number}");
+            let summary = Summary::read(&repaired).unwrap().expect("a summary");
+            assert_eq!(summary.stats.unwrap().message_count, kept.len() as u64);
+            assert_eq!(indexed_times(&path), kept, "byte {at} of chunk {number}");
+            assert!(repair(&path).unwrap().was_closed, "a second repair has nothing to do");
+        }
+        // Behind the last message: what one reader doesn't miss is no good to another.
+        let mut bytes = whole.clone();
+        bytes[start + chunk.chunk_length as usize - 1] ^= 0x80;
+        fs::write(&path, &bytes).unwrap();
+        let kept = repair(&path).unwrap().messages;
+        assert_eq!(
+            (indexed_times(&path).len(), times(&fs::read(&path).unwrap()).len()),
+            (kept as usize, kept as usize)
+        );
+    }
+}
+
+/// The same as our reader finds them.
+fn indexed_times(path: &Path) -> Vec<u64> {
+    let recording = Recording::open(path).unwrap();
+    let mut reader = recording.read(&Selection::default()).unwrap();
+    std::iter::from_fn(|| reader.next().unwrap().map(|entry| entry.log_time)).collect()
+}
+
+#[test]
+fn a_reader_of_a_damaged_chunk_says_how_to_repair_it() {
+    let folder = TempDir::new().unwrap();
+    let path = folder.path().join("damaged.mcap");
+    let mut bytes = recording(folder.path(), Compression::Lz4);
+    let chunk = Summary::read(&bytes).unwrap().unwrap().chunk_indexes[3].clone();
+    let end = (chunk.chunk_start_offset + chunk.chunk_length) as usize;
+    bytes[end - chunk.compressed_size as usize..end].fill(0xa5);
+    fs::write(&path, &bytes).unwrap();
+    let recording = Recording::open(&path).unwrap();
+    let mut reader = recording.read(&Selection::default()).unwrap();
+    let error = loop {
+        match reader.next() {
+            Ok(entry) => assert!(entry.is_some(), "the damage is found"),
+            Err(error) => break error.to_string(),
+        }
+    };
+    assert!(error.contains("regatta record --repair") && error.lines().count() == 1, "{error}");
 }
 
 #[test]

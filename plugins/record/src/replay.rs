@@ -1,106 +1,25 @@
 //! A replay: a producer like the engine, whose frames come from a recording.
 
 mod control;
+mod options;
 mod pace;
 mod stage;
 
-use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-use clap::Args;
 use regatta_plugin::frame::ClockState;
 use regatta_plugin::lockstep::LockstepError;
-use regatta_plugin::{FleetName, OpenError, Participant, PublishError, ReadError, Termination};
+use regatta_plugin::{Participant, Termination};
 
-use crate::reading::{Reader, ReadingError, Recording, Selection};
+use crate::reading::{Reader, Recording, Selection};
 use crate::schema::Topic;
 use control::Pending;
+pub use options::{ReplayArgs, ReplayError};
 use pace::Pace;
 use stage::{Show, Stage, StageError};
 
 /// Longest sleep between looks at control requests.
 const CONTROL_POLL: Duration = Duration::from_millis(5);
-
-/// What to replay, and how.
-#[derive(Args, Clone, Debug)]
-pub struct ReplayArgs {
-    /// The recording
-    file: PathBuf,
-    /// The fleet to publish it as
-    #[arg(long, value_name = "NAME", default_value_t)]
-    fleet: FleetName,
-    /// Recorded seconds per wall second: a factor from 0.001 to 1000, or max
-    #[arg(long, default_value = "1")]
-    speed: Speed,
-    /// Start at this time of the recording: 12.5s, 3min …
-    #[arg(long, value_name = "TIME")]
-    from: Option<humantime::Duration>,
-    /// Start again from the beginning when it is over
-    #[arg(long = "loop")]
-    repeat: bool,
-    /// Stay when it is over, for `regatta seek`
-    #[arg(long, conflicts_with = "repeat")]
-    hold: bool,
-    /// Start paused
-    #[arg(long)]
-    paused: bool,
-    /// Leave out the recorded columns and contacts, for plugins that work them out anew
-    #[arg(long)]
-    no_columns: bool,
-    /// Wait for these plugins to finish each frame, so that they see every one
-    #[arg(long, value_name = "NAME", num_args = 1..)]
-    lockstep: Vec<String>,
-    /// How many seconds to wait for a plugin in lockstep
-    #[arg(long, value_name = "SECONDS", default_value = "10")]
-    lockstep_timeout: f64,
-}
-
-/// Recorded seconds per wall second, infinite for as fast as possible.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Speed(f32);
-
-impl Speed {
-    fn from_f32(factor: f32) -> Option<Self> {
-        (factor == f32::INFINITY || (0.001..=1000.0).contains(&factor)).then_some(Self(factor))
-    }
-}
-
-impl std::str::FromStr for Speed {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, Self::Err> {
-        let factor = if text.eq_ignore_ascii_case("max") { Some(f32::INFINITY) } else { text.parse().ok() };
-        factor
-            .and_then(Self::from_f32)
-            .ok_or_else(|| format!("'{text}' is no speed: give a factor from 0.001 to 1000, or max"))
-    }
-}
-
-/// Why a replay ended before its time.
-#[derive(Debug, thiserror::Error)]
-pub enum ReplayError {
-    /// The recording can't be read.
-    #[error(transparent)]
-    Reading(#[from] ReadingError),
-    /// The fleet's services can't be opened.
-    #[error(transparent)]
-    Open(#[from] OpenError),
-    /// Something can't be published.
-    #[error(transparent)]
-    Publish(#[from] PublishError),
-    /// Requests can't be read.
-    #[error(transparent)]
-    Read(#[from] ReadError),
-    /// A plugin in lockstep didn't finish a frame.
-    #[error(transparent)]
-    Lockstep(#[from] LockstepError),
-    /// A time outside of the recording.
-    #[error("{0}")]
-    Time(String),
-    /// Signals can't be watched.
-    #[error("can't watch for Ctrl-C ({0})")]
-    Signals(String),
-}
 
 /// Replays a recording until it is over or Ctrl-C.
 ///
@@ -114,7 +33,9 @@ pub fn replay(args: &ReplayArgs) -> Result<(), ReplayError> {
         regatta_plugin::tell!("replay: {} was never closed; `regatta record --repair` does", args.file.display());
     }
     let participant = Participant::join(&args.fleet, "replay")?;
-    let stage = Stage::open(participant, !args.no_columns)?;
+    let mut topics = recording.topics();
+    topics.retain(|topic| !args.no_columns || !topic.is_from_plugin());
+    let stage = Stage::open(participant, &topics)?;
     regatta_plugin::tell!(
         "fleet '{}': {} frames from {:.2} s to {:.2} s of {}; Ctrl-C stops",
         args.fleet,
@@ -176,6 +97,9 @@ impl<'recording> Replay<'recording> {
         if let Some(reason) = replay.refuse_time(from) {
             return Err(ReplayError::Time(reason));
         }
+        if !args.lockstep.is_empty() {
+            replay.gather(from)?;
+        }
         replay.seek(from)?;
         Ok(replay)
     }
@@ -215,12 +139,10 @@ impl<'recording> Replay<'recording> {
 
     /// Sleeps towards the next moment, not longer than control requests may wait; whether it is due.
     fn wait_until_due(&mut self, next: u64) -> bool {
-        if self.paused {
-            if self.steps_left == 0 {
-                self.stage.update();
-                std::thread::sleep(CONTROL_POLL);
-            }
-            return self.steps_left > 0;
+        if self.paused && self.steps_left == 0 {
+            self.stage.update();
+            std::thread::sleep(CONTROL_POLL);
+            return false;
         }
         let rest = self.pace.rest(next);
         if !rest.is_zero() {
@@ -238,9 +160,7 @@ impl<'recording> Replay<'recording> {
             self.steps_left = self.steps_left.saturating_sub(ticks);
         }
         let next = self.reader.peek()?;
-        if !self.paused {
-            self.pace.played(self.time, start.elapsed(), next);
-        }
+        self.pace.played(self.time, start.elapsed(), next);
         Ok(())
     }
 
@@ -284,6 +204,19 @@ impl<'recording> Replay<'recording> {
             }
         }
         Ok(())
+    }
+
+    /// Shows a frame and its world alone, and waits for the plugins in lockstep: so they are there for all that goes
+    /// with it.
+    fn gather(&mut self, time: Duration) -> Result<(), ReplayError> {
+        let until = time.as_nanos() as u64;
+        let show = self.show(self.clock());
+        for topic in [Topic::World, Topic::Frames] {
+            let Some((time, message)) = self.recording.last_until(&topic, until)? else { return Ok(()) };
+            let shown = self.stage.publish(&topic, &message, show);
+            shown.map_err(|error| explain(self.recording, &topic, time, error))?;
+        }
+        self.wait_for_lockstep()
     }
 
     /// Why a time can't be gone to.

@@ -1,10 +1,14 @@
-//! Walks through a recording from its start, as far as it is whole. For files that were never closed.
+//! Walks through a recording from its start, as far as it is whole. For files that were never closed, or are damaged.
 
+use std::collections::BTreeSet;
 use std::io::{self, Read, Seek, SeekFrom};
+use std::ops::Range;
 use std::sync::Arc;
 
 use mcap::records::{self, ChunkIndex, MessageIndex, MessageIndexEntry, MetadataIndex, Record, op};
-use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
+use mcap::sans_io::{
+    IndexedReadEvent, IndexedReader, IndexedReaderOptions, LinearReadEvent, LinearReader, LinearReaderOptions,
+};
 use mcap::{Channel, MAGIC, McapError, McapResult, Schema, Summary, parse_record};
 
 /// Opcode and length before each record.
@@ -22,6 +26,8 @@ pub(crate) struct Scan {
     pub end: u64,
     /// Message indexes of the last chunk, if they are to be written anew as well.
     pub last_indexes: Vec<MessageIndex>,
+    /// Bytes in between that can't be understood.
+    pub holes: Vec<Range<u64>>,
 }
 
 /// One record's place in a file.
@@ -37,11 +43,11 @@ impl Place {
     }
 }
 
-/// Reads a recording through.
+/// Reads a recording through. After damage it goes on at the next of the places that are `known` to begin a record.
 ///
 /// # Errors
 /// If the file can't be read, or isn't even the start of one (`UnexpectedEof`, `InvalidData`).
-pub(crate) fn scan(file: &mut (impl Read + Seek)) -> io::Result<Scan> {
+pub(crate) fn scan(file: &mut (impl Read + Seek), known: &BTreeSet<u64>) -> io::Result<Scan> {
     let length = file.seek(SeekFrom::End(0))?;
     file.rewind()?;
     let mut magic = [0; MAGIC.len()];
@@ -51,12 +57,19 @@ pub(crate) fn scan(file: &mut (impl Read + Seek)) -> io::Result<Scan> {
     }
     let mut scan = Scan::default();
     let mut end = MAGIC.len() as u64;
-    while let Some(place) = next_record(file, end, length)? {
-        // The first that can't be understood ends what can be kept.
-        if !is_data(place.opcode) || scan.take(file, &place).is_err() {
-            break;
+    loop {
+        let next = known.range(end + 1..).next().copied();
+        let place = next_record(file, end, next.unwrap_or(length).min(length))?;
+        let place = place.filter(|place| is_data(place.opcode) && scan.take(file, place).is_ok());
+        match (place, next) {
+            (Some(place), _) => end = place.end(),
+            (None, Some(next)) => {
+                scan.leave_out(end..next);
+                end = next;
+            }
+            // The first that can't be understood ends what can be kept.
+            (None, None) => break,
         }
-        end = place.end();
     }
     match end == MAGIC.len() as u64 {
         true => Err(io::Error::new(io::ErrorKind::UnexpectedEof, "it ends within its header")),
@@ -79,10 +92,10 @@ fn is_data(opcode: u8) -> bool {
     ) || opcode >= 0x80
 }
 
-/// The record that starts at `start`, unless the file ends before it does.
-fn next_record(file: &mut (impl Read + Seek), start: u64, file_length: u64) -> io::Result<Option<Place>> {
-    let room = file_length.saturating_sub(start + RECORD_HEADER);
-    if start + RECORD_HEADER > file_length {
+/// The record that starts at `start`, unless it reaches beyond `limit`.
+fn next_record(file: &mut (impl Read + Seek), start: u64, limit: u64) -> io::Result<Option<Place>> {
+    let room = limit.saturating_sub(start + RECORD_HEADER);
+    if start + RECORD_HEADER > limit {
         return Ok(None);
     }
     file.seek(SeekFrom::Start(start))?;
@@ -122,8 +135,20 @@ impl Scan {
         let Record::Chunk { header, .. } = parse_record(op::CHUNK, &record[RECORD_HEADER as usize..])? else {
             return Err(McapError::BadIndex);
         };
+        let index = ChunkIndex {
+            message_start_time: header.message_start_time,
+            message_end_time: header.message_end_time,
+            chunk_start_offset: place.start,
+            chunk_length: RECORD_HEADER + place.length,
+            message_index_offsets: Default::default(),
+            message_index_length: 0,
+            compression: header.compression.clone(),
+            compressed_size: header.compressed_size,
+            uncompressed_size: header.uncompressed_size,
+        };
         // All of it before any of it counts.
         let chunk = ChunkContent::read(&record)?;
+        decode(&index, &record)?;
         self.last_indexes = chunk.indexes;
         chunk.schemas.into_iter().for_each(|schema| drop(self.summary.schemas.insert(schema.id, Arc::new(schema))));
         for channel in chunk.channels {
@@ -132,17 +157,7 @@ impl Scan {
             self.summary.channels.insert(id, Arc::new(Channel { id, topic, schema, message_encoding, metadata }));
         }
         self.count(&header);
-        self.summary.chunk_indexes.push(ChunkIndex {
-            message_start_time: header.message_start_time,
-            message_end_time: header.message_end_time,
-            chunk_start_offset: place.start,
-            chunk_length: RECORD_HEADER + place.length,
-            message_index_offsets: Default::default(),
-            message_index_length: 0,
-            compression: header.compression,
-            compressed_size: header.compressed_size,
-            uncompressed_size: header.uncompressed_size,
-        });
+        self.summary.chunk_indexes.push(index);
         Ok(())
     }
 
@@ -164,11 +179,38 @@ impl Scan {
     fn take_index(&mut self, file: &mut (impl Read + Seek), place: &Place) -> McapResult<()> {
         let body = read_body(file, place)?;
         let Record::MessageIndex(index) = parse_record(op::MESSAGE_INDEX, &body)? else { return Ok(()) };
-        if let Some(chunk) = self.summary.chunk_indexes.last_mut() {
+        // One that follows on no chunk, or isn't of it, belongs to a chunk that is damaged.
+        let is_of_chunk = self.last_indexes.iter().any(|of_chunk| of_chunk.channel_id == index.channel_id);
+        if let Some(chunk) = self.summary.chunk_indexes.last_mut().filter(|_| is_of_chunk) {
             chunk.message_index_offsets.insert(index.channel_id, place.start);
             chunk.message_index_length += RECORD_HEADER + place.length;
         }
         Ok(())
+    }
+
+    /// Passes over what can't be understood.
+    fn leave_out(&mut self, hole: Range<u64>) {
+        let indexes = std::mem::take(&mut self.last_indexes).len();
+        let chunk = self.summary.chunk_indexes.last_mut();
+        if let Some(chunk) = chunk.filter(|chunk| chunk.message_index_offsets.len() < indexes) {
+            // With some of its indexes missing a reader would take it to lack those messages; with none it looks.
+            chunk.message_index_offsets.clear();
+            chunk.message_index_length = 0;
+        }
+        self.holes.push(hole);
+    }
+
+    /// Adds definitions that stand in another summary of the same file.
+    pub fn define(&mut self, other: &Summary) {
+        let summary = &mut self.summary;
+        for (id, schema) in &other.schemas {
+            summary.schemas.entry(*id).or_insert_with(|| Arc::clone(schema));
+        }
+        for (id, channel) in &other.channels {
+            summary.channels.entry(*id).or_insert_with(|| Arc::clone(channel));
+        }
+        let stats = summary.stats.get_or_insert_default();
+        (stats.schema_count, stats.channel_count) = (summary.schemas.len() as u16, summary.channels.len() as u32);
     }
 
     /// If a chunk comes last, its indexes may be incomplete: they are written anew.
@@ -197,6 +239,19 @@ fn read_body(file: &mut (impl Read + Seek), place: &Place) -> McapResult<Vec<u8>
     let mut body = vec![0; place.length as usize];
     file.read_exact(&mut body)?;
     Ok(body)
+}
+
+/// Decompresses a chunk record to its very end, as readers with an index do, and those without don't.
+fn decode(index: &ChunkIndex, record: &[u8]) -> McapResult<()> {
+    let summary = Summary { chunk_indexes: vec![index.clone()], ..Summary::default() };
+    let options = IndexedReaderOptions::new().with_record_length_limit(MAX_RECORD);
+    let mut reader = IndexedReader::new_with_options(&summary, options)?;
+    while let Some(IndexedReadEvent::ReadChunkRequest { offset, length }) = reader.next_event().transpose()? {
+        let start = (offset - index.chunk_start_offset) as usize;
+        let compressed = record.get(start..).filter(|rest| rest.len() == length).ok_or(McapError::BadIndex)?;
+        reader.insert_chunk_record_data(offset, compressed)?;
+    }
+    Ok(())
 }
 
 /// What lies in a chunk.

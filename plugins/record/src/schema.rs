@@ -48,6 +48,8 @@ pub enum Topic {
 }
 
 const COLUMNS: &str = "/columns/";
+/// The column that every producer publishes: each robot's type.
+pub(crate) const PRODUCERS_COLUMN: &str = "type";
 
 impl Topic {
     /// As the recording names it.
@@ -101,6 +103,22 @@ impl Topic {
                 include_bytes!(concat!(env!("OUT_DIR"), "/foxglove.descriptors"))
             }
             _ => include_bytes!(concat!(env!("OUT_DIR"), "/regatta.descriptors")),
+        }
+    }
+
+    /// The column that a topic is of.
+    pub(crate) fn column(&self) -> Option<&ColumnName> {
+        match self {
+            Self::Column(name) => Some(name),
+            _ => None,
+        }
+    }
+
+    /// Whether plugins make it, from frames and the world, rather than the producer.
+    pub(crate) fn is_from_plugin(&self) -> bool {
+        match self {
+            Self::Column(name) => name.as_str() != PRODUCERS_COLUMN,
+            _ => matches!(self, Self::Contacts | Self::ContactEvents),
         }
     }
 

@@ -1,6 +1,5 @@
 //! Writes messages to a file, on a thread of its own: whatever the disk does, the recorder keeps up with the fleet.
 
-use std::collections::{BTreeMap, HashMap};
 use std::fs::{File, OpenOptions};
 use std::io;
 use std::path::{Path, PathBuf};
@@ -11,12 +10,12 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use mcap::records::{MessageHeader, Metadata};
-use mcap::write::NoSeek;
-use mcap::{McapError, McapResult, WriteOptions, Writer};
+use mcap::{McapError, McapResult};
 
+use crate::mcap_file::{Compression, McapFile};
 use crate::reading::Recording;
 use crate::repair::close;
-use crate::schema::{PROTOBUF, Topic};
+use crate::schema::Topic;
 
 /// Chunks are closed when they hold so much: little to lose, little to read for a seek.
 const CHUNK_BYTES: u64 = 4 << 20;
@@ -24,18 +23,6 @@ const CHUNK_BYTES: u64 = 4 << 20;
 const CHUNK_TIME: Duration = Duration::from_secs(1);
 /// Most bytes that wait for the disk. What comes on top is dropped.
 const QUEUE_BYTES: usize = 256 << 20;
-
-/// How chunks are compressed.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
-pub enum Compression {
-    /// Fast.
-    #[default]
-    Lz4,
-    /// Smaller, and slower.
-    Zstd,
-    /// Not at all.
-    None,
-}
 
 /// Why a recording can't be written.
 #[derive(Debug, thiserror::Error)]
@@ -243,46 +230,4 @@ impl Drain {
 /// Frames that a reader finds in a file.
 fn frames_in(path: &Path) -> Option<u64> {
     Recording::open(path).ok().map(|recording| recording.count(&Topic::Frames))
-}
-
-/// A file under construction.
-pub(crate) struct McapFile {
-    pub writer: Writer<NoSeek<File>>,
-    /// Channel and number of messages of each topic.
-    channels: HashMap<Topic, (u16, u32)>,
-}
-
-impl McapFile {
-    pub fn create(file: File, compression: Compression, chunk_bytes: u64) -> McapResult<Self> {
-        let compression = match compression {
-            Compression::Lz4 => Some(mcap::Compression::Lz4),
-            Compression::Zstd => Some(mcap::Compression::Zstd),
-            Compression::None => None,
-        };
-        let writer = WriteOptions::new()
-            .library(concat!("regatta ", env!("CARGO_PKG_VERSION")))
-            .compression(compression)
-            .compression_level(1)
-            .compression_threads(0)
-            .chunk_size(Some(chunk_bytes))
-            // Chunks are put together in memory and written whole, so that a kill seldom finds half of one.
-            .disable_seeking(true)
-            .create(NoSeek::new(file))?;
-        Ok(Self { writer, channels: HashMap::new() })
-    }
-
-    /// Writes a message. Its channel and number are filled in.
-    pub fn write(&mut self, topic: &Topic, header: MessageHeader, message: &[u8]) -> McapResult<()> {
-        let (channel_id, count) = match self.channels.get_mut(topic) {
-            Some(channel) => channel,
-            None => {
-                let schema = self.writer.add_schema(topic.schema(), PROTOBUF, topic.descriptors())?;
-                let channel = self.writer.add_channel(schema, &topic.name(), PROTOBUF, &BTreeMap::new())?;
-                self.channels.entry(topic.clone()).or_insert((channel, 0))
-            }
-        };
-        *count = count.wrapping_add(1);
-        let header = MessageHeader { channel_id: *channel_id, sequence: *count, ..header };
-        self.writer.write_to_known_channel(&header, message)
-    }
 }

@@ -7,15 +7,16 @@ use std::time::Duration;
 
 use regatta_plugin::contact::{ContactEventReader, ContactReader};
 use regatta_plugin::order_log::OrderLogReader;
+use regatta_plugin::qos::COLUMN_BUFFER;
 use regatta_plugin::{ColumnName, ColumnReader, FleetName, Participant, Result, column_names};
 
 use crate::encode;
-use crate::schema::Topic;
+use crate::schema::{PRODUCERS_COLUMN, Topic};
 
 /// How often to look for new columns.
 const SEARCH_PERIOD: Duration = Duration::from_millis(500);
-/// The column that every producer publishes: each robot's type.
-const PRODUCERS_COLUMN: &str = "type";
+/// Most samples of one column that are taken at a time: a publisher faster than the recorder must not keep it busy.
+const AT_ONCE: usize = 2 * COLUMN_BUFFER;
 
 /// Readers of all that isn't handed over by the contract itself.
 #[derive(Debug)]
@@ -28,6 +29,16 @@ pub(crate) struct Sources {
     orders: OrderLogReader,
     contacts: ContactReader,
     contact_events: ContactEventReader,
+}
+
+/// A message, and the tick that it belongs to.
+pub(crate) struct Found {
+    pub topic: Topic,
+    pub run_id: u64,
+    pub tick: u64,
+    /// Samples before this one that nobody will ever see here.
+    pub missed: u64,
+    pub message: Vec<u8>,
 }
 
 impl Sources {
@@ -44,44 +55,54 @@ impl Sources {
             found,
             _searched_for: searched_for,
             orders: OrderLogReader::open_on(participant)?,
-            contacts: ContactReader::open_on(participant)?,
+            contacts: ContactReader::open_for_all_on(participant)?,
             contact_events: ContactEventReader::open_on(participant)?,
         };
         // Before the first frame, because opening takes a while: the producer's own, and those that are there already.
-        for name in [PRODUCERS_COLUMN.parse()?].into_iter().chain(column_names(participant.fleet())) {
-            sources.open_column(name)?;
-        }
+        sources.open_column(PRODUCERS_COLUMN.parse()?)?;
+        sources.open_columns()?;
         Ok(sources)
     }
 
-    /// Hands over what is new: its topic, run, tick, and the message.
-    pub fn poll(&mut self, mut take: impl FnMut(Topic, u64, u64, Vec<u8>)) -> Result {
+    /// Opens all columns that there are. Takes a while: not for every frame.
+    pub fn open_columns(&mut self) -> Result {
+        column_names(self.participant.fleet()).into_iter().try_for_each(|name| self.open_column(name))
+    }
+
+    /// Hands over what is new.
+    pub fn poll(&mut self, mut take: impl FnMut(Found)) -> Result {
         // No more than one for a frame, or else a frame could be missed.
         if let Ok(name) = self.found.try_recv() {
             self.open_column(name)?;
         }
         for (name, reader) in &mut self.columns {
-            if let Some(column) = reader.latest()? {
-                let topic = Topic::Column(name.clone());
-                take(topic, column.header.run_id, column.header.tick, encode::column(&column));
+            for _ in 0..AT_ONCE {
+                let Some(column) = reader.take_next()? else { break };
+                let (run_id, tick, missed) = (column.header.run_id, column.header.tick, column.missed);
+                let message = encode::column(&column);
+                take(Found { topic: Topic::Column(name.clone()), run_id, tick, missed, message });
             }
         }
         self.orders.take(|log| -> Result {
-            take(Topic::Orders, log.header.run_id, log.header.tick, encode::orders(log));
+            let (run_id, tick, missed) = (log.header.run_id, log.header.tick, log.missed);
+            take(Found { topic: Topic::Orders, run_id, tick, missed, message: encode::orders(log) });
             Ok(())
         })?;
-        if let Some(contacts) = self.contacts.latest()? {
-            take(Topic::Contacts, contacts.header.run_id, contacts.header.tick, encode::contacts(&contacts));
+        for _ in 0..AT_ONCE {
+            let Some(contacts) = self.contacts.take_next()? else { break };
+            let (run_id, tick, missed) = (contacts.header.run_id, contacts.header.tick, contacts.missed);
+            take(Found { topic: Topic::Contacts, run_id, tick, missed, message: encode::contacts(&contacts) });
         }
         self.contact_events.take(|events| -> Result {
-            take(Topic::ContactEvents, events.header.run_id, events.header.tick, encode::contact_events(events));
+            let (run_id, tick, missed) = (events.header.run_id, events.header.tick, events.missed);
+            take(Found { topic: Topic::ContactEvents, run_id, tick, missed, message: encode::contact_events(events) });
             Ok(())
         })
     }
 
     fn open_column(&mut self, name: ColumnName) -> Result {
         if !self.columns.iter().any(|(known, _)| *known == name) {
-            let reader = ColumnReader::open_on(&self.participant, &name)?;
+            let reader = ColumnReader::open_for_all_on(&self.participant, &name)?;
             self.columns.push((name, reader));
         }
         Ok(())

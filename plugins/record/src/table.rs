@@ -6,8 +6,9 @@ use regatta_plugin::ColumnName;
 use regatta_plugin::frame::{FrameHeader, RobotState};
 use regatta_plugin::world::EdgeRecord;
 
-use crate::decode::{self, MessageError, RecordedColumn, RecordedFrame, RecordedWorld, Row};
+use crate::decode::{self, MessageError, RecordedWorld};
 use crate::reading::{Entry, ReadingError, Recording, Selection};
+use crate::recorded::{RecordedColumn, RecordedFrame, Row};
 use crate::schema::Topic;
 
 /// A frame and what goes with it.

@@ -79,6 +79,10 @@ pub fn datagram_bytes(text: &str) -> Result<usize, String> {
     within(text, MIN_DATAGRAM_BYTES..=MAX_DATAGRAM_BYTES)
 }
 
+pub fn datagram_limit(text: &str) -> Result<usize, String> {
+    within(text, 1..=MAX_DATAGRAM_BYTES)
+}
+
 /// Seconds, of a length that makes sense.
 pub fn seconds(text: &str) -> Result<std::time::Duration, String> {
     let seconds = text.parse().ok().filter(|seconds| (0.001..=1e6).contains(seconds));
@@ -139,6 +143,7 @@ mod tests {
     fn numbers_out_of_range_say_what_the_range_is() {
         assert_eq!(decimals("3"), Ok(3));
         assert!(decimals("0").is_err_and(|message| message.contains("1 to 9")));
+        assert!(datagram_limit("0").is_err() && datagram_limit("1") == Ok(1));
         assert!(datagram_bytes("65508").is_err_and(|message| message.contains("65507")));
         assert!(seconds("nan").is_err() && seconds("0").is_err() && seconds("-1").is_err());
         assert_eq!(seconds("0.5"), Ok(std::time::Duration::from_millis(500)));

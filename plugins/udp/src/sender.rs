@@ -13,7 +13,7 @@ use crate::line::{AngleUnit, LineFormat, PoseLine, Separator};
 use crate::options::{self, Form, Offset, RobotRange};
 use crate::outlet::{Outlet, Sent};
 use crate::packer::Packer;
-use crate::socket::{Listen, Socket, resolve};
+use crate::socket::{Listen, Socket, resolve_receiver};
 use crate::tally::{Effort, EverySecond};
 
 /// Sends a fleet's poses as text in UDP datagrams: lines `id,x,y,theta`
@@ -37,13 +37,13 @@ struct SenderOptions {
     #[arg(long, value_name = "[HOST:]PORT")]
     listen: Option<Listen>,
     /// What the other side adds to positions before it answers, in metres
-    #[arg(long, value_name = "X,Y", default_value = "0,0", allow_hyphen_values = true)]
+    #[arg(long, value_name = "X,Y", default_value = "0,0", allow_hyphen_values = true, requires = "listen")]
     echo_offset: Offset,
     /// Decimals of the answers [default: as sent]
-    #[arg(long, value_name = "N", value_parser = options::decimals)]
+    #[arg(long, value_name = "N", value_parser = options::decimals, requires = "listen")]
     echo_decimals: Option<usize>,
     /// Seconds that an answer may take
-    #[arg(long, value_name = "SECONDS", default_value = "1", value_parser = options::seconds)]
+    #[arg(long, value_name = "SECONDS", default_value = "1", value_parser = options::seconds, requires = "listen")]
     echo_deadline: Duration,
     /// Print the closing figures as JSON too, on standard output
     #[arg(long)]
@@ -80,7 +80,7 @@ impl Sender {
     fn open(options: &SenderOptions) -> Result<Self> {
         let unit = options.form.unit();
         let format = LineFormat::new(Separator::Comma, options.form.decimals, unit);
-        let to = resolve(&options.to)?;
+        let to = resolve_receiver(&options.to)?;
         let verbose = options.plugin.verbose > 0;
         let echo = options.listen.as_ref().map(|listen| -> Result<_> {
             let decimals = options.echo_decimals.unwrap_or(crate::fixed::MAX_DECIMALS);

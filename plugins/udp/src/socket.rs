@@ -31,6 +31,9 @@ pub enum SocketError {
         /// The system's reason.
         reason: io::Error,
     },
+    /// Nobody can listen at port 0.
+    #[error("'{0}' has port 0, which nobody can listen at; give the receiver's port")]
+    NoPort(String),
     /// The address can't be listened on.
     #[error("can't listen on {address}: {reason}; is another program listening there? choose another port")]
     Listen {
@@ -68,6 +71,15 @@ impl FromStr for Listen {
         let port = if is_port { text.parse().ok() } else { None };
         Ok(port.map_or_else(|| Self(text.to_owned()), Self::loopback))
     }
+}
+
+/// The address of somebody to send to.
+///
+/// # Errors
+/// [`SocketError::Resolve`], or [`SocketError::NoPort`].
+pub fn resolve_receiver(address: &str) -> Result<SocketAddr, SocketError> {
+    let found = resolve(address)?;
+    if found.port() == 0 { Err(SocketError::NoPort(address.to_owned())) } else { Ok(found) }
 }
 
 /// The address of a name and port.

@@ -18,7 +18,7 @@ use regatta_plugin::{NAME_VARIABLE, Participant, Result, Termination, set_verbos
 
 use crate::line::{LineFormat, Separator};
 use crate::options::parse;
-use crate::socket::{Buffers, Socket, resolve};
+use crate::socket::{Buffers, Socket, resolve_receiver};
 use crate::tally::{Effort, EverySecond};
 use answers::Answers;
 use control::clock_state;
@@ -71,7 +71,7 @@ impl Source {
         let socket = Socket::listen(&options.listen)?;
         let unit = options.form.unit();
         let format = LineFormat::new(Separator::Space, options.form.decimals, unit);
-        let answers = options.echo_to.as_ref().map(|to| Answers::open(resolve(to)?, format, options.form.mtu));
+        let answers = options.echo_to.as_ref().map(|to| Answers::open(resolve_receiver(to)?, format, options.form.mtu));
         let answers = answers.transpose()?;
         let name = options.name.clone().or_else(|| std::env::var(NAME_VARIABLE).ok());
         let participant = Participant::join(&options.fleet, name.as_deref().unwrap_or("udp-source"))?;

@@ -7,6 +7,7 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use super::{ExportError, Record};
+use crate::output;
 
 /// Text that is kept in memory before it goes to the files, so that each is opened a few times only.
 const BUFFER_BYTES: usize = 64 << 20;
@@ -78,7 +79,7 @@ impl Table {
         let mut file = match self.is_created {
             true => OpenOptions::new().append(true).open(path)?,
             false => {
-                let mut file = fs::File::create(path)?;
+                let mut file = output::create(path)?;
                 file.write_all(head.as_bytes())?;
                 file
             }

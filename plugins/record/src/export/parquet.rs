@@ -13,6 +13,7 @@ use parquet::file::writer::{SerializedFileWriter, SerializedRowGroupWriter};
 use parquet::schema::types::Type;
 
 use super::{ExportError, HEAD, Record};
+use crate::output;
 
 /// Rows that are kept in memory and written as one group.
 const GROUP_ROWS: usize = 1 << 19;
@@ -61,7 +62,7 @@ impl Table {
         let zstd = ZstdLevel::try_new(1).map_err(|error| failed(error.into()))?;
         let properties = WriterProperties::builder().set_compression(Compression::ZSTD(zstd)).build();
         let schema = schema(titles, plugins).map_err(|error| failed(error.into()))?;
-        let file = File::create(path).map_err(failed)?;
+        let file = output::create(path).map_err(failed)?;
         let writer = SerializedFileWriter::new(file, Arc::new(schema), Arc::new(properties));
         let group = Group { columns: vec![Optional::default(); plugins], ..Group::default() };
         Ok(Self { path: path.to_owned(), writer: writer.map_err(|error| failed(error.into()))?, group })

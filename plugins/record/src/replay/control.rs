@@ -6,7 +6,8 @@ use regatta_plugin::control::{ControlKind, ControlRequest, ControlResponse};
 use regatta_plugin::frame::ClockState;
 use regatta_plugin::inbox::Answer;
 
-use super::{Replay, ReplayError, Speed};
+use super::options::Speed;
+use super::{Replay, ReplayError};
 
 /// A request that was carried out or refused, and is to be answered.
 #[derive(Debug)]
@@ -66,6 +67,9 @@ impl Replay<'_> {
                 self.pace.restart(self.pace.speed(), time);
             }
             Some(ControlKind::Step) => {
+                if !self.paused || self.steps_left == 0 {
+                    self.pace.restart(self.pace.speed(), time);
+                }
                 self.paused = true;
                 self.steps_left = self.steps_left.saturating_add(request.count);
             }

@@ -1,6 +1,6 @@
 //! Publishes recorded messages as a producer.
 
-use std::collections::HashSet;
+use std::collections::BTreeSet;
 
 use regatta_plugin::column::ColumnHeader;
 use regatta_plugin::contact::{ContactHeader, ContactPublisher};
@@ -9,7 +9,8 @@ use regatta_plugin::publish::Producer;
 use regatta_plugin::{ColumnName, OpenError, Participant, PublishError};
 
 use super::ReplayError;
-use crate::decode::{self, MessageError, RecordedColumn, RecordedFrame, RecordedWorld};
+use crate::decode::{self, MessageError, RecordedWorld};
+use crate::recorded::{RecordedColumn, RecordedFrame};
 use crate::schema::Topic;
 
 /// What a frame says about the replay rather than about the recording.
@@ -24,12 +25,10 @@ pub(super) struct Show {
 #[derive(Debug)]
 pub(super) struct Stage {
     pub producer: Producer,
-    /// Opened with the first recorded contacts: a recording without any leaves them to a live checker.
+    /// A recording without any leaves them to a live checker.
     contacts: Option<ContactPublisher>,
-    skips_contacts: bool,
-    /// Columns that somebody else publishes, or that are not wanted.
-    skipped: HashSet<ColumnName>,
-    with_columns: bool,
+    /// Those that are published: none that somebody else publishes.
+    columns: BTreeSet<ColumnName>,
     /// The run that was recorded, of which this shows a part.
     recorded_run: Option<u64>,
     world: RecordedWorld,
@@ -57,14 +56,26 @@ impl From<MessageError> for StageError {
 }
 
 impl Stage {
-    pub fn open(participant: Participant, with_columns: bool) -> Result<Self, OpenError> {
-        let producer = Producer::create_on(participant, 0)?;
+    /// Opens a fleet to publish these topics on, all before the first frame: so readers that wait for a fleet are there
+    /// in time.
+    pub fn open(participant: Participant, topics: &[Topic]) -> Result<Self, OpenError> {
+        let mut producer = Producer::create_on(participant, 0)?;
+        let mut columns = BTreeSet::new();
+        for name in topics.iter().filter_map(Topic::column) {
+            match producer.open_column(name.clone()) {
+                Ok(_) => drop(columns.insert(name.clone())),
+                Err(error) => regatta_plugin::tell!("replay: the recorded column is left out: {error}"),
+            }
+        }
+        let has_contacts = topics.iter().any(|topic| matches!(topic, Topic::Contacts | Topic::ContactEvents));
+        let contacts = has_contacts.then(|| ContactPublisher::open_on(producer.participant()));
+        let contacts = contacts.and_then(|opened| {
+            opened.inspect_err(|error| regatta_plugin::tell!("replay: contacts are left out: {error}")).ok()
+        });
         Ok(Self {
             producer,
-            contacts: None,
-            skips_contacts: !with_columns,
-            skipped: HashSet::new(),
-            with_columns,
+            contacts,
+            columns,
             recorded_run: None,
             world: RecordedWorld::default(),
             header: FrameHeader::default(),
@@ -105,7 +116,9 @@ impl Stage {
         match topic {
             Topic::Frames => return self.frame(&RecordedFrame::parse(message)?, show).map(|()| true),
             Topic::World => self.take_world(decode::world(message)?)?,
-            Topic::Column(name) if self.with_columns => self.column(name, &RecordedColumn::parse(message)?)?,
+            Topic::Column(name) if self.columns.contains(name) => {
+                self.column(name, &RecordedColumn::parse(message)?)?
+            }
             Topic::Events if self.producer.has_event_readers() => {
                 let (header, events) = decode::events(message)?;
                 self.producer.publish_events(&header, &events)?;
@@ -175,23 +188,13 @@ impl Stage {
     }
 
     fn column(&mut self, name: &ColumnName, column: &RecordedColumn<'_>) -> Result<(), StageError> {
-        if self.skipped.contains(name) {
-            return Ok(());
-        }
         let header = ColumnHeader { tick: column.tick, ..ColumnHeader::default() };
-        match self.producer.publish_column(name.as_str(), header, &column.values()) {
-            Err(PublishError::Open(error)) => {
-                regatta_plugin::tell!("replay: the recorded column is left out: {error}");
-                self.skipped.insert(name.clone());
-                Ok(())
-            }
-            outcome => Ok(outcome?),
-        }
+        Ok(self.producer.publish_column(name.as_str(), header, &column.values())?)
     }
 
     fn contacts(&mut self, message: &[u8]) -> Result<(), StageError> {
         let run_id = self.producer.run_id();
-        if let Some(publisher) = self.contact_publisher() {
+        if let Some(publisher) = &mut self.contacts {
             let (header, pairs) = decode::contacts(message)?;
             publisher.publish(&ContactHeader { run_id, ..header }, &pairs)?;
         }
@@ -200,20 +203,10 @@ impl Stage {
 
     fn contact_events(&mut self, message: &[u8]) -> Result<(), StageError> {
         let run_id = self.producer.run_id();
-        if let Some(publisher) = self.contact_publisher() {
+        if let Some(publisher) = &mut self.contacts {
             let (tick, events) = decode::contact_events(message)?;
             publisher.publish_events(run_id, tick, &events)?;
         }
         Ok(())
-    }
-
-    fn contact_publisher(&mut self) -> Option<&mut ContactPublisher> {
-        if self.contacts.is_none() && !self.skips_contacts {
-            let opened = ContactPublisher::open_on(self.producer.participant());
-            self.contacts =
-                opened.inspect_err(|error| regatta_plugin::tell!("replay: contacts are left out: {error}")).ok();
-            self.skips_contacts = self.contacts.is_none();
-        }
-        self.contacts.as_mut()
     }
 }

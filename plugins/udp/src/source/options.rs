@@ -44,7 +44,7 @@ pub struct SourceOptions {
     #[command(flatten)]
     pub form: Form,
     /// Ignore datagrams that are longer
-    #[arg(long, value_name = "BYTES", default_value_t = MAX_DATAGRAM_BYTES)]
+    #[arg(long, value_name = "BYTES", default_value_t = MAX_DATAGRAM_BYTES, value_parser = options::datagram_limit)]
     pub max_datagram: usize,
     /// Seconds of silence after which a robot is gone [default: never]
     #[arg(long, value_name = "SECONDS", value_parser = options::seconds)]
