@@ -49,6 +49,8 @@
 
 mod body;
 mod bounds;
+mod checks;
+mod chunk;
 mod crowd;
 mod detector;
 #[cfg(test)]
@@ -56,6 +58,7 @@ mod detector_tests;
 mod footprint;
 #[cfg(test)]
 mod geometry_tests;
+mod grid;
 mod heading;
 mod ledger;
 mod log;
@@ -67,11 +70,14 @@ mod path;
 mod plugin;
 mod prediction;
 mod radix;
+mod roads;
 mod settings;
 mod skips;
 mod strips;
 mod summary;
+mod sweep;
 mod tally;
+mod way;
 
 pub use detector::{Detector, Scene};
 pub use log::{HEADER as LOG_HEADER, LogError};

@@ -7,8 +7,9 @@ use regatta_plugin::contact::{ContactChange, ContactEvent, ContactLevel};
 use regatta_plugin::frame::{Columns, NO_EDGE, RobotState};
 use regatta_plugin::world::{EdgeRecord, RobotTypeRecord, Shape};
 
-use crate::body::{Body, CIRCLE};
+use crate::body::Body;
 use crate::detector::{Detector, Scene};
+use crate::footprint::CIRCLE;
 use crate::heading::heading;
 use crate::pair::Signs;
 use crate::path::Paths;
@@ -154,8 +155,7 @@ impl Trial {
         let speed = if robot.speed.is_nan() { 0.0 } else { robot.speed.clamp(-50.0, 50.0) };
         let heading = heading(robot.theta);
         let half_width = if kind.shape() == Shape::Circle { CIRCLE } else { 0.5 * kind.width };
-        let velocity = heading.map(|part| part * speed);
-        let body = Body { place: [robot.x, robot.y], heading, half_length: 0.5 * kind.length, half_width, velocity };
+        let body = Body { place: [robot.x, robot.y], heading, half_length: 0.5 * kind.length, half_width };
         let mut pieces = Vec::new();
         if self.settings.horizon() > 0.0 {
             let speed = if robot.state == RobotState::Held as u8 { 0.0 } else { speed };
