@@ -90,8 +90,8 @@ fn approach(strip: &Strip, places: [u32; 2], [a, b]: [&Body; 2]) -> Approach {
 /// The robot with the lower id first: so that two always come out the same. Without a branch, as every other guess would
 /// be wrong.
 fn in_order(strip: &Strip, places: [u32; 2]) -> [u32; 2] {
-    let first = usize::from(strip.mover(places[0]).robot > strip.mover(places[1]).robot);
-    [places[first], places[1 - first]]
+    let [a, b] = places.map(|place| u64::from(strip.mover(place).robot) << 32 | u64::from(place));
+    [a.min(b) as u32, a.max(b) as u32]
 }
 
 /// Adds two robots that may have a level.

@@ -3,6 +3,7 @@
 use crate::body::Body;
 use crate::bounds::Bounds;
 use crate::footprint::Footprint;
+use crate::grid::Scale;
 use crate::heading::heading;
 use crate::prediction::Piece;
 use crate::strips::Mover;
@@ -112,7 +113,10 @@ impl Chunk {
         let (number, first) = (self.ways.len(), self.pieces.len());
         let body = self.body(number);
         predict(&body, &mut self.pieces);
-        self.ways.push(Way::new(&body, &self.pieces, first, self.bounds(number)));
+        let way = Way::new(&body, &self.pieces, first, self.bounds(number));
+        (self.west[number], self.east[number]) = (way.bounds.west(), way.bounds.east());
+        (self.south[number], self.north[number]) = (way.bounds.south(), way.bounds.north());
+        self.ways.push(way);
     }
 
     fn body(&self, number: usize) -> Body {
@@ -137,9 +141,28 @@ impl Chunk {
 
     /// Around all that counts of a robot.
     pub(crate) fn bounds(&self, number: usize) -> Bounds {
-        self.ways.get(number).map_or_else(
-            || Bounds::new([self.west[number], self.south[number]], [self.east[number], self.north[number]]),
-            |way| way.bounds,
-        )
+        Bounds::new([self.west[number], self.south[number]], [self.east[number], self.north[number]])
     }
+
+    /// Around all that counts of all.
+    pub(crate) fn all_bounds(&self) -> Bounds {
+        let least = |column: &Column<f32>| extreme(&column[..self.len], f32::MAX, |a, b| if a < b { a } else { b });
+        let most = |column: &Column<f32>| extreme(&column[..self.len], -f32::MAX, |a, b| if a > b { a } else { b });
+        Bounds::new([least(&self.west), least(&self.south)], [most(&self.east), most(&self.north)])
+    }
+
+    /// The strips of southern and of northern sides; of what is left over, some numbers.
+    pub(crate) fn strips(&self, scale: Scale) -> [Column<i32>; 2] {
+        [self.south.map(|y| scale.strip(y)), self.north.map(|y| scale.strip(y))]
+    }
+}
+
+/// The least or the most of these, four at once.
+fn extreme(values: &[f32], start: f32, pick: impl Fn(f32, f32) -> f32) -> f32 {
+    let (fours, rest) = values.as_chunks::<4>();
+    let mut found = [start; 4];
+    for four in fours {
+        found = [0, 1, 2, 3].map(|lane| pick(four[lane], found[lane]));
+    }
+    found.iter().chain(rest).fold(start, |one, other| pick(*other, one))
 }

@@ -120,21 +120,21 @@ impl Strips {
         let (mut unplaced, mut all) = (0, Bounds::NOTHING);
         for first in (0..robots).step_by(Chunk::ROBOTS) {
             unplaced += crowd.take(first..(first + Chunk::ROBOTS).min(robots), &mut self.chunk);
-            self.enter(&mut all);
+            all = all.join(self.chunk.all_bounds());
+            self.enter();
         }
         self.packing = Packing::new(self.scale, all, self.strips.len());
         unplaced
     }
 
-    /// Puts a chunk of robots where they belong. `all` comes to be around them, too.
-    fn enter(&mut self, all: &mut Bounds) {
+    /// Puts a chunk of robots where they belong.
+    fn enter(&mut self) {
         let Self { scale, strips, chunk, .. } = self;
         let mask = strips.len() as i32 - 1;
+        let [first, last] = chunk.strips(*scale);
         for (number, mover) in chunk.movers().iter().enumerate() {
-            let (bounds, way) = (chunk.bounds(number), chunk.way(number));
-            *all = all.join(bounds);
-            let (first, last) = (scale.strip(bounds.south()), scale.strip(bounds.north()));
-            for strip in first..=last {
+            let (first, last, way) = (first[number], last[number], chunk.way(number));
+            for strip in first..last + 1 {
                 let slot = strip << 1 | i32::from(strip == first);
                 strips[(strip & mask) as usize].enter(mover, way, slot);
             }
