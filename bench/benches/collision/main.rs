@@ -39,11 +39,12 @@ fn frames(criterion: &mut Criterion) {
     }
 }
 
+type Rival = fn(Columns) -> usize;
+
 /// Spatial indexes on the touching level. They are only asked for the number of pairs: the detector above also follows
 /// pairs from frame to frame, and marks the robots.
 fn rivals(criterion: &mut Criterion) {
-    let rivals: [(&str, fn(Columns) -> usize); 3] =
-        [("rstar", rival::rstar), ("parry2d", rival::parry), ("kiddo", rival::kiddo)];
+    let rivals: [(_, Rival); 3] = [("rstar", rival::rstar), ("parry2d", rival::parry), ("kiddo", rival::kiddo)];
     for (name, count) in rivals {
         let mut group = criterion.benchmark_group(name);
         for robots in SIZES {

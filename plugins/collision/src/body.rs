@@ -118,9 +118,7 @@ fn rectangles(
         from_b[1].abs() - (half_b[1] + half_a[0] * sin + half_a[1] * cos),
     ];
     let widest = strips.into_iter().fold(f64::NEG_INFINITY, f64::max);
-    // One question, to which the answer is mostly no; whether they overlap would often be a wrong guess.
-    let left = if widest > 0.0 { reach - widest } else { -1.0 };
-    if left < 0.0 {
+    if widest <= 0.0 || widest > reach {
         return widest.max(0.0);
     }
     let corners_of_b =

@@ -3,12 +3,12 @@
 use crate::body::{Body, meeting_place, relative_speed};
 use crate::crowd::Crowd;
 use crate::ledger::Found;
-use crate::meeting::meet;
+use crate::meeting::{ALWAYS, meet};
 use crate::pair::{GROWN, Signs};
 use crate::settings::{HYSTERESIS, Settings};
 use crate::strips::{Mover, Strip};
 use crate::sweep::Candidates;
-use crate::way::Approach;
+use crate::way::{Approach, straight_on};
 
 /// Farther apart than this beyond the margin, in metres, no pair has a level now.
 const FAR: f32 = HYSTERESIS as f32 + 0.01;
@@ -18,7 +18,10 @@ pub(crate) fn check(crowd: &Crowd, one: (&Strip, u32), other: (&Strip, u32), fou
     let mover = |(strip, place): (&Strip, u32)| *strip.mover(place);
     let [a, b] = if mover(one).robot < mover(other).robot { [one, other] } else { [other, one] };
     let [body_a, body_b] = [a, b].map(|robot| mover(robot).body(crowd.roads.footprints()));
-    let signs = Signs::of(crowd.settings, (&body_a, a.0.pieces(a.1)), (&body_b, b.0.pieces(b.1)));
+    let mut signs = Signs::now(crowd.settings, &body_a, &body_b);
+    if !signs.may() && crowd.settings.horizon() > 0.0 {
+        signs = signs.or(later(crowd.settings, [a, b], [&body_a, &body_b], ALWAYS));
+    }
     note(signs, (&mover(a), &body_a), (&mover(b), &body_b), found);
 }
 
@@ -77,13 +80,20 @@ fn predicted(settings: Settings, strip: &Strip, places: [u32; 2], [a, b]: [&Body
     if now.may() {
         return now;
     }
-    let ([pieces_a, pieces_b], when) =
-        (places.map(|place| strip.pieces(place)), approach.when_near(2.0 * GROWN as f32));
-    now.or(Signs::later(meet((a, pieces_a), (b, pieces_b), when, GROWN)))
+    let when = approach.when_near(2.0 * GROWN as f32);
+    now.or(later(settings, places.map(|place| (strip, place)), [a, b], when))
+}
+
+/// What the ways of two robots say, between these seconds from now.
+fn later(settings: Settings, [a, b]: [(&Strip, u32); 2], bodies: [&Body; 2], when: [f32; 2]) -> Signs {
+    let straight = |(strip, place): (&Strip, u32), body| straight_on(body, strip.way(place), settings.horizon());
+    let (straight_a, straight_b) = (straight(a, bodies[0]), straight(b, bodies[1]));
+    let (pieces_a, pieces_b) = (a.0.pieces(a.1, &straight_a), b.0.pieces(b.1, &straight_b));
+    Signs::later(meet((bodies[0], pieces_a), (bodies[1], pieces_b), when, GROWN))
 }
 
 fn approach(strip: &Strip, places: [u32; 2], [a, b]: [&Body; 2]) -> Approach {
-    let [way_a, way_b] = places.map(|place| &strip.ways[place as usize]);
+    let [way_a, way_b] = places.map(|place| strip.way(place));
     Approach::of((a, way_a), (b, way_b))
 }
 

@@ -117,6 +117,10 @@ impl Chunk {
         (self.west[number], self.east[number]) = (way.bounds.west(), way.bounds.east());
         (self.south[number], self.north[number]) = (way.bounds.south(), way.bounds.north());
         self.ways.push(way);
+        if self.pieces.len() == first + 1 {
+            // The way says it all.
+            self.pieces.truncate(first);
+        }
     }
 
     fn body(&self, number: usize) -> Body {

@@ -11,7 +11,8 @@ use crate::body::Body;
 use crate::detector::{Detector, Scene};
 use crate::footprint::CIRCLE;
 use crate::heading::heading;
-use crate::pair::Signs;
+use crate::meeting::{ALWAYS, meet};
+use crate::pair::{GROWN, Signs};
 use crate::path::Paths;
 use crate::prediction::{Drive, Piece, predict};
 use crate::settings::Settings;
@@ -116,7 +117,7 @@ impl Trial {
                 let before = self.levels.get(&pair).map(|(level, _)| *level);
                 let both = (bodies.get(first).and_then(Option::as_ref), bodies.get(second).and_then(Option::as_ref));
                 let level = match both {
-                    (Some(a), Some(b)) => Signs::of(self.settings, (&a.0, &a.1), (&b.0, &b.1)).level(before),
+                    (Some(a), Some(b)) => self.signs(a, b).level(before),
                     _ => None,
                 };
                 if level == before {
@@ -139,6 +140,15 @@ impl Trial {
             }
         }
         changes
+    }
+
+    /// No quick looks: every piece of both ways, whatever the present says.
+    fn signs(&self, (a, pieces_a): &(Body, Vec<Piece>), (b, pieces_b): &(Body, Vec<Piece>)) -> Signs {
+        let now = Signs::now(self.settings, a, b);
+        if self.settings.horizon() == 0.0 {
+            return now;
+        }
+        now.or(Signs::later(meet((a, pieces_a), (b, pieces_b), ALWAYS, GROWN)))
     }
 
     /// What the documentation says of who is looked at, and as what.

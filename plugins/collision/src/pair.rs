@@ -3,8 +3,7 @@
 use regatta_plugin::contact::ContactLevel;
 
 use crate::body::{Body, gap};
-use crate::meeting::{ALWAYS, Meeting, meet};
-use crate::prediction::Piece;
+use crate::meeting::Meeting;
 use crate::settings::{HYSTERESIS, Settings};
 
 /// By how much both are larger, on all sides, that are to stay apart on their ways, in metres.
@@ -55,16 +54,8 @@ impl Signs {
         Self(self.0 | other.0)
     }
 
-    /// Of two robots of a frame, the one with the lower id first: so that they always come out the same.
-    pub(crate) fn of(settings: Settings, (a, pieces_a): (&Body, &[Piece]), (b, pieces_b): (&Body, &[Piece])) -> Self {
-        let now = Self::now(settings, a, b);
-        if now.may() || settings.horizon() == 0.0 {
-            return now;
-        }
-        now.or(Self::later(meet((a, pieces_a), (b, pieces_b), ALWAYS, GROWN)))
-    }
-
-    /// What two footprints say by themselves.
+    /// What the footprints of two robots say by themselves; the one with the lower id first, so that they always come out
+    /// the same.
     pub(crate) fn now(settings: Settings, a: &Body, b: &Body) -> Self {
         let margin = f64::from(settings.margin());
         let gap = gap(a, b, margin + HYSTERESIS);

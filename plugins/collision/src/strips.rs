@@ -9,6 +9,7 @@
 //! worked through. Strips far apart share their memory, so that the plane has no end.
 
 use std::ops::ControlFlow;
+use std::slice::from_ref;
 
 use crate::body::Body;
 use crate::bounds::Bounds;
@@ -91,9 +92,15 @@ impl Strip {
         &self.movers[place as usize]
     }
 
-    /// Those of a robot; none if there is no horizon.
-    pub(crate) fn pieces(&self, place: u32) -> &[Piece] {
-        pieces_of(place as usize, &self.ways, &self.pieces)
+    /// If there is a horizon.
+    pub(crate) fn way(&self, place: u32) -> &Way {
+        &self.ways[place as usize]
+    }
+
+    /// Those of a robot, or else the one that it drives straight on.
+    pub(crate) fn pieces<'all>(&'all self, place: u32, straight_on: &'all Piece) -> &'all [Piece] {
+        let pieces = pieces_of(place as usize, &self.ways, &self.pieces);
+        if pieces.is_empty() { from_ref(straight_on) } else { pieces }
     }
 }
 

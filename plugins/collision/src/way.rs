@@ -14,7 +14,7 @@ pub(crate) struct Way {
     pub drift: [f32; 2],
     /// Most metres that it strays from where it would be if it drove at that velocity all the time.
     pub stray: f32,
-    /// Where its pieces start in the list that they are in.
+    /// Where its pieces start in the list that they are in. One that has only one needs none there.
     pub first_piece: u32,
 }
 
@@ -56,6 +56,11 @@ fn grown(way: Bounds, half: [f32; 2]) -> Bounds {
     let pad = HYSTERESIS as f32 + slack(way.west()) + slack(way.east()) + slack(way.south()) + slack(way.north());
     let (x, y) = (half[0] + pad, half[1] + pad);
     Bounds::new([way.west() - x, way.south() - y], [way.east() + x, way.north() + y])
+}
+
+/// The piece of a robot that drives straight on.
+pub(crate) fn straight_on(body: &Body, way: &Way, horizon: f32) -> Piece {
+    Piece { until: horizon, place: body.place, velocity: way.drift, heading: body.heading }
 }
 
 /// Two robots, each taken for a circle that drives at its mean velocity and is large enough to hold the robot all the
@@ -118,7 +123,7 @@ impl Approach {
 /// Least square of a speed that gets anybody anywhere, in m²/s².
 const SLOWEST: f32 = 1e-12;
 
-/// A robot's pieces, by its number among ways and all of their pieces; none if there are no ways.
+/// A robot's pieces, by its number among ways and all of their pieces; none if it drives straight on.
 pub(crate) fn pieces_of<'all>(number: usize, ways: &[Way], pieces: &'all [Piece]) -> &'all [Piece] {
     let Some(way) = ways.get(number) else { return &[] };
     let end = ways.get(number + 1).map_or(pieces.len(), |next| next.first_piece as usize);
