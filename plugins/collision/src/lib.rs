@@ -42,10 +42,10 @@
 //!
 //! # What it costs, and when it stops
 //!
-//! Time grows with the robots and with the pairs that are near (see `strips.rs`). In a pile of everybody those are all
-//! pairs, so there are limits: 64 checks, 512 looks and 8 pairs for each robot on average, besides some hundred thousand
-//! for any fleet. When one is reached, the frame is done again with the pairs known from before, and 8 neighbours of
-//! each robot. That is told as `capped`: all pairs in the list are real, but there may be more.
+//! Time grows with the robots and with the pairs that are near (see `strips.rs` and `sweep.rs`). In a pile of everybody
+//! those are all pairs, so there are limits: 64 checks, 512 looks and 8 pairs for each robot on average, besides some
+//! hundred thousand for any fleet. When one is reached, the frame is done again with the pairs known from before, and 8
+//! neighbours of each robot. That is told as `capped`: all pairs in the list are real, but there may be more.
 
 mod body;
 mod bounds;
