@@ -29,6 +29,8 @@ pub enum Command {
     /// Run one of the plugins that come with Regatta, in this process.
     #[command(disable_help_flag = true)]
     Plugin(plugin::PluginArgs),
+    /// See a fleet in 3D, in a window or with --headless in pictures.
+    Viewer(Box<regatta_viewer::Options>),
     /// Check, describe, generate and draw route graphs.
     Graph {
         #[command(subcommand)]

@@ -13,6 +13,7 @@ mod report;
 mod run;
 mod supervisor;
 mod top;
+mod viewer;
 
 use std::process::ExitCode;
 
@@ -52,6 +53,7 @@ fn dispatch(cli: Cli) -> Result<ExitCode, Failure> {
         Command::Run(args) => run::run(args),
         Command::Engine(args) => engine::run(args),
         Command::Plugin(args) => plugin::run(args),
+        Command::Viewer(options) => viewer::run(&options),
         Command::Graph { command } => graph::run(command),
         Command::Pause(target) => control::pause(&target),
         Command::Resume(target) => control::resume(&target),

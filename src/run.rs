@@ -9,12 +9,14 @@ use regatta_engine::scenario::{PluginCommand, Scenario, Viewer};
 use regatta_plugin::{Control, FleetName, Termination};
 
 use crate::engine::Tuning;
-use crate::supervisor::Supervisor;
+use crate::supervisor::{Ended, Supervisor};
 use crate::{Failure, control, demo, plugin};
 
 /// How long the engine may take to answer for the first time: a large graph is compiled first.
 const START_PATIENCE: Duration = Duration::from_secs(60);
 const POLL: Duration = Duration::from_millis(20);
+/// The viewer among the children.
+const VIEWER: &str = "viewer";
 
 #[derive(Args, Default)]
 pub struct RunArgs {
@@ -34,18 +36,22 @@ pub fn run(args: RunArgs) -> Result<ExitCode, Failure> {
     let plugins = scenario.plugins.iter().map(|plugin| plugin_command(plugin, &args.tuning.fleet));
     let plugins = plugins.collect::<Result<Vec<_>, _>>()?;
 
-    if scenario.viewer == Viewer::On {
-        return Err("the scenario says viewer: on, but this build has no viewer; say off or auto".into());
-    }
-
     let mut supervisor = Supervisor::default();
     let engine = supervisor.start("engine", &mut engine_command(args.scenario.as_deref(), &args.tuning)?)?;
     for (plugin, mut command) in scenario.plugins.iter().zip(plugins) {
         supervisor.start(&plugin.name, &mut command)?;
     }
     announce(&scenario, &args.tuning.fleet);
+    match scenario.viewer {
+        Viewer::Off => {}
+        Viewer::Auto if !has_display() => eprintln!("regatta: no display, so no viewer; the run goes on without it"),
+        Viewer::Auto | Viewer::On => {
+            supervisor.start(VIEWER, &mut viewer_command(&args.tuning.fleet)?)?;
+        }
+    }
 
-    let mut failures = watch(&mut supervisor, engine, &args.tuning.fleet, args.for_.map(Into::into), &termination)?;
+    let needed = Needed { engine, viewer: scenario.viewer == Viewer::On };
+    let mut failures = watch(&mut supervisor, &needed, &args.tuning.fleet, args.for_.map(Into::into), &termination)?;
     failures.extend(supervisor.stop());
     for failure in &failures {
         eprintln!("regatta: {failure}");
@@ -62,10 +68,35 @@ fn announce(scenario: &Scenario, fleet: &FleetName) {
     );
 }
 
+/// What a run can't go on without.
+struct Needed {
+    /// The engine's process.
+    engine: u32,
+    /// Whether the scenario insists on the viewer.
+    viewer: bool,
+}
+
+impl Needed {
+    /// Whether a child that failed takes the run with it. The viewer has said itself what is wrong.
+    fn is_missed(&self, ended: &Ended) -> bool {
+        let spared = ended.name == VIEWER && !self.viewer;
+        if spared && !ended.status.success() {
+            eprintln!("regatta: the run goes on without the viewer");
+        }
+        !spared
+    }
+}
+
+/// Whether a window can be shown.
+fn has_display() -> bool {
+    let named = |variable| std::env::var_os(variable).is_some_and(|value| !value.is_empty());
+    cfg!(any(target_os = "macos", windows)) || named("DISPLAY") || named("WAYLAND_DISPLAY")
+}
+
 /// Prints a status line a second until it is time to stop; returns what failed.
 fn watch(
     supervisor: &mut Supervisor,
-    engine: u32,
+    needed: &Needed,
     fleet: &FleetName,
     limit: Option<Duration>,
     termination: &Termination,
@@ -76,14 +107,15 @@ fn watch(
     let mut next_line = started;
     while !termination.requested() && limit.is_none_or(|limit| started.elapsed() < limit) {
         let ended = supervisor.ended();
-        let failures: Vec<_> = ended.iter().filter_map(|ended| ended.failure()).collect();
+        let failures: Vec<_> =
+            ended.iter().filter(|ended| needed.is_missed(ended)).filter_map(|ended| ended.failure()).collect();
         if !failures.is_empty() || ended.iter().any(|ended| ended.name == "engine") {
             return Ok(failures);
         }
         if Instant::now() >= next_line && control.has_engine() {
             match control.status() {
                 // Another engine of that name: ours is about to say so.
-                Ok(status) if status.pid != engine => {}
+                Ok(status) if status.pid != needed.engine => {}
                 Ok(status) => println!("{}", control::line(&status)),
                 // Seen as an ended child, or there may be an answer next time.
                 Err(error) => tracing::info!("{error}"),
@@ -108,6 +140,12 @@ fn this_program() -> Result<Command, Failure> {
 fn engine_command(scenario: Option<&Path>, tuning: &Tuning) -> Result<Command, Failure> {
     let mut command = this_program()?;
     command.arg("engine").args(scenario).args(tuning.to_args());
+    Ok(command)
+}
+
+fn viewer_command(fleet: &FleetName) -> Result<Command, Failure> {
+    let mut command = this_program()?;
+    command.args(["viewer", "--fleet", &fleet.to_string()]);
     Ok(command)
 }
 

@@ -19,8 +19,11 @@ pub fn graphs(file: &str) -> PathBuf {
     root().join("graphs").join(file)
 }
 
+/// The program, without a display: no test opens a window by the way.
 pub fn regatta() -> Command {
-    Command::new(env!("CARGO_BIN_EXE_regatta"))
+    let mut command = Command::new(env!("CARGO_BIN_EXE_regatta"));
+    command.env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY");
+    command
 }
 
 /// A name that no other test and no other run of the tests uses.

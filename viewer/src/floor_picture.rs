@@ -1,0 +1,193 @@
+//! Pictures that lie on the floor: an image, or a ROS map (`map.yaml` and what it names).
+
+use std::path::{Path, PathBuf};
+
+use glam::Vec2;
+use image::{ImageReader, RgbaImage};
+use saphyr::{LoadableYamlNode, Yaml};
+
+use crate::camera::Bounds;
+
+/// Most memory for one picture, in bytes.
+const MAX_BYTES: u64 = 1 << 30;
+/// Red, green, blue and how much of it shows: where a map is occupied, and where it is free.
+const OCCUPIED: [u8; 4] = [120, 136, 152, 255];
+const FREE: [u8; 4] = [128, 140, 152, 36];
+
+/// Why there is no picture on the floor.
+#[derive(Debug, thiserror::Error)]
+#[error("{}: {reason}", path.display())]
+pub struct FloorPictureError {
+    /// The file.
+    pub path: PathBuf,
+    /// What is wrong with it.
+    pub reason: String,
+}
+
+/// A picture and where it lies.
+#[derive(Clone, Debug)]
+pub struct FloorPicture {
+    /// Its pixels, the first row farthest from the corner.
+    pub pixels: RgbaImage,
+    /// Its lower left corner, in metres.
+    pub corner: Vec2,
+    /// Counter-clockwise turn about the corner, in radians.
+    pub turn: f32,
+    /// Width and height in metres.
+    pub size: Vec2,
+}
+
+impl FloorPicture {
+    /// Reads a ROS map if the name ends in `.yaml` or `.yml`, else an image that is stretched over `bounds`. One that
+    /// has more than `limit` pixels in a direction is made smaller.
+    ///
+    /// # Errors
+    /// [`FloorPictureError`] if a file can't be read or is wrong.
+    pub fn load(path: &Path, bounds: Bounds, limit: u32) -> Result<Self, FloorPictureError> {
+        let failed = |reason: String| FloorPictureError { path: path.to_owned(), reason };
+        let is_map = path.extension().is_some_and(|kind| kind == "yaml" || kind == "yml");
+        let picture = if is_map {
+            load_map(path)?
+        } else {
+            let pixels = read(path).map_err(failed)?;
+            Self { pixels, corner: bounds.low, turn: 0.0, size: bounds.high - bounds.low }
+        };
+        Ok(picture.limited(limit))
+    }
+
+    fn limited(self, limit: u32) -> Self {
+        let (width, height) = self.pixels.dimensions();
+        let longest = width.max(height);
+        if longest <= limit {
+            return self;
+        }
+        tracing::warn!(
+            "a picture of {width}x{height} pixels is over the adapter's limit of {limit}: it is made smaller"
+        );
+        let part = |side: u32| (u64::from(side) * u64::from(limit) / u64::from(longest)).max(1) as u32;
+        Self { pixels: image::imageops::thumbnail(&self.pixels, part(width), part(height)), ..self }
+    }
+}
+
+fn read(path: &Path) -> Result<RgbaImage, String> {
+    let mut reader =
+        ImageReader::open(path).and_then(ImageReader::with_guessed_format).map_err(|error| error.to_string())?;
+    let mut limits = image::Limits::default();
+    limits.max_alloc = Some(MAX_BYTES);
+    reader.limits(limits);
+    let picture = reader.decode().map_err(|error| error.to_string())?;
+    if u64::from(picture.width()) * u64::from(picture.height()) * 4 > MAX_BYTES {
+        return Err(format!("{}x{} pixels are too many", picture.width(), picture.height()));
+    }
+    Ok(picture.into_rgba8())
+}
+
+/// What a `map.yaml` says.
+#[derive(Debug, PartialEq)]
+struct Map {
+    image: String,
+    resolution: f64,
+    origin: [f64; 3],
+    negate: bool,
+    occupied_thresh: f64,
+    free_thresh: f64,
+}
+
+fn load_map(path: &Path) -> Result<FloorPicture, FloorPictureError> {
+    let failed = |reason: String| FloorPictureError { path: path.to_owned(), reason };
+    let text = std::fs::read_to_string(path).map_err(|error| failed(error.to_string()))?;
+    let map = parse_map(&text).map_err(failed)?;
+    let image = path.parent().unwrap_or(Path::new("")).join(&map.image);
+    let mut pixels = read(&image).map_err(|reason| FloorPictureError { path: image, reason })?;
+    for pixel in pixels.pixels_mut() {
+        let [red, green, blue, alpha] = pixel.0.map(f64::from);
+        let light = (red + green + blue) / (3.0 * 255.0);
+        let occupied = if map.negate { light } else { 1.0 - light };
+        pixel.0 = match occupied {
+            _ if alpha == 0.0 => [0; 4],
+            occupied if occupied > map.occupied_thresh => OCCUPIED,
+            occupied if occupied < map.free_thresh => FREE,
+            _ => [0; 4],
+        };
+    }
+    let size = Vec2::new(pixels.width() as f32, pixels.height() as f32) * map.resolution as f32;
+    let [x, y, turn] = map.origin.map(|part| part as f32);
+    Ok(FloorPicture { pixels, corner: Vec2::new(x, y), turn, size })
+}
+
+fn parse_map(text: &str) -> Result<Map, String> {
+    let documents = Yaml::load_from_str(text).map_err(|error| error.to_string().replace('\n', " "))?;
+    let map = documents.first().ok_or("it is empty")?;
+    let number = |value: &Yaml<'_>| value.as_floating_point().or(value.as_integer().map(|whole| whole as f64));
+    let get = |key: &str| map.as_mapping_get(key);
+    let optional =
+        |key: &str, default: f64| get(key).map_or(Some(default), number).ok_or(format!("{key} is no number"));
+    let origin = get("origin").and_then(|list| {
+        let parts = list.as_sequence()?.iter().map(number).collect::<Option<Vec<_>>>()?;
+        <[f64; 3]>::try_from(parts).ok().filter(|parts| parts.iter().all(|part| part.is_finite()))
+    });
+    Ok(Map {
+        image: get("image").and_then(Yaml::as_str).ok_or("it names no image")?.to_owned(),
+        resolution: get("resolution")
+            .and_then(number)
+            .filter(|metres| (1e-4..=100.0).contains(metres))
+            .ok_or("resolution must be metres per pixel, from 0.0001 to 100")?,
+        origin: origin.ok_or("origin must be [x, y, yaw] of the lower left pixel")?,
+        negate: optional("negate", 0.0)? != 0.0,
+        occupied_thresh: optional("occupied_thresh", 0.65)?,
+        free_thresh: optional("free_thresh", 0.25)?,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_map_file_is_read() {
+        let text = "image: hall.pgm\nresolution: 0.05\norigin: [-10, -5.5, 0.0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n";
+        let map = parse_map(text).unwrap();
+        assert_eq!((map.image.as_str(), map.resolution, map.origin), ("hall.pgm", 0.05, [-10.0, -5.5, 0.0]));
+        assert!(!map.negate && map.free_thresh == 0.196);
+    }
+
+    #[test]
+    fn mistakes_in_a_map_are_told_in_one_line() {
+        let good = [("image", "image: a.pgm"), ("resolution", "resolution: 0.1"), ("origin", "origin: [0, 0, 0]")];
+        for (missing, _) in good {
+            let text: Vec<_> = good.iter().filter(|(key, _)| *key != missing).map(|(_, line)| *line).collect();
+            let error = parse_map(&text.join("\n")).unwrap_err();
+            assert!(error.contains(missing) && !error.contains('\n'), "{error}");
+        }
+        for bad in [
+            "",
+            "- 1",
+            "image: [",
+            "image: a\nresolution: 0\norigin: [0,0,0]",
+            "image: a\nresolution: 1\norigin: [0,0,x]",
+        ] {
+            assert!(parse_map(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn a_map_s_pixels_lie_where_it_says() {
+        let folder = std::env::temp_dir().join(format!("regatta-map-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).expect("made");
+        std::fs::write(folder.join("m.pgm"), b"P5\n3 2\n255\n\x00\xff\xcd\xff\xff\xff").expect("written");
+        std::fs::write(folder.join("m.yaml"), "image: m.pgm\nresolution: 0.5\norigin: [-1, 2, 0]\n").expect("written");
+        let picture = FloorPicture::load(&folder.join("m.yaml"), Bounds::default(), 4096);
+        std::fs::remove_dir_all(&folder).expect("removed");
+        let picture = picture.unwrap();
+        assert_eq!((picture.corner, picture.size), (Vec2::new(-1.0, 2.0), Vec2::new(1.5, 1.0)));
+        let first: Vec<_> = picture.pixels.pixels().take(3).map(|pixel| pixel.0).collect();
+        assert_eq!(first, [OCCUPIED, FREE, FREE]);
+    }
+
+    #[test]
+    fn large_pictures_are_made_smaller() {
+        let pixels = RgbaImage::new(300, 20);
+        let picture = FloorPicture { pixels, corner: Vec2::ZERO, turn: 0.0, size: Vec2::ONE }.limited(100);
+        assert_eq!(picture.pixels.dimensions(), (100, 6));
+    }
+}

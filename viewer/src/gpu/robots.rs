@@ -1,0 +1,300 @@
+//! Robots: sorted by size in the picture, then drawn as meshes, blocks and marks.
+
+use bytemuck::{Pod, Zeroable};
+use wgpu::{
+    BindGroup, BindGroupLayout, Buffer, BufferUsages, CommandEncoder, ComputePipeline, IndexFormat, PrimitiveTopology,
+    RenderPass, RenderPipeline, ShaderStages, VertexBufferLayout, VertexStepMode, util::DeviceExt, vertex_attr_array,
+};
+
+use super::columns::{Columns, buffer};
+use super::device::Gpu;
+use super::layout::{Draw, IDS, Kind, Layering, TargetKind, bind, bindings, compute, render, shader};
+use super::timer::Timer;
+use crate::mesh::{Mesh, Vertex};
+
+/// Meshes that robots can have; the same as in sort.wgsl.
+pub const MESHES: usize = 8;
+/// Robots that are drawn as each of them.
+const MESH_CAPACITY: usize = 8_192;
+/// Robots that are drawn as boxes, and as round blocks.
+const BLOCK_CAPACITY: usize = 131_072;
+/// Lists: one for each mesh, one of boxes, one of round blocks, one of marks.
+const LISTS: usize = MESHES + 3;
+const MARKS: usize = MESHES + 2;
+/// Threads of a group of the sorting shader.
+const GROUP: u32 = 64;
+/// Bytes of the shaders' `Body` and `Mark`.
+const INSTANCE_BYTES: u64 = 28;
+
+/// What an indirect draw takes.
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+#[repr(C)]
+struct DrawArguments {
+    indices: u32,
+    instances: u32,
+    first_index: u32,
+    base_vertex: i32,
+    first_instance: u32,
+}
+
+/// A mesh on the GPU.
+#[derive(Debug)]
+struct MeshBuffers {
+    vertices: Buffer,
+    indices: Buffer,
+    count: u32,
+}
+
+#[derive(Debug)]
+struct Pipelines {
+    body: RenderPipeline,
+    block: RenderPipeline,
+    shadow: RenderPipeline,
+    mark: RenderPipeline,
+    round_mark: RenderPipeline,
+    body_id: RenderPipeline,
+    mark_id: RenderPipeline,
+}
+
+/// All that draws robots.
+#[derive(Debug)]
+pub struct Robots {
+    sort: ComputePipeline,
+    lists_layout: BindGroupLayout,
+    lists: Option<BindGroup>,
+    bodies: Buffer,
+    marks: Buffer,
+    draws: Buffer,
+    /// What `draws` is before the robots are counted.
+    blank_draws: Buffer,
+    /// Shadows: as many as there are meshes and blocks.
+    shadow_draws: Buffer,
+    meshes: Vec<MeshBuffers>,
+    blocks: [MeshBuffers; 2],
+    quad: Buffer,
+    pipelines: Pipelines,
+    any_round: bool,
+}
+
+impl Robots {
+    pub fn new(gpu: &Gpu, target: TargetKind, view: &BindGroupLayout, columns: &Columns) -> Self {
+        let lists_layout = bindings(gpu, "lists", ShaderStages::COMPUTE, &[Kind::Write; 3]);
+        let sorting = shader(gpu, "sort");
+        let lists = BufferUsages::STORAGE | BufferUsages::VERTEX;
+        let draws = BufferUsages::STORAGE | BufferUsages::INDIRECT | BufferUsages::COPY_SRC;
+        let bytes = LISTS * size_of::<DrawArguments>();
+        let index = BufferUsages::INDEX;
+        let mut robots = Self {
+            sort: compute(gpu, &sorting, "sort", &[view, columns.layout(), &lists_layout]),
+            lists_layout,
+            lists: None,
+            bodies: buffer(
+                gpu,
+                "bodies",
+                (MESHES * MESH_CAPACITY + 2 * BLOCK_CAPACITY) * INSTANCE_BYTES as usize,
+                lists,
+            ),
+            marks: buffer(gpu, "marks", INSTANCE_BYTES as usize, lists),
+            draws: buffer(gpu, "draws", bytes, draws),
+            blank_draws: buffer(gpu, "blank draws", bytes, BufferUsages::COPY_SRC),
+            shadow_draws: buffer(gpu, "shadow draws", bytes, BufferUsages::INDIRECT),
+            meshes: [Mesh::amr(), Mesh::round_amr()].iter().map(|mesh| upload(gpu, mesh)).collect(),
+            blocks: [Mesh::block(), Mesh::round_block()].map(|mesh| upload(gpu, &mesh)),
+            quad: init(gpu, bytemuck::cast_slice(&[0_u32, 1, 2, 2, 1, 3]), index),
+            pipelines: Pipelines::new(gpu, target, view),
+            any_round: false,
+        };
+        robots.write_draws(gpu);
+        robots
+    }
+
+    /// Adds a mesh from a file; gives its number, or `None` if there are too many.
+    pub fn add_mesh(&mut self, gpu: &Gpu, mesh: &Mesh) -> Option<usize> {
+        if self.meshes.len() == MESHES {
+            return None;
+        }
+        self.meshes.push(upload(gpu, mesh));
+        self.write_draws(gpu);
+        Some(self.meshes.len() - 1)
+    }
+
+    /// Whether any robot's mark is a circle.
+    pub fn set_any_round(&mut self, any_round: bool) {
+        self.any_round = any_round;
+    }
+
+    fn write_draws(&mut self, gpu: &Gpu) {
+        let mut draws = [DrawArguments::default(); LISTS];
+        for (list, mesh) in self.lists_of_bodies() {
+            draws[list].indices = mesh.count;
+        }
+        // Not indexed: corners.
+        draws[MARKS].indices = 3;
+        gpu.queue.write_buffer(&self.blank_draws, 0, bytemuck::cast_slice(&draws));
+        let shadows = draws.map(|draw| DrawArguments { indices: 6, ..draw });
+        gpu.queue.write_buffer(&self.shadow_draws, 0, bytemuck::cast_slice(&shadows));
+    }
+
+    /// Makes room for as many marks as there may be robots.
+    fn fit(&mut self, gpu: &Gpu, columns: &Columns) {
+        let bytes = columns.rows() as u64 * INSTANCE_BYTES;
+        if self.marks.size() != bytes {
+            self.marks = buffer(gpu, "marks", bytes as usize, BufferUsages::STORAGE | BufferUsages::VERTEX);
+            self.lists = None;
+        }
+    }
+
+    /// Sorts the robots into lists.
+    pub fn sort(
+        &mut self,
+        gpu: &Gpu,
+        encoder: &mut CommandEncoder,
+        view: &BindGroup,
+        columns: &mut Columns,
+        timer: Option<&Timer>,
+    ) {
+        self.fit(gpu, columns);
+        let buffers = [(0, &self.bodies), (1, &self.marks), (2, &self.draws)];
+        let lists = self.lists.get_or_insert_with(|| bind(gpu, &self.lists_layout, &buffers)).clone();
+        let poses = columns.group(gpu);
+        encoder.copy_buffer_to_buffer(&self.blank_draws, 0, &self.draws, 0, self.draws.size());
+        {
+            let timestamp_writes = timer.map(Timer::start);
+            let mut pass =
+                encoder.begin_compute_pass(&wgpu::ComputePassDescriptor { label: Some("sort"), timestamp_writes });
+            pass.set_pipeline(&self.sort);
+            pass.set_bind_group(0, view, &[]);
+            pass.set_bind_group(1, &poses, &[]);
+            pass.set_bind_group(2, &lists, &[]);
+            let needed = columns.robots()[0].div_ceil(GROUP);
+            // No side of the grid may be longer than this.
+            let across = needed.clamp(1, 32_768);
+            pass.dispatch_workgroups(across, needed.div_ceil(across).max(1), 1);
+        }
+        let stride = size_of::<DrawArguments>() as u64;
+        for list in 0..MARKS as u64 {
+            let count = list * stride + 4;
+            encoder.copy_buffer_to_buffer(&self.draws, count, &self.shadow_draws, count, 4);
+        }
+    }
+
+    /// Draws shadows on the ground.
+    pub fn draw_shadows(&self, pass: &mut RenderPass<'_>) {
+        pass.set_pipeline(&self.pipelines.shadow);
+        pass.set_index_buffer(self.quad.slice(..), IndexFormat::Uint32);
+        for (list, _) in self.lists_of_bodies() {
+            pass.set_vertex_buffer(0, self.bodies_of(list));
+            pass.draw_indexed_indirect(&self.shadow_draws, draw_at(list));
+        }
+    }
+
+    /// Draws the robots.
+    pub fn draw(&self, pass: &mut RenderPass<'_>) {
+        let mark = if self.any_round { &self.pipelines.round_mark } else { &self.pipelines.mark };
+        self.draw_with(pass, [&self.pipelines.body, &self.pipelines.block, mark]);
+    }
+
+    /// Draws the robots' ids, as they were sorted last.
+    pub fn draw_ids(&self, pass: &mut RenderPass<'_>) {
+        self.draw_with(pass, [&self.pipelines.body_id, &self.pipelines.body_id, &self.pipelines.mark_id]);
+    }
+
+    fn draw_with(&self, pass: &mut RenderPass<'_>, [body, block, mark]: [&RenderPipeline; 3]) {
+        pass.set_pipeline(body);
+        for (list, mesh) in self.meshes.iter().enumerate() {
+            self.draw_bodies(pass, list, mesh);
+        }
+        pass.set_pipeline(block);
+        for (list, mesh) in (MESHES..).zip(&self.blocks) {
+            self.draw_bodies(pass, list, mesh);
+        }
+        pass.set_pipeline(mark);
+        pass.set_vertex_buffer(0, self.marks.slice(..));
+        pass.draw_indirect(&self.draws, draw_at(MARKS));
+    }
+
+    fn draw_bodies(&self, pass: &mut RenderPass<'_>, list: usize, mesh: &MeshBuffers) {
+        pass.set_vertex_buffer(0, self.bodies_of(list));
+        pass.set_vertex_buffer(1, mesh.vertices.slice(..));
+        pass.set_index_buffer(mesh.indices.slice(..), IndexFormat::Uint32);
+        pass.draw_indexed_indirect(&self.draws, draw_at(list));
+    }
+
+    /// The lists that are used, and what stands in each.
+    fn lists_of_bodies(&self) -> impl Iterator<Item = (usize, &MeshBuffers)> {
+        self.meshes.iter().enumerate().chain((MESHES..).zip(&self.blocks))
+    }
+
+    fn bodies_of(&self, list: usize) -> wgpu::BufferSlice<'_> {
+        let start = list.min(MESHES) * MESH_CAPACITY + list.saturating_sub(MESHES) * BLOCK_CAPACITY;
+        self.bodies.slice(start as u64 * INSTANCE_BYTES..)
+    }
+}
+
+fn draw_at(list: usize) -> u64 {
+    (list * size_of::<DrawArguments>()) as u64
+}
+
+fn init(gpu: &Gpu, contents: &[u8], usage: BufferUsages) -> Buffer {
+    gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor { label: None, contents, usage })
+}
+
+fn upload(gpu: &Gpu, mesh: &Mesh) -> MeshBuffers {
+    MeshBuffers {
+        vertices: init(gpu, bytemuck::cast_slice(&mesh.vertices), BufferUsages::VERTEX),
+        indices: init(gpu, bytemuck::cast_slice(&mesh.indices), BufferUsages::INDEX),
+        count: mesh.indices.len() as u32,
+    }
+}
+
+impl Pipelines {
+    fn new(gpu: &Gpu, target: TargetKind, view: &BindGroupLayout) -> Self {
+        let module = shader(gpu, "robots");
+        let instance = |attributes| VertexBufferLayout {
+            array_stride: INSTANCE_BYTES,
+            step_mode: VertexStepMode::Instance,
+            attributes,
+        };
+        let body_attributes = vertex_attr_array![
+            0 => Float32x2, 1 => Snorm16x2, 2 => Unorm8x4, 3 => Float16x2, 4 => Float16x2, 5 => Uint32
+        ];
+        let mark_attributes =
+            vertex_attr_array![0 => Float32x3, 1 => Float16x2, 2 => Float16x2, 3 => Unorm8x4, 4 => Uint32];
+        let vertex_attributes = vertex_attr_array![6 => Float32x3, 7 => Snorm8x4, 8 => Unorm8x4];
+        let vertices = VertexBufferLayout {
+            array_stride: size_of::<Vertex>() as u64,
+            step_mode: VertexStepMode::Vertex,
+            attributes: &vertex_attributes,
+        };
+        let body = [instance(&body_attributes[..]), vertices];
+        let mark = [instance(&mark_attributes[..])];
+        let standing = |target, vertex, fragment, buffers| {
+            let (topology, groups) = (PrimitiveTopology::TriangleList, &[view][..]);
+            let (layering, blend) = (Layering::Standing, false);
+            render(gpu, target, &Draw { module: &module, vertex, fragment, groups, buffers, topology, layering, blend })
+        };
+        let ids = TargetKind { format: IDS, samples: 1 };
+        Self {
+            body: standing(target, "body", "shaded", &body),
+            block: standing(target, "block", "plain", &body),
+            mark: standing(target, "mark", "mark_plain", &mark),
+            round_mark: standing(target, "round_mark", "mark_round", &mark),
+            body_id: standing(ids, "body_id", "id_of", &body),
+            mark_id: standing(ids, "mark_id", "id_of", &mark),
+            shadow: render(
+                gpu,
+                target,
+                &Draw {
+                    module: &module,
+                    vertex: "shadow",
+                    fragment: "shadowed",
+                    groups: &[view],
+                    buffers: &body[..1],
+                    topology: PrimitiveTopology::TriangleList,
+                    layering: Layering::Ground,
+                    blend: true,
+                },
+            ),
+        }
+    }
+}

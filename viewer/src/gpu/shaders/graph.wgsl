@@ -1,0 +1,274 @@
+// The route graph: edges as ribbons along their Bézier curves, arrows, nodes. What is drawn, and with how many
+// segments, is worked out first.
+
+struct Edge {
+    id: u32,
+    origin: u32,
+    destination: u32,
+    length: f32,
+    start: vec2f,
+    control_a: vec2f,
+    control_b: vec2f,
+    end: vec2f,
+    forward: f32,
+    backwards: f32,
+    reserved: vec2u,
+}
+
+struct Node {
+    id: u32,
+    x: f32,
+    y: f32,
+    theta: f32,
+}
+
+// Metres across: of edges, arrows and nodes when they are near.
+const EDGE_METRES = 0.07;
+const ARROW_METRES = 0.34;
+const NODE_METRES = 0.11;
+// Pixels across, at least and at most.
+// Shorter ones are thin lines.
+const FAR_PIXELS = 8.0;
+const EDGE_PIXELS = vec2f(1.2, 5.0);
+
+@group(1) @binding(0) var<storage, read> edges: array<Edge>;
+@group(1) @binding(1) var<storage, read> nodes: array<Node>;
+
+fn inside(local: vec2f, radius: f32) -> bool {
+    var all_inside = true;
+    for (var side = 0; side < 4; side++) {
+        all_inside = all_inside && dot(view.planes[side].xyz, vec3f(local, 0.0) - view.eye.xyz) > -radius;
+    }
+    return all_inside;
+}
+
+// --- What is drawn.
+
+struct Draw {
+    vertices: u32,
+    instances: atomic<u32>,
+    first_vertex: u32,
+    first_instance: u32,
+}
+
+@group(2) @binding(0) var<storage, read_write> lists: array<u32>;
+@group(2) @binding(1) var<storage, read_write> draws: array<Draw, 7>;
+
+// Lists: far edges, straight ones, bent ones, more bent ones, most bent ones, arrows, nodes. Each as long as there are edges, or nodes.
+fn put(list: u32, index: u32) {
+    let place = atomicAdd(&draws[list].instances, 1u);
+    lists[list * arrayLength(&edges) + place] = index;
+}
+
+@compute @workgroup_size(64)
+fn sort_edges(@builtin(global_invocation_id) at: vec3u, @builtin(num_workgroups) groups: vec3u) {
+    let i = at.x + at.y * groups.x * 64u;
+    if i >= arrayLength(&edges) {
+        return;
+    }
+    let edge = edges[i];
+    let low = min(min(edge.start, edge.end), min(edge.control_a, edge.control_b)) - view.origin.xy;
+    let high = max(max(edge.start, edge.end), max(edge.control_a, edge.control_b)) - view.origin.xy;
+    let middle = (low + high) * 0.5;
+    let radius = length(high - low) * 0.5;
+    if !inside(middle, radius + 1.0) {
+        return;
+    }
+    let nearest = max(dot(vec3f(middle, 0.0) - view.eye.xyz, view.forward.xyz) - radius, 0.05);
+    let pixels = edge.length * view.eye.w / nearest;
+    let chord = normalize(edge.end - edge.start + vec2f(1e-9, 0.0));
+    let aside_a = edge.control_a - edge.start;
+    let aside_b = edge.control_b - edge.start;
+    let bend = max(abs(chord.x * aside_a.y - chord.y * aside_a.x), abs(chord.x * aside_b.y - chord.y * aside_b.x));
+    let bent = bend * view.eye.w / nearest;
+    if pixels > 0.4 {
+        let near = 1u + u32(bent >= 0.5) + u32(bent >= 12.0) + u32(bent >= 120.0);
+        put(select(near, 0u, pixels < FAR_PIXELS), i);
+    }
+    if pixels > 36.0 {
+        put(5u, i);
+    }
+}
+
+@compute @workgroup_size(64)
+fn sort_nodes(@builtin(global_invocation_id) at: vec3u, @builtin(num_workgroups) groups: vec3u) {
+    let i = at.x + at.y * groups.x * 64u;
+    if i >= arrayLength(&nodes) {
+        return;
+    }
+    let local = vec2f(nodes[i].x, nodes[i].y) - view.origin.xy;
+    if inside(local, 1.0) && metres_per_pixel(vec3f(local, 0.0)) < NODE_METRES {
+        put(6u, i);
+    }
+}
+
+// --- Drawing.
+
+fn curve(edge: Edge, at: f32) -> vec2f {
+    let back = 1.0 - at;
+    return back * back * (back * edge.start + 3.0 * at * edge.control_a)
+        + at * at * (3.0 * back * edge.control_b + at * edge.end);
+}
+
+fn slope(edge: Edge, at: f32) -> vec2f {
+    let back = 1.0 - at;
+    let way = back * back * (edge.control_a - edge.start) + 2.0 * back * at * (edge.control_b - edge.control_a)
+        + at * at * (edge.end - edge.control_b);
+    // A curve whose handle has no length stands still at its end.
+    return select(edge.end - edge.start, way, dot(way, way) > 1e-8);
+}
+
+fn edge_colour(edge: Edge) -> vec3f {
+    return select(view.edge.rgb, view.two_way.rgb, edge.backwards > 0.0);
+}
+
+// Far away, where many edges share a pixel, each is fainter.
+fn faint(local: vec2f) -> f32 {
+    return clamp(0.22 / metres_per_pixel(vec3f(local, 0.0)), 0.30, 1.0);
+}
+
+struct Ribbon {
+    @builtin(position) clip: vec4f,
+    @location(0) colour: vec4f,
+    // Pixels from the middle line, and half the width.
+    @location(1) @interpolate(linear) across: f32,
+    @location(2) half_width: f32,
+    @location(3) @interpolate(flat) id: u32,
+}
+
+// A vertex of a strip: two for each of the curve's points.
+fn ribbon(index: u32, vertex: u32, points: u32, least: f32) -> Ribbon {
+    let edge = edges[index];
+    let at = f32(vertex / 2u) / f32(points - 1u);
+    let local = curve(edge, at) - view.origin.xy;
+    let clip = clip_from(vec3f(local, 0.0));
+    let ahead = view.clip_from_local * vec4f(normalize(slope(edge, at)), 0.0, 0.0);
+    let direction = (ahead.xy * clip.w - clip.xy * ahead.w) * view.viewport.xy;
+    let normal = normalize(vec2f(-direction.y, direction.x) + vec2f(1e-12, 0.0));
+    let half_width = max(clamp(EDGE_METRES / metres_per_pixel(vec3f(local, 0.0)), EDGE_PIXELS.x, EDGE_PIXELS.y), least) * 0.5;
+    let across = select(-1.0, 1.0, (vertex & 1u) == 1u) * (half_width + 0.5);
+    let offset = normal * across * 2.0 * view.viewport.zw * clip.w;
+    let colour = vec4f(edge_colour(edge), faint(local));
+    return Ribbon(framed(vec4f(clip.xy + offset, clip.zw)), colour, across, half_width, index);
+}
+
+@vertex
+fn edge_far(@location(0) index: u32, @builtin(vertex_index) vertex: u32) -> Ribbon {
+    let edge = edges[index];
+    let local = select(edge.start, edge.end, vertex == 1u) - view.origin.xy;
+    let clip = clip_from(vec3f(local, 0.0));
+    // A line has no soft rim, and looks stronger for it.
+    return Ribbon(framed(clip), vec4f(edge_colour(edge), faint(local) * 0.8), 0.0, 0.5, index);
+}
+
+@vertex
+fn edge_straight(@location(0) index: u32, @builtin(vertex_index) vertex: u32) -> Ribbon {
+    return ribbon(index, vertex, 2u, 0.0);
+}
+
+@vertex
+fn edge_bent(@location(0) index: u32, @builtin(vertex_index) vertex: u32) -> Ribbon {
+    return ribbon(index, vertex, 9u, 0.0);
+}
+
+@vertex
+fn edge_curved(@location(0) index: u32, @builtin(vertex_index) vertex: u32) -> Ribbon {
+    return ribbon(index, vertex, 33u, 0.0);
+}
+
+@vertex
+fn edge_near(@location(0) index: u32, @builtin(vertex_index) vertex: u32) -> Ribbon {
+    return ribbon(index, vertex, 129u, 0.0);
+}
+
+@fragment
+fn ribbon_fill(in: Ribbon) -> @location(0) vec4f {
+    let cover = clamp(in.half_width + 0.5 - abs(in.across), 0.0, 1.0);
+    return vec4f(in.colour.rgb, in.colour.a * cover);
+}
+
+// A wide ribbon is easier to hit.
+@vertex
+fn edge_id(@location(0) index: u32, @builtin(vertex_index) vertex: u32) -> Ribbon {
+    return ribbon(index, vertex, 33u, 7.0);
+}
+
+@vertex
+fn edge_id_straight(@location(0) index: u32, @builtin(vertex_index) vertex: u32) -> Ribbon {
+    return ribbon(index, vertex, 2u, 7.0);
+}
+
+@fragment
+fn ribbon_id(in: Ribbon) -> @location(0) u32 {
+    return in.id | 0x40000000u;
+}
+
+struct Flat {
+    @builtin(position) clip: vec4f,
+    @location(0) colour: vec4f,
+    @location(1) place: vec2f,
+    @location(2) @interpolate(flat) id: u32,
+}
+
+// One arrow ahead; where an edge is driven in reverse too, another one back.
+@vertex
+fn arrow(@location(0) index: u32, @builtin(vertex_index) vertex: u32) -> Flat {
+    let edge = edges[index];
+    let both = edge.backwards > 0.0;
+    let back = vertex >= 3u;
+    let at = select(0.5, select(0.56, 0.44, back), both);
+    let local = curve(edge, at) - view.origin.xy;
+    let way = normalize(slope(edge, at)) * select(1.0, -1.0, back);
+    let pixel = metres_per_pixel(vec3f(local, 0.0));
+    let size = clamp(ARROW_METRES, 6.0 * pixel, 16.0 * pixel) * select(1.0, 0.0, back && !both);
+    let corner = vertex % 3u;
+    let along = select(-0.5, 0.6, corner == 2u);
+    let across = (f32(corner == 0u) - f32(corner == 1u)) * 0.42;
+    let ground = local + (way * along + vec2f(-way.y, way.x) * across) * size;
+    let colour = vec4f(mix(edge_colour(edge), view.node.rgb, 0.45), clamp(0.4 / pixel * 0.1, 0.55, 1.0));
+    return Flat(framed(clip_from(vec3f(ground, 0.0))), colour, vec2f(0.0), index);
+}
+
+@fragment
+fn flat_fill(in: Flat) -> @location(0) vec4f {
+    return in.colour;
+}
+
+fn disc(index: u32, corner: u32, least: f32) -> Flat {
+    let node = nodes[index];
+    let local = vec2f(node.x, node.y) - view.origin.xy;
+    let pixel = metres_per_pixel(vec3f(local, 0.0));
+    let radius = max(clamp(NODE_METRES, 1.5 * pixel, 7.0 * pixel), least * pixel);
+    let unit = vec2f(f32(corner & 1u), f32(corner >> 1u)) * 2.0 - 1.0;
+    let outer = radius + pixel;
+    let ground = local + unit * outer;
+    let near = clamp((NODE_METRES / pixel - 1.0) * 0.5, 0.0, 1.0);
+    return Flat(framed(clip_from(vec3f(ground, 0.0))), vec4f(view.node.rgb, near), unit * outer / radius, index);
+}
+
+@vertex
+fn node(@location(0) index: u32, @builtin(vertex_index) corner: u32) -> Flat {
+    return disc(index, corner, 0.0);
+}
+
+@fragment
+fn disc_fill(in: Flat) -> @location(0) vec4f {
+    let away = length(in.place);
+    let cover = clamp((1.0 - away) / max(fwidth(away), 1e-4) + 0.5, 0.0, 1.0);
+    // A ring with a darker middle.
+    let middle = clamp((0.55 - away) / max(fwidth(away), 1e-4) + 0.5, 0.0, 1.0);
+    return vec4f(mix(in.colour.rgb, view.floor.rgb, middle), in.colour.a * cover);
+}
+
+@vertex
+fn node_id(@location(0) index: u32, @builtin(vertex_index) corner: u32) -> Flat {
+    return disc(index, corner, 5.0);
+}
+
+@fragment
+fn disc_id(in: Flat) -> @location(0) u32 {
+    if dot(in.place, in.place) > 1.0 {
+        discard;
+    }
+    return in.id | 0x80000000u;
+}

@@ -1,0 +1,172 @@
+// Robots as meshes, blocks and flat marks, their shadows, and their ids for picking.
+
+struct Vertex {
+    @builtin(position) clip: vec4f,
+    @location(0) normal: vec3f,
+    @location(1) colour: vec3f,
+    @location(2) local: vec3f,
+}
+
+struct Id {
+    @builtin(position) clip: vec4f,
+    @location(0) @interpolate(flat) id: u32,
+}
+
+fn turned(heading: vec2f, point: vec2f) -> vec2f {
+    return vec2f(heading.x * point.x - heading.y * point.y, heading.y * point.x + heading.x * point.y);
+}
+
+struct Instance {
+    @location(0) at: vec2f,
+    @location(1) heading: vec2f,
+    @location(2) colour: vec4f,
+    @location(3) size: vec2f,
+    @location(4) height: vec2f,
+    @location(5) id: u32,
+}
+
+fn placed(instance: Instance, point: vec3f) -> vec3f {
+    let scaled = point * vec3f(instance.size, instance.height.x);
+    return vec3f(instance.at + turned(instance.heading, scaled.xy), scaled.z);
+}
+
+// `paint`: red, green, blue and how much of the robot's own colour.
+@vertex
+fn body(instance: Instance, @location(6) point: vec3f, @location(7) normal: vec4f, @location(8) paint: vec4f) -> Vertex {
+    let local = placed(instance, point);
+    // Normals of a stretched mesh.
+    let across = normal.xyz / vec3f(instance.size, instance.height.x);
+    let facing = normalize(vec3f(turned(instance.heading, across.xy), across.z));
+    let colour = mix(paint.rgb, instance.colour.rgb, paint.a);
+    return Vertex(framed(clip_from(local)), facing, colour, local);
+}
+
+@fragment
+fn shaded(in: Vertex) -> @location(0) vec4f {
+    let normal = normalize(in.normal);
+    let towards = normalize(view.eye.xyz - in.local);
+    let half_way = normalize(towards + view.sun.xyz);
+    let gloss = pow(max(dot(normal, half_way), 0.0), 40.0) * 0.25;
+    let rim = pow(1.0 - max(dot(normal, towards), 0.0), 4.0) * 0.12;
+    return vec4f(lit(in.colour, normal, in.local) + (gloss + rim) * view.sun_colour.rgb, 1.0);
+}
+
+@vertex
+fn body_id(instance: Instance, @location(6) point: vec3f) -> Id {
+    return Id(framed(clip_from(placed(instance, point))), instance.id);
+}
+
+// Blocks are small: one colour for a side is enough.
+@vertex
+fn block(instance: Instance, @location(6) point: vec3f, @location(7) normal: vec4f, @location(8) paint: vec4f) -> Vertex {
+    let local = placed(instance, point);
+    let facing = vec3f(turned(instance.heading, normal.xy), normal.z);
+    let colour = lit(mix(paint.rgb, instance.colour.rgb, paint.a), facing, local);
+    return Vertex(framed(clip_from(local)), facing, colour, local);
+}
+
+@fragment
+fn plain(in: Vertex) -> @location(0) vec4f {
+    return vec4f(in.colour, 1.0);
+}
+
+struct Shadow {
+    @builtin(position) clip: vec4f,
+    // Place in the shadow's rectangle, in metres, and half its size.
+    @location(0) place: vec2f,
+    @location(1) half_size: vec2f,
+    @location(2) soft: f32,
+}
+
+@vertex
+fn shadow(instance: Instance, @builtin(vertex_index) corner: u32) -> Shadow {
+    let height = min(instance.height.x, 1.0) ;
+    let soft = 0.3 * height + 0.05;
+    let half_size = instance.size * 0.5;
+    let unit = vec2f(f32(corner & 1u), f32(corner >> 1u)) * 2.0 - 1.0;
+    let place = unit * (half_size + soft);
+    // Away from the sun.
+    let ground = instance.at - view.sun.xy / max(view.sun.z, 0.2) * height * 0.35 + turned(instance.heading, place);
+    return Shadow(framed(clip_from(vec3f(ground, 0.0))), place, half_size, soft);
+}
+
+@fragment
+fn shadowed(in: Shadow) -> @location(0) vec4f {
+    let outside = abs(in.place) - in.half_size + in.soft;
+    let distance = length(max(outside, vec2f(0.0))) / (2.0 * in.soft);
+    let dark = 1.0 - smoothstep(0.0, 1.0, distance);
+    return vec4f(0.0, 0.0, 0.0, dark * view.sun.w);
+}
+
+struct MarkInstance {
+    @location(0) at: vec3f,
+    @location(1) axis: vec2f,
+    @location(2) width: vec2f,
+    @location(3) colour: vec4f,
+    @location(4) id: u32,
+}
+
+// A dart: its tip ahead, its two ends behind; around a circle, a triangle that holds it.
+fn mark_corner(instance: MarkInstance, corner: u32, round: bool) -> vec4f {
+    var along = select(-1.0, 1.0, corner == 2u);
+    var across = f32(corner == 0u) - f32(corner == 1u);
+    if round {
+        along = select(-1.0, 2.0, corner == 2u);
+        across *= 1.7320508;
+    }
+    let direction = normalize(instance.axis);
+    let pixels = instance.axis * along + vec2f(-direction.y, direction.x) * across * instance.width.x;
+    return framed(vec4f(instance.at.xy + pixels * 2.0 * view.viewport.zw, instance.at.z, 1.0));
+}
+
+struct MarkVertex {
+    @builtin(position) clip: vec4f,
+    @location(0) @interpolate(flat) colour: vec3f,
+}
+
+@vertex
+fn mark(instance: MarkInstance, @builtin(vertex_index) corner: u32) -> MarkVertex {
+    return MarkVertex(mark_corner(instance, corner, false), instance.colour.rgb * 1.25);
+}
+
+@fragment
+fn mark_plain(in: MarkVertex) -> @location(0) vec4f {
+    return vec4f(in.colour, 1.0);
+}
+
+@vertex
+fn mark_id(instance: MarkInstance, @builtin(vertex_index) corner: u32) -> Id {
+    return Id(mark_corner(instance, corner, instance.width.y > 0.5), instance.id);
+}
+
+@fragment
+fn id_of(in: Id) -> @location(0) u32 {
+    return in.id;
+}
+
+struct RoundVertex {
+    @builtin(position) clip: vec4f,
+    @location(0) @interpolate(flat) colour: vec3f,
+    // From the centre; the circle has radius 1. Beyond for darts: they are all inside.
+    @location(1) place: vec2f,
+}
+
+@vertex
+fn round_mark(instance: MarkInstance, @builtin(vertex_index) corner: u32) -> RoundVertex {
+    let is_round = instance.width.y > 0.5;
+    let along = select(-1.0, 2.0, corner == 2u);
+    let across = (f32(corner == 0u) - f32(corner == 1u)) * 1.7320508;
+    let place = select(vec2f(0.0), vec2f(along, across), is_round);
+    return RoundVertex(mark_corner(instance, corner, is_round), instance.colour.rgb * 1.25, place);
+}
+
+@fragment
+fn mark_round(in: RoundVertex) -> @location(0) vec4f {
+    if dot(in.place, in.place) > 1.0 {
+        discard;
+    }
+    // A notch ahead shows the heading.
+    let ahead = in.place - vec2f(0.55, 0.0);
+    let tint = select(1.0, 0.45, dot(ahead, ahead) < 0.06);
+    return vec4f(in.colour * tint, 1.0);
+}

@@ -1,0 +1,130 @@
+//! What every shader knows of a picture: camera, light and colours, in one uniform buffer.
+
+use bytemuck::{Pod, Zeroable};
+use glam::{Mat4, UVec2, Vec2, Vec3, Vec4};
+
+use crate::camera::Camera;
+use crate::palette::{Colouring, Legend, Rgb, Scale, Theme};
+use crate::scene::{MAX_LIGHTS, Scene};
+
+/// The shaders' `View`.
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct ViewUniform {
+    pub clip_from_local: Mat4,
+    pub eye: Vec4,
+    pub forward: Vec4,
+    pub right: Vec4,
+    pub up: Vec4,
+    pub planes: [Vec4; 4],
+    pub viewport: Vec4,
+    pub window: Vec4,
+    pub origin: Vec4,
+    pub alpha: f32,
+    pub jump: f32,
+    pub robots: u32,
+    pub previous_robots: u32,
+    pub source: u32,
+    pub low: f32,
+    pub per_span: f32,
+    pub categories: u32,
+    pub unknown: Vec4,
+    pub detail: Vec4,
+    pub sun: Vec4,
+    pub sun_colour: Vec4,
+    pub ambient_above: Vec4,
+    pub ambient_below: Vec4,
+    pub sky: Vec4,
+    pub floor: Vec4,
+    pub grid: Vec4,
+    pub spacing: Vec4,
+    pub floor_bounds: Vec4,
+    pub edge: Vec4,
+    pub two_way: Vec4,
+    pub node: Vec4,
+    pub selection: Vec4,
+    pub palette: [Vec4; 16],
+    pub lights: [[Vec4; 2]; MAX_LIGHTS],
+}
+
+/// Towards the sun.
+const SUN: Vec3 = Vec3::new(-0.45, -0.35, 0.85);
+/// Wanted pixels between two lines of the grid, at least.
+const GRID_PIXELS: f32 = 9.0;
+
+impl ViewUniform {
+    /// Of a picture of `size` pixels.
+    pub fn new(camera: &Camera, scene: &Scene, legend: &Legend, size: UVec2) -> Self {
+        let mut view = Self::zeroed();
+        view.look(camera, scene, size.as_vec2());
+        view.light(camera, scene);
+        view.colour(scene, legend);
+        view
+    }
+
+    fn look(&mut self, camera: &Camera, scene: &Scene, size: Vec2) {
+        // Whole metres, so that subtracting them from positions loses nothing.
+        let origin = camera.target.truncate().round();
+        let eye = camera.eye() - origin.extend(0.0);
+        let (forward, right, up) = (camera.forward(), camera.right(), camera.up());
+        let tan_y = (camera.fov_y / 2.0).tan();
+        let tan_x = tan_y * size.x / size.y;
+        let pixels_per_radian = camera.pixels_per_radian(size.y);
+        self.clip_from_local = camera.clip_from(origin.extend(0.0), size.x / size.y);
+        self.eye = eye.extend(pixels_per_radian);
+        self.forward = forward.extend(0.0);
+        self.right = right.extend(tan_x);
+        self.up = up.extend(tan_y);
+        self.planes = [(right, tan_x), (-right, tan_x), (up, tan_y), (-up, tan_y)]
+            .map(|(side, tan)| (side + forward * tan).normalize().extend(0.0));
+        self.viewport = Vec4::new(size.x, size.y, 1.0 / size.x, 1.0 / size.y);
+        self.window = Vec4::new(1.0, 1.0, 0.0, 0.0);
+        let moved = origin - scene.offset;
+        self.origin = Vec4::new(moved.x, moved.y, origin.x, origin.y);
+        self.detail = Vec4::new(scene.detail.mesh, scene.detail.block, scene.detail.mark, 0.0);
+        let metres_per_pixel = camera.distance / pixels_per_radian;
+        let spacing = 10_f32.powf((metres_per_pixel * GRID_PIXELS).log10().ceil()).max(1.0);
+        self.spacing = Vec4::new(spacing, metres_per_pixel, scene.lights.len().min(MAX_LIGHTS) as f32, 0.0);
+        let everywhere = Vec4::new(-1e9, -1e9, 1e9, 1e9);
+        self.floor_bounds = scene.floor.bounds.map_or(everywhere, |bounds| {
+            let (low, high) = (bounds.low - origin, bounds.high - origin);
+            Vec4::new(low.x, low.y, high.x, high.y)
+        });
+    }
+
+    fn light(&mut self, camera: &Camera, scene: &Scene) {
+        let dark = scene.theme == Theme::Dark;
+        self.sun = SUN.normalize().extend(if dark { 0.65 } else { 0.42 });
+        let (sun, above, below) = if dark { (0.75, 0.42, 0.16) } else { (0.72, 0.48, 0.30) };
+        self.sun_colour = Vec4::new(1.0, 0.97, 0.92, 0.0) * sun;
+        self.ambient_above = Vec4::new(0.95, 0.98, 1.0, 0.0) * above;
+        self.ambient_below = Vec4::new(1.0, 0.98, 0.95, 0.0) * below;
+        let origin = camera.target.truncate().round().extend(0.0);
+        for (place, light) in self.lights.iter_mut().zip(&scene.lights) {
+            *place = [(light.position - origin).extend(0.0), light.colour.extend(0.0)];
+        }
+    }
+
+    fn colour(&mut self, scene: &Scene, legend: &Legend) {
+        let colours = scene.theme.colours();
+        let solid = |colour: Rgb| colour.linear().extend(1.0);
+        self.sky = solid(colours.sky);
+        self.floor = solid(colours.floor);
+        self.grid = colours.grid.linear().extend(if scene.layers.grid { 1.0 } else { 0.0 });
+        self.edge = solid(colours.edge);
+        self.two_way = solid(colours.two_way);
+        self.node = solid(colours.node);
+        self.selection = solid(colours.selection);
+        self.unknown = solid(colours.unknown);
+        self.palette = legend.scale.colours(scene.theme).map(solid);
+        self.source = match scene.colouring {
+            Colouring::State => 1,
+            Colouring::Type => 2,
+            Colouring::Speed | Colouring::Column(_) => 0,
+        };
+        (self.low, self.per_span, self.categories) = match &legend.scale {
+            Scale::Categories(names) => (0.0, 1.0 / names.len().saturating_sub(1).max(1) as f32, 1),
+            Scale::Ramp { low, high, .. } => (*low, 1.0 / (high - low).max(1e-6), 0),
+        };
+    }
+}

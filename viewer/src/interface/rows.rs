@@ -1,0 +1,124 @@
+//! The order of the fleet list: which robots, sorted by what. Worked out on another thread than the pictures'.
+
+use regatta_plugin::frame::{Columns, RobotState};
+
+/// What the fleet list can be sorted by.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum SortBy {
+    /// The robots' ids.
+    #[default]
+    Id,
+    /// Metres east.
+    X,
+    /// Metres north.
+    Y,
+    /// The heading.
+    Theta,
+}
+
+/// Which robots, in which order.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct RowQuery {
+    /// Sorted by this.
+    pub sort: SortBy,
+    /// The largest first.
+    pub descending: bool,
+    /// The beginning of an id, or of a state; or nothing.
+    pub filter: String,
+}
+
+/// Ids of robots in the order that was asked for.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Rows {
+    /// What was asked for.
+    pub query: RowQuery,
+    /// The answer.
+    pub ids: Vec<u32>,
+}
+
+impl RowQuery {
+    /// Whether the rows are simply all ids: then nobody needs to work them out.
+    pub fn is_plain(&self) -> bool {
+        self.sort == SortBy::Id && self.filter.trim().is_empty()
+    }
+
+    /// Works the rows out.
+    pub fn rows(&self, columns: Columns<'_>) -> Rows {
+        let filter = self.filter.trim().to_lowercase();
+        let passes = |id: &u32| passes(&filter, *id, columns.state[*id as usize]);
+        let mut ids: Vec<u32> = (0..columns.x.len() as u32).filter(passes).collect();
+        let values = match self.sort {
+            SortBy::Id => None,
+            SortBy::X => Some(columns.x),
+            SortBy::Y => Some(columns.y),
+            SortBy::Theta => Some(columns.theta),
+        };
+        if let Some(values) = values {
+            ids.sort_by(|a, b| values[*a as usize].total_cmp(&values[*b as usize]));
+        }
+        if self.descending {
+            ids.reverse();
+        }
+        Rows { query: self.clone(), ids }
+    }
+}
+
+fn passes(filter: &str, id: u32, state: u8) -> bool {
+    if state == RobotState::Absent as u8 {
+        return false;
+    }
+    match filter.parse::<u32>() {
+        Ok(wanted) => begins_with(id, wanted),
+        Err(_) => filter.is_empty() || state_name(RobotState::from_number(state)).starts_with(filter),
+    }
+}
+
+/// Whether a number's digits begin with another's.
+fn begins_with(mut number: u32, start: u32) -> bool {
+    while number > start && number >= 10 {
+        number /= 10;
+    }
+    number == start
+}
+
+/// A state's name, in lower case.
+pub fn state_name(state: RobotState) -> &'static str {
+    match state {
+        RobotState::Idle => "idle",
+        RobotState::Driving => "driving",
+        RobotState::Waiting => "waiting",
+        RobotState::Held => "held",
+        RobotState::Faulted => "faulted",
+        RobotState::Absent => "absent",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rows_are_those_that_fit_sorted() {
+        let (x, y, theta) = ([3.0, 1.0, 2.0, 0.5], [0.0; 4], [0.0, -1.0, 1.0, 0.5]);
+        let state = [0, 1, 3, 255];
+        let columns = Columns { x: &x, y: &y, theta: &theta, speed: &y, s: &y, edge: &[0; 4], state: &state };
+        let rows =
+            |sort, descending, filter: &str| RowQuery { sort, descending, filter: filter.into() }.rows(columns).ids;
+        assert_eq!(rows(SortBy::X, false, ""), [1, 2, 0]);
+        assert_eq!(rows(SortBy::Theta, true, ""), [2, 0, 1]);
+        assert_eq!(rows(SortBy::Id, false, "hel"), [2]);
+        assert_eq!(rows(SortBy::Id, false, "1"), [1]);
+        assert_eq!(rows(SortBy::Id, true, " "), [2, 1, 0]);
+        assert!(rows(SortBy::Id, false, "nothing").is_empty());
+    }
+
+    #[test]
+    fn digits_are_a_beginning_as_text_has_one() {
+        for number in [0_u32, 1, 9, 10, 12, 99, 100, 123, 4711, 47_110, u32::MAX] {
+            for start in [0_u32, 1, 4, 10, 12, 47, 471, 100, 4_294_967_295] {
+                let text = number.to_string().starts_with(&start.to_string());
+                assert_eq!(begins_with(number, start), text, "{number} {start}");
+            }
+        }
+    }
+}

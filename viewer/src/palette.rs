@@ -1,0 +1,247 @@
+//! Colours: the two themes, and what a robot's colour tells. Hues are Okabe and Ito's, which people with any
+//! colour vision can tell apart; ramps grow in lightness too.
+
+use core::fmt;
+use core::str::FromStr;
+
+use glam::Vec3;
+use regatta_plugin::ColumnName;
+use regatta_plugin::frame::RobotState;
+
+/// Colours that one ramp or set of categories has.
+pub const COLOURS: usize = 16;
+
+/// A colour as screens take it (sRGB), 0xRRGGBB.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Rgb(pub u32);
+
+/// Dark or light.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+pub enum Theme {
+    /// Light things on a dark floor.
+    #[default]
+    Dark,
+    /// Dark things on a light floor.
+    Light,
+}
+
+/// The colours of a theme that are no robot's.
+#[derive(Clone, Copy, Debug)]
+pub struct ThemeColours {
+    /// At the horizon and beyond.
+    pub sky: Rgb,
+    /// The floor.
+    pub floor: Rgb,
+    /// Its lines.
+    pub grid: Rgb,
+    /// Edges that are driven one way.
+    pub edge: Rgb,
+    /// Edges that are driven both ways.
+    pub two_way: Rgb,
+    /// Nodes.
+    pub node: Rgb,
+    /// The ring around what is selected.
+    pub selection: Rgb,
+    /// A robot of which nothing is known.
+    pub unknown: Rgb,
+}
+
+/// What the colour of a robot tells.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Colouring {
+    /// What it is doing.
+    State,
+    /// How fast it drives.
+    Speed,
+    /// Of which type it is.
+    Type,
+    /// The value that a plugin publishes for it.
+    Column(ColumnName),
+}
+
+/// How a value becomes a colour.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Scale {
+    /// The value is a colour's number.
+    Categories(Vec<(String, Rgb)>),
+    /// The value lies between two.
+    Ramp {
+        /// The value of the ramp's first colour.
+        low: f32,
+        /// The value of its last.
+        high: f32,
+        /// The unit of the values.
+        unit: &'static str,
+    },
+}
+
+/// What the colours mean, for a person.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Legend {
+    /// What is told: `collision`, `speed` …
+    pub title: String,
+    /// How.
+    pub scale: Scale,
+}
+
+const SKY_BLUE: Rgb = Rgb(0x56b4e9);
+const BLUE: Rgb = Rgb(0x0072b2);
+const ORANGE: Rgb = Rgb(0xe69f00);
+const GREEN: Rgb = Rgb(0x009e73);
+const YELLOW: Rgb = Rgb(0xf0e442);
+const VERMILLION: Rgb = Rgb(0xd55e00);
+const PURPLE: Rgb = Rgb(0xcc79a7);
+
+/// Viridis, in sixteen steps.
+const RAMP: [u32; COLOURS] = [
+    0x440154, 0x481a6c, 0x472f7d, 0x414487, 0x39568c, 0x31688e, 0x2a788e, 0x23888e, 0x1f988b, 0x22a884, 0x35b779,
+    0x54c568, 0x7ad151, 0xa5db36, 0xd2e21b, 0xfde725,
+];
+
+impl Rgb {
+    /// Red, green and blue as light adds up, 0 to 1.
+    pub fn linear(self) -> Vec3 {
+        let channel = |shift: u32| {
+            let value = ((self.0 >> shift) & 0xff) as f32 / 255.0;
+            if value <= 0.04045 { value / 12.92 } else { ((value + 0.055) / 1.055).powf(2.4) }
+        };
+        Vec3::new(channel(16), channel(8), channel(0))
+    }
+}
+
+impl Theme {
+    /// The colours of all that is no robot.
+    pub fn colours(self) -> ThemeColours {
+        match self {
+            Self::Dark => ThemeColours {
+                sky: Rgb(0x0b0f14),
+                floor: Rgb(0x151b22),
+                grid: Rgb(0x2c3742),
+                edge: Rgb(0x6d8196),
+                two_way: Rgb(0x8a7fb0),
+                node: Rgb(0x93a5b5),
+                selection: YELLOW,
+                unknown: Rgb(0x8fb4cc),
+            },
+            Self::Light => ThemeColours {
+                sky: Rgb(0xdfe5ea),
+                floor: Rgb(0xf4f6f8),
+                grid: Rgb(0xd3dae0),
+                edge: Rgb(0x8f9dab),
+                two_way: Rgb(0xa497c6),
+                node: Rgb(0x6d7b88),
+                selection: Rgb(0x111111),
+                unknown: Rgb(0x5a86a6),
+            },
+        }
+    }
+}
+
+impl Default for Colouring {
+    /// By the column `collision`.
+    fn default() -> Self {
+        Self::Column("collision".parse().expect("a name"))
+    }
+}
+
+impl Colouring {
+    /// What the colours mean. `types` are the robot types' names, `range` the values of a column as far as they are known.
+    pub fn legend(&self, theme: Theme, types: &[String], range: Option<(f32, f32)>) -> Legend {
+        let scale = match self {
+            Self::State => states(theme),
+            Self::Type => {
+                let hues = [SKY_BLUE, ORANGE, GREEN, PURPLE, BLUE, YELLOW, VERMILLION, Rgb(0x999999)];
+                Scale::Categories(types.iter().cloned().zip(hues.into_iter().cycle()).take(COLOURS).collect())
+            }
+            Self::Speed => {
+                let (low, high) = range.unwrap_or((0.0, 1.5));
+                Scale::Ramp { low, high, unit: "m/s" }
+            }
+            Self::Column(name) if name.to_string() == "collision" => collisions(theme),
+            Self::Column(_) => {
+                let (low, high) = range.unwrap_or((0.0, 1.0));
+                Scale::Ramp { low, high, unit: "" }
+            }
+        };
+        Legend { title: self.to_string(), scale }
+    }
+}
+
+fn states(theme: Theme) -> Scale {
+    let idle = if theme == Theme::Dark { Rgb(0x7d8995) } else { Rgb(0x8a96a1) };
+    let driving = if theme == Theme::Dark { SKY_BLUE } else { BLUE };
+    let states = [
+        (RobotState::Idle, idle),
+        (RobotState::Driving, driving),
+        (RobotState::Waiting, ORANGE),
+        (RobotState::Held, PURPLE),
+        (RobotState::Faulted, VERMILLION),
+    ];
+    Scale::Categories(states.map(|(state, colour)| (format!("{state:?}").to_lowercase(), colour)).to_vec())
+}
+
+fn collisions(theme: Theme) -> Scale {
+    let (clear, possible) = if theme == Theme::Dark { (SKY_BLUE, YELLOW) } else { (Rgb(0x3b7fb5), ORANGE) };
+    let levels = [("clear", clear), ("possible", possible), ("touching", VERMILLION)];
+    Scale::Categories(levels.map(|(name, colour)| (name.to_owned(), colour)).to_vec())
+}
+
+impl Scale {
+    /// The colours by number; past the end of categories the last one again.
+    pub fn colours(&self, theme: Theme) -> [Rgb; COLOURS] {
+        match self {
+            Self::Categories(categories) => std::array::from_fn(|i| {
+                categories.get(i).or(categories.last()).map_or(Rgb(0x999999), |(_, colour)| *colour)
+            }),
+            // Without the end that the floor hides.
+            Self::Ramp { .. } => std::array::from_fn(|i| {
+                let (first, last) = if theme == Theme::Dark { (4, COLOURS - 1) } else { (0, COLOURS - 3) };
+                Rgb(RAMP[first + i * (last - first) / (COLOURS - 1)])
+            }),
+        }
+    }
+}
+
+impl fmt::Display for Colouring {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::State => f.write_str("state"),
+            Self::Speed => f.write_str("speed"),
+            Self::Type => f.write_str("type"),
+            Self::Column(name) => write!(f, "{name}"),
+        }
+    }
+}
+
+impl FromStr for Colouring {
+    type Err = regatta_plugin::NameError;
+
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        Ok(match text {
+            "state" => Self::State,
+            "speed" => Self::Speed,
+            "type" => Self::Type,
+            column => Self::Column(column.parse()?),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ramps_grow_in_lightness() {
+        let scale = Scale::Ramp { low: 0.0, high: 1.0, unit: "" };
+        let lightness = scale.colours(Theme::Dark).map(|colour| colour.linear().dot(Vec3::new(0.2126, 0.7152, 0.0722)));
+        assert!(lightness.is_sorted(), "{lightness:?}");
+    }
+
+    #[test]
+    fn colourings_are_parsed_as_they_are_printed() {
+        for text in ["state", "speed", "type", "collision", "battery"] {
+            assert_eq!(text.parse::<Colouring>().unwrap().to_string(), text);
+        }
+        assert!("no such/name".parse::<Colouring>().is_err());
+    }
+}

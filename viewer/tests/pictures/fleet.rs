@@ -1,0 +1,133 @@
+//! A small fleet made by hand, and pictures of it.
+
+use glam::{UVec2, Vec2};
+use image::RgbaImage;
+use regatta_plugin::Frame;
+use regatta_plugin::frame::{ColumnsMut, FrameHeader, Line, NO_EDGE, frame_lines, stride_lines};
+use regatta_plugin::world::{EdgeRecord, NodeRecord, RobotTypeRecord, Shape};
+use regatta_viewer::camera::{Bounds, Camera};
+use regatta_viewer::gpu::TargetKind;
+use regatta_viewer::gpu::device::Gpu;
+use regatta_viewer::gpu::frame::{Picture, Renderer};
+use regatta_viewer::picture::{FORMAT, Offscreen};
+use regatta_viewer::scene::Scene;
+
+pub const SIZE: UVec2 = UVec2::new(320, 200);
+
+/// A robot's row of a frame.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Robot {
+    pub x: f32,
+    pub y: f32,
+    pub theta: f32,
+    pub speed: f32,
+    pub state: u8,
+}
+
+/// Draws one scene after the other.
+pub struct Studio {
+    gpu: Gpu,
+    pub renderer: Renderer,
+    offscreen: Offscreen,
+    tick: u64,
+}
+
+impl Studio {
+    pub fn new(gpu: &Gpu) -> Self {
+        let mut renderer = Renderer::new(gpu, TargetKind { format: FORMAT, samples: 4 });
+        renderer.set_types(&types());
+        Self { gpu: gpu.clone(), renderer, offscreen: Offscreen::new(gpu, SIZE).expect("a small target"), tick: 0 }
+    }
+
+    /// A frame, half a simulated second after the one before.
+    pub fn push(&mut self, robots: &[Robot]) {
+        let mut lines = vec![Line::default(); frame_lines(robots.len())];
+        let columns = ColumnsMut::split(&mut lines, robots.len());
+        for (i, robot) in robots.iter().enumerate() {
+            (columns.x[i], columns.y[i], columns.theta[i]) = (robot.x, robot.y, robot.theta);
+            (columns.speed[i], columns.edge[i], columns.state[i]) = (robot.speed, NO_EDGE, robot.state);
+        }
+        self.tick += 1;
+        let header = FrameHeader {
+            run_id: 1,
+            tick: self.tick,
+            sim_time_nanos: self.tick * 500_000_000,
+            robots: robots.len() as u32,
+            stride_lines: stride_lines(robots.len()) as u32,
+            ..FrameHeader::default()
+        };
+        self.renderer.push_frame(&Frame::new(&header, &lines).expect("a whole frame"));
+    }
+
+    pub fn shoot(&mut self, camera: &Camera, scene: &Scene, alpha: f32) -> RgbaImage {
+        let types = ["cart".to_owned(), "puck".to_owned()];
+        let legend = scene.colouring.legend(scene.theme, &types, Some((0.0, 2.0)));
+        let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        let picture = Picture { camera, scene, legend: &legend, size: SIZE, within: None, alpha };
+        self.renderer.draw(&mut encoder, &self.offscreen.view, &picture);
+        self.offscreen.read(encoder).expect("a picture")
+    }
+}
+
+/// A cart and a round one.
+pub fn types() -> [RobotTypeRecord; 2] {
+    let record = |name, shape, length, width| RobotTypeRecord {
+        name: RobotTypeRecord::padded_name(name),
+        shape: shape as u32,
+        length,
+        width,
+        max_speed: 2.0,
+        max_acceleration: 1.0,
+    };
+    [record("cart", Shape::Rectangle, 0.9, 0.6), record("puck", Shape::Circle, 0.7, 0.7)]
+}
+
+/// A loop of two straight edges and two bends; the last straight one is driven both ways.
+pub fn graph() -> ([NodeRecord; 4], [EdgeRecord; 4]) {
+    let places = [[0.0, 0.0], [8.0, 0.0], [8.0, 4.0], [0.0, 4.0]];
+    let nodes =
+        [0, 1, 2, 3].map(|i| NodeRecord { id: i, x: places[i as usize][0], y: places[i as usize][1], theta: 0.0 });
+    let edge = |id: u32, control_points, backwards| EdgeRecord {
+        id,
+        origin: id,
+        destination: (id + 1) % 4,
+        length: 7.0,
+        control_points,
+        velocity_forward: 1.0,
+        velocity_backwards: backwards,
+        reserved: [0; 2],
+    };
+    let edges = [
+        edge(0, [[0.0, 0.0], [3.0, 0.0], [5.0, 0.0], [8.0, 0.0]], 0.0),
+        edge(1, [[8.0, 0.0], [11.0, 0.0], [11.0, 4.0], [8.0, 4.0]], 0.0),
+        edge(2, [[8.0, 4.0], [5.0, 4.0], [3.0, 4.0], [0.0, 4.0]], 0.5),
+        edge(3, [[0.0, 4.0], [-3.0, 4.0], [-3.0, 0.0], [0.0, 0.0]], 0.0),
+    ];
+    (nodes, edges)
+}
+
+/// Two rows of six robots: of each state, and at speeds from 0 to 2 m/s.
+pub fn robots() -> Vec<Robot> {
+    (0..12)
+        .map(|i| Robot {
+            x: (i % 6) as f32 * 1.6,
+            y: (i / 6) as f32 * 4.0,
+            theta: if i < 6 { 0.0 } else { 2.6 },
+            speed: i as f32 * 2.0 / 11.0,
+            state: (i % 5) as u8,
+        })
+        .collect()
+}
+
+/// What the graph and the robots fill.
+pub fn bounds() -> Bounds {
+    Bounds { low: Vec2::new(-2.5, -0.8), high: Vec2::new(10.5, 4.8) }
+}
+
+pub fn camera() -> Camera {
+    Camera::fit(bounds(), SIZE.x as f32 / SIZE.y as f32)
+}
+
+pub fn top() -> Camera {
+    Camera::top(bounds(), SIZE.x as f32 / SIZE.y as f32)
+}

@@ -1,0 +1,123 @@
+//! A fleet in shared memory, through the command line, into files.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::JoinHandle;
+use std::time::Duration;
+
+use clap::{Args, FromArgMatches};
+use glam::Vec3;
+use regatta_plugin::FleetName;
+use regatta_plugin::column::ColumnHeader;
+use regatta_plugin::publish::Producer;
+use regatta_viewer::Options;
+use regatta_viewer::camera::Camera;
+use regatta_viewer::gpu::device::Gpu;
+use regatta_viewer::scene::Scene;
+
+use crate::Test;
+use crate::fleet::{SIZE, Studio, graph, robots, types};
+
+pub const TESTS: &[(&str, Test)] =
+    &[("a_screenshot_of_a_live_fleet", a_screenshot), ("a_film_of_a_live_fleet", a_film)];
+
+/// Publishes a fleet that stands still, until it is dropped.
+struct Live {
+    name: FleetName,
+    folder: PathBuf,
+    stop: Arc<AtomicBool>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Live {
+    fn start(test: &str) -> Self {
+        let name: FleetName = format!("test-viewer-{test}-{}", std::process::id()).parse().expect("a name");
+        let folder = std::env::temp_dir().join(name.to_string());
+        std::fs::create_dir_all(&folder).expect("a folder");
+        let stop = Arc::new(AtomicBool::new(false));
+        let (fleet, flag) = (name.clone(), Arc::clone(&stop));
+        let thread = std::thread::spawn(move || publish(&fleet, &flag));
+        Self { name, folder, stop, thread: Some(thread) }
+    }
+
+    fn view(&self, args: &[&str]) {
+        let command = Options::augment_args(clap::Command::new("viewer").no_binary_name(true));
+        let fleet = self.name.to_string();
+        let common = ["--headless", "--fleet", &fleet, "--size", "320x200"];
+        let matches = command.try_get_matches_from(common.iter().chain(args)).expect("arguments");
+        let options = Options::from_arg_matches(&matches).expect("options");
+        regatta_viewer::run(&options).expect("it draws");
+    }
+
+    fn path(&self, name: &str) -> String {
+        self.folder.join(name).display().to_string()
+    }
+}
+
+impl Drop for Live {
+    fn drop(&mut self) {
+        self.stop.store(true, Ordering::Relaxed);
+        let ended = self.thread.take().map(JoinHandle::join);
+        std::fs::remove_dir_all(&self.folder).expect("removed");
+        if !std::thread::panicking() {
+            ended.expect("a thread").expect("the producer ends well");
+        }
+    }
+}
+
+fn publish(fleet: &FleetName, stop: &AtomicBool) {
+    let rows = robots();
+    let mut producer = Producer::create(fleet, rows.len()).expect("a producer");
+    let (nodes, edges) = graph();
+    producer.publish_world(&nodes, &edges, &types()).expect("a world");
+    for tick in 0.. {
+        if stop.load(Ordering::Relaxed) {
+            return;
+        }
+        let column = ColumnHeader { run_id: producer.run_id(), tick, robots: rows.len() as u32, reserved: 0 };
+        producer.publish_column("collision", column, &collisions()).expect("a column");
+        let mut frame = producer.loan(rows.len()).expect("a frame");
+        frame.header_mut().tick = tick;
+        frame.header_mut().sim_time_nanos = tick * 10_000_000;
+        let columns = frame.columns_mut();
+        for (i, row) in rows.iter().enumerate() {
+            (columns.x[i], columns.y[i], columns.theta[i]) = (row.x, row.y, row.theta);
+            (columns.speed[i], columns.edge[i], columns.state[i], columns.s[i]) = (row.speed, 0, row.state, 0.0);
+        }
+        frame.send().expect("sent");
+        producer.notify();
+        producer.update();
+        std::thread::sleep(Duration::from_millis(10));
+    }
+}
+
+fn collisions() -> Vec<f32> {
+    [0.0, 1.0, 2.0].repeat(4)
+}
+
+fn a_screenshot(gpu: &Gpu) {
+    let live = Live::start("shot");
+    let path = live.path("shot.png");
+    let camera = ["--camera", "4,-4,6,1.5,0.9", "--samples", "4"];
+    live.view(&[&["--screenshot", &path, "--at", "200ms"][..], &camera].concat());
+    let seen = image::open(Path::new(&path)).expect("a picture").into_rgba8();
+    let mut studio = Studio::new(gpu);
+    let (nodes, edges) = graph();
+    studio.renderer.set_graph(&nodes, &edges);
+    studio.push(&robots());
+    studio.renderer.set_values(Some(&collisions()));
+    let wanted = studio.shoot(&Camera::at(Vec3::new(4.0, -4.0, 6.0), 1.5, 0.9), &Scene::default(), 1.0);
+    assert!(seen == wanted, "another picture than without shared memory");
+}
+
+fn a_film(_: &Gpu) {
+    let live = Live::start("film");
+    let folder = live.path("film");
+    live.view(&["--record", &folder, "--fps", "10", "--for", "500ms"]);
+    for number in 0..5 {
+        let picture = image::open(Path::new(&folder).join(format!("{number:06}.png"))).expect("a picture");
+        assert_eq!((picture.width(), picture.height()), (SIZE.x, SIZE.y));
+    }
+    assert_eq!(std::fs::read_dir(&folder).expect("the folder").count(), 5);
+}

@@ -1,0 +1,38 @@
+//! Pictures against references, and picking against known poses. Needs an adapter that draws on the processor; where
+//! there is none, each test is named as ignored.
+//!
+//! The references were made on Mesa's llvmpipe. After a change that is meant to be seen, make them anew, and look at
+//! them: `REGATTA_UPDATE_PICTURES=1 cargo test -p regatta-viewer --test pictures`.
+
+mod fleet;
+mod live;
+mod motion;
+mod picking;
+mod references;
+
+use libtest_mimic::{Arguments, Trial};
+use regatta_viewer::gpu::device::Gpu;
+
+/// A test that draws.
+type Test = fn(&Gpu);
+
+fn main() -> std::process::ExitCode {
+    let arguments = Arguments::from_args();
+    let gpu = Gpu::software().ok();
+    let tests = references::TESTS.iter().chain(picking::TESTS).chain(motion::TESTS).chain(live::TESTS);
+    let mut trials: Vec<_> = tests
+        .map(|(name, test)| {
+            let device = gpu.clone();
+            let run = move || {
+                device.iter().for_each(test);
+                Ok(())
+            };
+            Trial::test(*name, run).with_ignored_flag(gpu.is_none()).with_kind("needs a software adapter")
+        })
+        .collect();
+    trials.push(Trial::test("references_are_told_apart", || {
+        references::references_are_told_apart();
+        Ok(())
+    }));
+    libtest_mimic::run(&arguments, trials).exit_code()
+}
