@@ -8,7 +8,7 @@ use regatta_plugin::{ContactEventReader, ContactReader, Participant, ReadError};
 use rustix::process::Signal;
 use tempfile::TempDir;
 
-use crate::fleet::{Fleet, Process, eventually, graphs, regatta};
+use crate::fleet::{Fleet, Process, eventually, graphs, regatta, unique};
 
 /// Robots drive towards each other from both ends of 20 m at 1 m/s each. Both are 1 m long.
 const GRAPH: &str = "
@@ -134,6 +134,42 @@ fn a_killed_checker_costs_nothing_and_another_takes_its_place() {
     let late = fleet.late_ticks() - before;
     assert!(third.interrupt().status.success());
     assert!(late * 5 < fleet.tick(), "{late} late ticks");
+}
+
+#[test]
+fn it_goes_on_with_the_next_engine_and_sums_up_each_run() {
+    let fleet = Fleet::start("collision-restart", "thirty.yaml", &[]);
+    let name = fleet.name.clone();
+    let plugin = Process::start(regatta().args(["plugin", "collision", "--summary", "--fleet", &name.to_string()]));
+    let mut column = Participant::join(&name, "test").expect("joined").column_reader("collision").expect("opened");
+    let mut run = |not: u64| {
+        eventually("a column of the run", || {
+            let run = column.latest().expect("readable")?.header.run_id;
+            (run != not).then_some(run)
+        })
+    };
+    let first = run(0);
+    fleet.engine.signal(Signal::KILL);
+    assert!(!fleet.engine.finish().status.success());
+    let fleet = Fleet::restart(name, "thirty.yaml", &[]);
+    run(first);
+    assert!(fleet.engine.interrupt().status.success());
+    let output = plugin.interrupt();
+    let printed = String::from_utf8_lossy(&output.stdout);
+    assert!(output.status.success() && printed.matches(" touch now)").count() == 2, "{printed}");
+}
+
+#[test]
+fn a_scenario_starts_it() {
+    let (_folder, path) = scenario();
+    let text = format!("{SCENARIO}plugins: [{{name: collision, args: [--summary]}}]\n");
+    fs::write(&path, text).expect("written");
+    let name = unique("collision-run").to_string();
+    let output =
+        regatta().arg("run").arg(path).args(["--for", "3s", "--fleet", &name]).output().expect("regatta starts");
+    let printed = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(printed.contains(" touch now)"), "{printed}");
 }
 
 #[test]

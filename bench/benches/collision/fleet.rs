@@ -4,7 +4,7 @@ use std::f32::consts::{FRAC_PI_2, PI, TAU};
 
 use regatta_collision::Scene;
 use regatta_plugin::frame::Columns;
-use regatta_plugin::world::{EdgeRecord, RobotTypeRecord};
+use regatta_plugin::world::{EdgeRecord, RobotTypeRecord, Shape};
 
 /// Square metres a robot.
 const AREA: f32 = 4.0;
@@ -15,7 +15,18 @@ const SECONDS: f32 = 1.0 / 60.0;
 /// Edges that robots drive.
 const EDGES: usize = 4096;
 
-/// Robots of 0.9 m × 0.6 m anywhere in a square, three in five on straight edges, the others on curves of 1 to 6 m
+/// Shape, length and width.
+const TYPES: [(Shape, f32, f32); 4] = [
+    (Shape::Rectangle, LENGTH, WIDTH),
+    (Shape::Circle, 0.7, 0.0),
+    (Shape::Rectangle, 1.2, 0.8),
+    (Shape::Rectangle, 0.5, 0.4),
+];
+/// The first type's sizes, in metres.
+pub const LENGTH: f32 = 0.9;
+pub const WIDTH: f32 = 0.6;
+
+/// Robots anywhere in a square, three in five on straight edges, the others on curves of 1 to 6 m
 /// radius; one in ten stands, the others drive at 0.5 to 1.5 m/s.
 pub struct Fleet {
     pub edges: Vec<EdgeRecord>,
@@ -80,7 +91,8 @@ impl Dice {
 }
 
 impl Fleet {
-    pub fn new(robots: usize) -> Self {
+    /// Robots of the first so many of [`TYPES`], in turn.
+    pub fn new(robots: usize, types: usize) -> Self {
         let mut dice = Dice(1);
         let arcs: Vec<_> = (0..EDGES).map(|_| arc(&mut dice)).collect();
         let edges = (0..).zip(&arcs).map(|(id, arc)| arc.record(id)).collect();
@@ -96,15 +108,8 @@ impl Fleet {
                 frame.push(origin, (edge, arcs[edge]), start + speed * SECONDS * number as f32, speed);
             }
         }
-        let amr = RobotTypeRecord {
-            name: RobotTypeRecord::padded_name("amr"),
-            shape: 0,
-            length: 0.9,
-            width: 0.6,
-            max_speed: f32::INFINITY,
-            max_acceleration: f32::INFINITY,
-        };
-        Self { edges, types: vec![amr], types_column: vec![0.0; robots], frames, next: 0 }
+        let types_column = (0..robots).map(|robot| (robot % types) as f32).collect();
+        Self { edges, types: TYPES[..types].iter().map(robot_type).collect(), types_column, frames, next: 0 }
     }
 
     /// The next frame; from the last one they go back again.
@@ -119,6 +124,17 @@ impl Fleet {
             columns: frame.columns(),
             types: &self.types_column,
         }
+    }
+}
+
+fn robot_type(&(shape, length, width): &(Shape, f32, f32)) -> RobotTypeRecord {
+    RobotTypeRecord {
+        name: RobotTypeRecord::padded_name("type"),
+        shape: shape as u32,
+        length,
+        width,
+        max_speed: f32::INFINITY,
+        max_acceleration: f32::INFINITY,
     }
 }
 

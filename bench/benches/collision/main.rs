@@ -8,48 +8,62 @@ mod rival;
 use std::time::Duration;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use regatta_collision::{Detector, Settings};
+use regatta_collision::{Detector, Scene, Settings};
+use regatta_plugin::frame::Columns;
 
 use fleet::Fleet;
 
 const SIZES: [usize; 3] = [10_000, 100_000, 1_000_000];
 
 fn frames(criterion: &mut Criterion) {
-    for (name, margin, horizon) in [("touching only", 0.0, 0.0), ("with prediction", 0.2, 2.0)] {
+    let touching = Settings::new(0.0, 0.0).expect("sane");
+    let predicting = Settings::new(0.2, 2.0).expect("sane");
+    for (name, settings, types) in [
+        ("touching only", touching, 1),
+        ("touching only, four types", touching, 4),
+        ("with prediction", predicting, 1),
+        ("with prediction, four types", predicting, 4),
+    ] {
         let mut group = criterion.benchmark_group(name);
         for robots in SIZES {
-            let mut fleet = Fleet::new(robots);
-            let mut detector = Detector::new(Settings::new(margin, horizon).expect("sane"));
+            let mut fleet = Fleet::new(robots, types);
+            let mut detector = Detector::new(settings);
             detector.set_world(&fleet.edges, &fleet.types);
             group.throughput(Throughput::Elements(robots as u64));
             group.bench_function(BenchmarkId::from_parameter(robots), |bencher| {
                 bencher.iter(|| detector.look(&fleet.scene()));
             });
-            let contacts = detector.contacts();
-            eprintln!(
-                "{robots}: {} pairs, {} events, capped {}",
-                contacts.len(),
-                detector.events().len(),
-                detector.is_capped()
-            );
+            let (pairs, events) = (detector.contacts().len(), detector.events().len());
+            eprintln!("{robots}: {pairs} pairs, {events} events, capped {}", detector.is_capped());
         }
     }
 }
 
-/// A spatial index, filled and asked anew in each frame. It only finds which boxes overlap; the detector above also checks
-/// the rectangles, follows pairs from frame to frame, and marks the robots.
+type Rival = fn(Columns) -> usize;
+
+/// Spatial indexes on the touching level. They are only asked for the number of pairs: the detector above also follows
+/// pairs from frame to frame, and marks the robots.
 fn rivals(criterion: &mut Criterion) {
-    let mut group = criterion.benchmark_group("rstar, boxes alone");
-    for robots in SIZES {
-        let mut fleet = Fleet::new(robots);
-        group.throughput(Throughput::Elements(robots as u64));
-        group.bench_function(BenchmarkId::from_parameter(robots), |bencher| {
-            bencher.iter(|| {
-                let columns = fleet.scene().columns;
-                rival::near_pairs(columns.x, columns.y)
+    let rivals: [(_, Rival); 3] = [("rstar", rival::rstar), ("parry2d", rival::parry), ("kiddo", rival::kiddo)];
+    for (name, count) in rivals {
+        let mut group = criterion.benchmark_group(name);
+        for robots in SIZES {
+            let mut fleet = Fleet::new(robots, 1);
+            group.throughput(Throughput::Elements(robots as u64));
+            group.bench_function(BenchmarkId::from_parameter(robots), |bencher| {
+                bencher.iter(|| count(fleet.scene().columns));
             });
-        });
+            let scene = fleet.scene();
+            eprintln!("{robots}: {} pairs, the detector's {}", count(scene.columns), touching(&scene));
+        }
     }
+}
+
+/// How many pairs the detector finds. Without a world, robots are of the first type.
+fn touching(scene: &Scene) -> usize {
+    let mut detector = Detector::new(Settings::new(0.0, 0.0).expect("sane"));
+    detector.look(scene);
+    detector.touching()
 }
 
 criterion_group! {

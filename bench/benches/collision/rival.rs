@@ -1,22 +1,79 @@
-//! The rival: a well-kept spatial index, `rstar`, doing the broad phase alone.
+//! The rivals: well-kept spatial indexes, each filled and asked anew in each frame. They find which robots may touch;
+//! whether two rectangles do, parry tells for all three.
 
+use kiddo::{ImmutableKdTree, SquaredEuclidean};
+use parry2d::bounding_volume::Aabb;
+use parry2d::math::{Pose, Vector};
+use parry2d::partitioning::{Bvh, BvhBuildStrategy, BvhWorkspace};
+use parry2d::query::details::intersection_test_cuboid_cuboid;
+use parry2d::shape::Cuboid;
+use regatta_plugin::frame::Columns;
 use rstar::primitives::{GeomWithData, Rectangle};
 use rstar::{AABB, RTree};
 
-/// Radius of the circle about a robot of 0.9 m × 0.6 m.
-const RADIUS: f32 = 0.541;
+use crate::fleet::{LENGTH, WIDTH};
 
-/// How many pairs of robots have boxes that overlap: a tree of all boxes, filled in bulk and asked for each robot.
-pub fn near_pairs(x: &[f32], y: &[f32]) -> usize {
-    let box_of = |robot: usize| ([x[robot] - RADIUS, y[robot] - RADIUS], [x[robot] + RADIUS, y[robot] + RADIUS]);
-    let boxes = (0..x.len()).map(|robot| {
-        let (low, high) = box_of(robot);
-        GeomWithData::new(Rectangle::from_corners(low, high), robot)
-    });
-    let tree = RTree::bulk_load(boxes.collect());
-    let near = |robot: usize| {
-        let (low, high) = box_of(robot);
-        tree.locate_in_envelope_intersecting(&AABB::from_corners(low, high)).filter(|other| other.data > robot).count()
+/// A robot of the first type.
+#[derive(Clone, Copy)]
+struct Body {
+    pose: Pose,
+    low: [f32; 2],
+    high: [f32; 2],
+}
+
+fn bodies(columns: &Columns) -> Vec<Body> {
+    let body = |((x, y), theta): ((&f32, &f32), &f32)| {
+        let (sin, cos) = theta.sin_cos();
+        let (cos_abs, sin_abs) = (0.5 * cos.abs(), 0.5 * sin.abs());
+        let half = [LENGTH * cos_abs + WIDTH * sin_abs, LENGTH * sin_abs + WIDTH * cos_abs];
+        let (low, high) = ([x - half[0], y - half[1]], [x + half[0], y + half[1]]);
+        Body { pose: Pose::new(Vector::new(*x, *y), *theta), low, high }
     };
-    (0..x.len()).map(near).sum()
+    columns.x.iter().zip(columns.y).zip(columns.theta).map(body).collect()
+}
+
+fn touch(a: &Body, b: &Body) -> bool {
+    let cuboid = Cuboid::new(Vector::new(0.5 * LENGTH, 0.5 * WIDTH));
+    intersection_test_cuboid_cuboid(&a.pose.inv_mul(&b.pose), &cuboid, &cuboid)
+}
+
+/// How many pairs touch: an R*-tree of all boxes, filled in bulk and asked for each robot.
+pub fn rstar(columns: Columns) -> usize {
+    let bodies = bodies(&columns);
+    let leaf = |(robot, body): (usize, &Body)| GeomWithData::new(Rectangle::from_corners(body.low, body.high), robot);
+    let tree = RTree::bulk_load(bodies.iter().enumerate().map(leaf).collect());
+    let touching = |(robot, body): (usize, &Body)| {
+        let near = tree.locate_in_envelope_intersecting(&AABB::from_corners(body.low, body.high));
+        near.filter(|other| other.data > robot && touch(body, &bodies[other.data])).count()
+    };
+    bodies.iter().enumerate().map(touching).sum()
+}
+
+/// The same by parry's tree of bounding volumes, which tells its own pairs.
+pub fn parry(columns: Columns) -> usize {
+    let bodies = bodies(&columns);
+    let aabb = |body: &Body| Aabb::new(Vector::from(body.low), Vector::from(body.high));
+    let leaves: Vec<_> = bodies.iter().map(aabb).collect();
+    let mut touching = 0;
+    Bvh::from_leaves(BvhBuildStrategy::Binned, &leaves).traverse_bvtt_single_tree::<false>(
+        &mut BvhWorkspace::default(),
+        &mut |one, other| {
+            touching += usize::from(touch(&bodies[one as usize], &bodies[other as usize]));
+        },
+    );
+    touching
+}
+
+/// The same by a tree of the robots' middles, asked for those within two radii.
+pub fn kiddo(columns: Columns) -> usize {
+    let bodies = bodies(&columns);
+    let points: Vec<_> = columns.x.iter().zip(columns.y).map(|(x, y)| [*x, *y]).collect();
+    let tree: ImmutableKdTree<f32, 2> = ImmutableKdTree::new_from_slice(&points).expect("a tree");
+    let reach = LENGTH * LENGTH + WIDTH * WIDTH;
+    let touching = |robot: usize| {
+        let near = tree.query(&points[robot]).within::<SquaredEuclidean<f32>>(reach).unsorted().execute();
+        let others = near.iter().map(|found| found.item as usize);
+        others.filter(|other| *other > robot && touch(&bodies[robot], &bodies[*other])).count()
+    };
+    (0..points.len()).map(touching).sum()
 }

@@ -1,6 +1,8 @@
 //! Where a robot is and what it covers, and the distance between two.
 
-/// A robot at one moment. Half a cache line, because a frame's time goes by in fetching these.
+use crate::footprint::CIRCLE;
+
+/// A robot at one moment.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Body {
     /// Metres east and north.
@@ -11,12 +13,7 @@ pub(crate) struct Body {
     pub half_length: f32,
     /// Half of the width; [`CIRCLE`] for a circle.
     pub half_width: f32,
-    /// Metres per second.
-    pub velocity: [f32; 2],
 }
-
-/// In place of a width.
-pub(crate) const CIRCLE: f32 = -1.0;
 
 impl Body {
     fn is_circle(&self) -> bool {
@@ -79,12 +76,6 @@ fn turned_by([cos, sin]: Vector, [x, y]: Vector) -> Vector {
 pub(crate) fn outside(half: Vector, [x, y]: Vector) -> f64 {
     let [x, y] = [(x.abs() - half[0]).max(0.0), (y.abs() - half[1]).max(0.0)];
     (x * x + y * y).sqrt()
-}
-
-/// At most the metres between two footprints, and quickly.
-pub(crate) fn apart(a: &Body, b: &Body) -> f32 {
-    let reach = a.half_length + a.half_width.abs() + b.half_length + b.half_width.abs();
-    (b.place[0] - a.place[0]).abs().max((b.place[1] - a.place[1]).abs()) - reach
 }
 
 /// Metres between two footprints: 0 if they have a point in common. Where it is more than `reach`, the result is just
@@ -154,8 +145,9 @@ pub(crate) fn meeting_place(a: &Body, b: &Body) -> [f32; 2] {
     [between(0), between(1)]
 }
 
-/// Metres per second between two.
-pub(crate) fn relative_speed(a: &Body, b: &Body) -> f32 {
-    let [x, y] = [b.velocity[0] - a.velocity[0], b.velocity[1] - a.velocity[1]];
+/// Metres per second between two, from their speeds.
+pub(crate) fn relative_speed((a, speed_a): (&Body, f32), (b, speed_b): (&Body, f32)) -> f32 {
+    let part = |axis: usize| b.heading[axis] * speed_b - a.heading[axis] * speed_a;
+    let [x, y] = [part(0), part(1)];
     (x * x + y * y).sqrt()
 }

@@ -1,5 +1,7 @@
 //! Upright boxes, to see quickly who is far from whom.
 
+use crate::body::Body;
+
 /// An upright box, in metres: its western and southern side, and its eastern and northern one with the opposite sign.
 /// So a larger box has smaller numbers, all four of them.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -15,6 +17,13 @@ impl Bounds {
 
     pub(crate) fn new([west, south]: [f32; 2], [east, north]: [f32; 2]) -> Self {
         Self([west, south, -east, -north])
+    }
+
+    /// Around a footprint and some metres more.
+    pub(crate) fn of(body: &Body, metres: f32) -> Self {
+        let ([x, y], [reach_x, reach_y]) = (body.place, body.half_extent(body.heading));
+        let (pad_x, pad_y) = (reach_x + (metres + slack(x)), reach_y + (metres + slack(y)));
+        Self([x - pad_x, y - pad_y, -x - pad_x, -y - pad_y])
     }
 
     pub(crate) fn west(&self) -> f32 {
@@ -49,4 +58,9 @@ impl Bounds {
         let holds = |side: usize| self.0[side] <= reach.0[side];
         holds(0) & holds(1) & holds(2) & holds(3)
     }
+}
+
+/// As much as rounding may hide at that distance from the origin, in metres.
+pub(crate) fn slack(distance: f32) -> f32 {
+    1e-5 + distance.abs() * 1e-6
 }

@@ -6,13 +6,14 @@ use regatta_plugin::contact::{ContactEvent, ContactRecord};
 use regatta_plugin::frame::Columns;
 use regatta_plugin::world::{EdgeRecord, RobotTypeRecord};
 
-use crate::body::{meeting_place, relative_speed};
-use crate::crowd::{Crowd, Mover, Roads};
+use crate::checks::{check, check_all};
+use crate::crowd::Crowd;
 use crate::ledger::{Found, Ledger, Moment};
-use crate::pair::Signs;
 use crate::radix;
+use crate::roads::Roads;
 use crate::settings::Settings;
-use crate::strips::{Limits, Strip, Strips};
+use crate::strips::Strips;
+use crate::sweep::Limits;
 use crate::tally::Tally;
 
 /// Overlaps of boxes that are checked, for each robot on average and besides.
@@ -48,6 +49,7 @@ pub struct Detector {
     settings: Settings,
     roads: Roads,
     strips: Strips,
+    near: Vec<[u32; 2]>,
     found: Vec<Found>,
     scratch: Vec<Found>,
     ledger: Ledger,
@@ -63,6 +65,7 @@ impl Detector {
             settings,
             roads: Roads::new(&[], &[]),
             strips: Strips::default(),
+            near: Vec::new(),
             found: Vec::new(),
             scratch: Vec::new(),
             ledger: Ledger::default(),
@@ -81,9 +84,8 @@ impl Detector {
     pub fn look(&mut self, scene: &Scene) {
         let &Scene { columns, types, .. } = scene;
         let robots = columns.x.len();
-        self.unplaced = self.strips.take(&Crowd { columns, types, roads: &self.roads, settings: self.settings });
         self.ledger.open(Moment { run_id: scene.run_id, tick: scene.tick, nanos: scene.sim_time_nanos });
-        self.find_pairs(robots);
+        self.find_pairs(columns, types);
         let bits = radix::bits_below(robots);
         radix::sort(&mut self.found, &mut self.scratch, 0..bits, |found| found.robots[0].into());
         for same in self.found.chunk_by_mut(|a, b| a.robots[0] == b.robots[0]) {
@@ -93,44 +95,27 @@ impl Detector {
         self.mark(robots);
     }
 
-    fn find_pairs(&mut self, robots: usize) {
+    fn find_pairs(&mut self, columns: Columns, types: &[f32]) {
+        let Self { settings, roads, strips, near, found, ledger, .. } = self;
+        let crowd = Crowd { columns, types, roads, settings: *settings };
+        let robots = columns.x.len();
+        self.unplaced = strips.take(&crowd);
+        let mut find = |limits: Limits, most: usize, found: &mut Vec<Found>| {
+            strips.sweep(&crowd, limits, |strip, candidates| {
+                check_all(&crowd, strip, candidates, near, found);
+                if found.len() > most { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+            })
+        };
         let (looks, checks) = (times(LOOKS, robots), times(CHECKS, robots));
         let all = Limits { looks_each: usize::MAX, checks_each: usize::MAX, looks, checks };
-        self.found.clear();
-        self.capped = self.find(all, times(PAIRS, robots)).is_break();
+        found.clear();
+        self.capped = find(all, times(PAIRS, robots), found).is_break();
         if self.capped {
-            self.found.clear();
-            self.find_known();
+            found.clear();
             let (looks_each, checks_each) = SOME;
             // Without limits in all, it doesn't break off.
-            let _ = self.find(Limits { looks_each, checks_each, looks: usize::MAX, checks: usize::MAX }, usize::MAX);
-        }
-    }
-
-    /// Adds every two robots that have a level, until that is too much.
-    fn find(&mut self, limits: Limits, most: usize) -> ControlFlow<()> {
-        let Self { strips, found, settings, .. } = self;
-        strips.sweep(limits, |strip, candidates| {
-            for places in candidates {
-                let [one, other] = places.map(|place| (strip, strip.mover(place)));
-                check(*settings, one, other, found);
-            }
-            if found.len() > most { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-        })
-    }
-
-    /// Adds the pairs that had a level before and still have one.
-    fn find_known(&mut self) {
-        let places = self.strips.places();
-        let mover = |robot: u32| {
-            let (strip, place) = (*places.get(robot as usize)?)?;
-            let strip = self.strips.strip(strip);
-            Some((strip, strip.mover(place)))
-        };
-        for contact in self.ledger.contacts() {
-            if let [Some(one), Some(other)] = contact.robots.map(mover) {
-                check(self.settings, one, other, &mut self.found);
-            }
+            let _ = find(Limits { looks_each, checks_each, looks: usize::MAX, checks: usize::MAX }, usize::MAX, found);
+            find_known(strips, ledger.contacts(), &crowd, found);
         }
     }
 
@@ -190,17 +175,16 @@ fn times((each, besides): (usize, usize), robots: usize) -> usize {
     each * robots + besides
 }
 
-/// Checks two robots, and adds them if they may have a level. The one with the lower id comes first, so that they always
-/// come out the same.
-fn check(settings: Settings, one: (&Strip, &Mover), other: (&Strip, &Mover), found: &mut Vec<Found>) {
-    let ((strip_a, a), (strip_b, b)) = if one.1.robot < other.1.robot { (one, other) } else { (other, one) };
-    let signs = Signs::of(settings, (&a.body, strip_a.pieces_of(a)), (&b.body, strip_b.pieces_of(b)));
-    if signs.any() {
-        found.push(Found {
-            robots: [a.robot, b.robot],
-            place: meeting_place(&a.body, &b.body),
-            relative_speed: relative_speed(&a.body, &b.body),
-            signs,
-        });
+/// Adds the pairs that had a level before and still have one.
+fn find_known(strips: &Strips, known: &[ContactRecord], crowd: &Crowd, found: &mut Vec<Found>) {
+    let places = strips.places();
+    let place = |robot: u32| {
+        let (strip, place) = (*places.get(robot as usize)?)?;
+        Some((strips.strip(strip), place))
+    };
+    for contact in known {
+        if let [Some(one), Some(other)] = contact.robots.map(place) {
+            check(crowd, one, other, found);
+        }
     }
 }

@@ -3,11 +3,14 @@
 use proptest::prelude::*;
 use regatta_plugin::world::EdgeRecord;
 
-use crate::body::{Body, CIRCLE, gap, meeting_place};
+use crate::body::{Body, gap, meeting_place};
+use crate::bounds::Bounds;
+use crate::footprint::CIRCLE;
 use crate::heading::heading;
-use crate::meeting::{Meeting, meet};
+use crate::meeting::{ALWAYS, Meeting, meet};
 use crate::path::Paths;
 use crate::prediction::{Drive, Piece, predict};
+use crate::way::{Approach, Way};
 
 type Point = [f64; 2];
 
@@ -16,10 +19,10 @@ fn bodies() -> impl Strategy<Value = Body> {
     let place = prop_oneof![-3.0_f32..3.0, -15.0_f32..15.0];
     let axis = (0_u32..8).prop_map(|eighth| eighth as f32 * std::f32::consts::FRAC_PI_4);
     let theta = prop_oneof![-3.2_f32..3.2, axis];
-    ([place.clone(), place], theta, size.clone(), prop_oneof![size, Just(CIRCLE)], -3.0_f32..3.0).prop_map(
-        |(place, theta, half_length, half_width, speed)| {
+    ([place.clone(), place], theta, size.clone(), prop_oneof![size, Just(CIRCLE)]).prop_map(
+        |(place, theta, half_length, half_width)| {
             let heading = heading(theta);
-            Body { place, heading, half_length, half_width, velocity: heading.map(|part| part * speed) }
+            Body { place, heading, half_length, half_width }
         },
     )
 }
@@ -113,8 +116,11 @@ proptest! {
         (way_a, way_b) in (ways(), ways()),
     ) {
         let (pieces_a, pieces_b) = (along(&a, &way_a), along(&b, &way_b));
-        let [a, b] = [(a, &pieces_a), (b, &pieces_b)].map(|(body, pieces)| Body { velocity: [fastest(pieces), 0.0], ..body });
-        let found = meet((&a, &pieces_a), (&b, &pieces_b), 0.05);
+        let found = meet((&a, &pieces_a), (&b, &pieces_b), ALWAYS, 0.05);
+        let [brief_a, brief_b] = [(&a, &pieces_a), (&b, &pieces_b)].map(|(body, pieces)| Way::new(body, pieces, 0, Bounds::NOTHING));
+        let approach = Approach::of((&a, &brief_a), (&b, &brief_b));
+        let quickly = meet((&a, &pieces_a), (&b, &pieces_b), approach.when_near(0.1), 0.05);
+        prop_assert!(found == quickly && (found == Meeting::None || approach.comes_near(0.1, HORIZON)));
         // Every two pieces that share some time, at instants at most 5 ms apart; where one follows another, both count.
         let mut nearest = f64::INFINITY;
         for (from_a, piece_a) in timed(&pieces_a) {
@@ -157,10 +163,6 @@ fn along(body: &Body, way: &Legs) -> Vec<Piece> {
         (now, theta) = (until, theta + turn);
     }
     pieces
-}
-
-fn fastest(pieces: &[Piece]) -> f32 {
-    pieces.iter().map(|piece| piece.velocity[0].hypot(piece.velocity[1])).fold(0.0, f32::max)
 }
 
 /// Each piece with the time at which it starts.
@@ -227,7 +229,7 @@ proptest! {
         let s = part * length;
         let (start, theta) = on_rail(&rail, s);
         let heading = heading(theta as f32);
-        let body = Body { place: start.map(|x| x as f32), heading, half_length: 0.5, half_width: 0.3, velocity: [0.0; 2] };
+        let body = Body { place: start.map(|x| x as f32), heading, half_length: 0.5, half_width: 0.3 };
         let mut pieces = Vec::new();
         predict(&body, Drive { speed, s: s as f32, chords: paths.of(0) }, HORIZON, &mut pieces);
         prop_assert_eq!(pieces[pieces.len() - 1].until, HORIZON);
@@ -251,7 +253,7 @@ proptest! {
         let (start, theta) = on_rail(&rail, 1.0);
         let ways = [(0.0, 0.0), (turned, aside)].map(|(turned, aside)| {
             let place = [start[0] as f32 + aside, start[1] as f32 - aside];
-            let body = Body { place, heading: heading(theta as f32 + turned), half_length: 0.5, half_width: 0.3, velocity: [0.0; 2] };
+            let body = Body { place, heading: heading(theta as f32 + turned), half_length: 0.5, half_width: 0.3 };
             let mut pieces = Vec::new();
             predict(&body, Drive { speed: 2.0, s: 1.0, chords: paths.of(0) }, HORIZON, &mut pieces);
             pieces
@@ -285,7 +287,7 @@ fn edges_that_are_none_have_no_chords() {
 
 #[test]
 fn robots_that_stay_put_or_have_no_edge_go_straight() {
-    let body = Body { place: [1.0, 2.0], heading: [0.0, 1.0], half_length: 0.5, half_width: 0.3, velocity: [0.0; 2] };
+    let body = Body { place: [1.0, 2.0], heading: [0.0, 1.0], half_length: 0.5, half_width: 0.3 };
     for (speed, s, expected) in [(0.0, 0.0, [0.0, 0.0]), (2.0, 0.0, [0.0, 2.0]), (-1.0, f32::NAN, [0.0, -1.0])] {
         let mut pieces = Vec::new();
         predict(&body, Drive { speed, s, chords: &[] }, HORIZON, &mut pieces);

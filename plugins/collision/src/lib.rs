@@ -42,13 +42,15 @@
 //!
 //! # What it costs, and when it stops
 //!
-//! Time grows with the robots and with the pairs that are near (see `strips.rs`). In a pile of everybody those are all
-//! pairs, so there are limits: 64 checks, 512 looks and 8 pairs for each robot on average, besides some hundred thousand
-//! for any fleet. When one is reached, the frame is done again with the pairs known from before, and 8 neighbours of
-//! each robot. That is told as `capped`: all pairs in the list are real, but there may be more.
+//! Time grows with the robots and with the pairs that are near (see `strips.rs` and `sweep.rs`). In a pile of everybody
+//! those are all pairs, so there are limits: 64 checks, 512 looks and 8 pairs for each robot on average, besides some
+//! hundred thousand for any fleet. When one is reached, the frame is done again with the pairs known from before, and 8
+//! neighbours of each robot. That is told as `capped`: all pairs in the list are real, but there may be more.
 
 mod body;
 mod bounds;
+mod checks;
+mod chunk;
 mod crowd;
 mod detector;
 #[cfg(test)]
@@ -56,6 +58,7 @@ mod detector_tests;
 mod footprint;
 #[cfg(test)]
 mod geometry_tests;
+mod grid;
 mod heading;
 mod ledger;
 mod log;
@@ -67,11 +70,14 @@ mod path;
 mod plugin;
 mod prediction;
 mod radix;
+mod roads;
 mod settings;
 mod skips;
 mod strips;
 mod summary;
+mod sweep;
 mod tally;
+mod way;
 
 pub use detector::{Detector, Scene};
 pub use log::{HEADER as LOG_HEADER, LogError};

@@ -25,16 +25,25 @@ impl Meeting {
     }
 }
 
+/// For [`meet`]: the whole of their ways.
+pub(crate) const ALWAYS: [f32; 2] = [0.0, f32::INFINITY];
+
 /// How near two robots come on their ways, as they are and with both grown by some metres on all sides. Exact for these
-/// pieces: no instants are sampled.
-pub(crate) fn meet((a, pieces_a): (&Body, &[Piece]), (b, pieces_b): (&Body, &[Piece]), grown: f64) -> Meeting {
+/// pieces: no instants are sampled. Only looks at the pieces that they drive between these seconds from now.
+pub(crate) fn meet(
+    (a, pieces_a): (&Body, &[Piece]),
+    (b, pieces_b): (&Body, &[Piece]),
+    [from, to]: [f32; 2],
+    grown: f64,
+) -> Meeting {
     let reach = a.radius() + b.radius() + 2.0 * grown as f32;
-    let earliest = earliest(a, b, reach);
     let (mut way_a, mut way_b) = (Way { pieces: pieces_a, start: 0.0 }, Way { pieces: pieces_b, start: 0.0 });
     let (mut now, mut meeting) = (0.0, Meeting::None);
-    while let ([piece_a, ..], [piece_b, ..]) = (way_a.pieces, way_b.pieces) {
+    while let ([piece_a, ..], [piece_b, ..]) = (way_a.pieces, way_b.pieces)
+        && now <= to
+    {
         let until = piece_a.until.min(piece_b.until);
-        if until >= earliest || until.is_nan() {
+        if until >= from {
             let pass = Pass { a: (piece_a, now - way_a.start), b: (piece_b, now - way_b.start), seconds: until - now };
             meeting = meeting.max(pass.meeting((a, b), grown, reach));
             if meeting == Meeting::Overlap {
@@ -46,16 +55,6 @@ pub(crate) fn meet((a, pieces_a): (&Body, &[Piece]), (b, pieces_b): (&Body, &[Pi
         now = until;
     }
     meeting
-}
-
-/// Seconds before which two robots can't come within some distance of each other, however they drive: none is faster
-/// on its way than its speed.
-fn earliest(a: &Body, b: &Body, reach: f32) -> f32 {
-    let length = |[x, y]: [f32; 2]| (x * x + y * y).sqrt();
-    let distance = length([b.place[0] - a.place[0], b.place[1] - a.place[1]]);
-    let lost = 0.01 + 1e-6 * (a.place[0].abs() + a.place[1].abs());
-    // Not a number if both stand and touch; then nothing is skipped.
-    (distance - reach - lost) / (1.001 * (length(a.velocity) + length(b.velocity)))
 }
 
 /// What is left of a robot's way, and when its first piece started.

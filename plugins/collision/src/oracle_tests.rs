@@ -7,10 +7,12 @@ use regatta_plugin::contact::{ContactChange, ContactEvent, ContactLevel};
 use regatta_plugin::frame::{Columns, NO_EDGE, RobotState};
 use regatta_plugin::world::{EdgeRecord, RobotTypeRecord, Shape};
 
-use crate::body::{Body, CIRCLE};
+use crate::body::Body;
 use crate::detector::{Detector, Scene};
+use crate::footprint::CIRCLE;
 use crate::heading::heading;
-use crate::pair::Signs;
+use crate::meeting::{ALWAYS, meet};
+use crate::pair::{GROWN, Signs};
 use crate::path::Paths;
 use crate::prediction::{Drive, Piece, predict};
 use crate::settings::Settings;
@@ -115,7 +117,7 @@ impl Trial {
                 let before = self.levels.get(&pair).map(|(level, _)| *level);
                 let both = (bodies.get(first).and_then(Option::as_ref), bodies.get(second).and_then(Option::as_ref));
                 let level = match both {
-                    (Some(a), Some(b)) => Signs::of(self.settings, (&a.0, &a.1), (&b.0, &b.1)).level(before),
+                    (Some(a), Some(b)) => self.signs(a, b).level(before),
                     _ => None,
                 };
                 if level == before {
@@ -140,6 +142,15 @@ impl Trial {
         changes
     }
 
+    /// No quick looks: every piece of both ways, whatever the present says.
+    fn signs(&self, (a, pieces_a): &(Body, Vec<Piece>), (b, pieces_b): &(Body, Vec<Piece>)) -> Signs {
+        let now = Signs::now(self.settings, a, b);
+        if self.settings.horizon() == 0.0 {
+            return now;
+        }
+        now.or(Signs::later(meet((a, pieces_a), (b, pieces_b), ALWAYS, GROWN)))
+    }
+
     /// What the documentation says of who is looked at, and as what.
     fn body(&self, robot: &Robot) -> Option<(Body, Vec<Piece>)> {
         let is_pose = robot.x.abs() <= 1e6 && robot.y.abs() <= 1e6 && robot.theta.abs() <= 1e3;
@@ -154,8 +165,7 @@ impl Trial {
         let speed = if robot.speed.is_nan() { 0.0 } else { robot.speed.clamp(-50.0, 50.0) };
         let heading = heading(robot.theta);
         let half_width = if kind.shape() == Shape::Circle { CIRCLE } else { 0.5 * kind.width };
-        let velocity = heading.map(|part| part * speed);
-        let body = Body { place: [robot.x, robot.y], heading, half_length: 0.5 * kind.length, half_width, velocity };
+        let body = Body { place: [robot.x, robot.y], heading, half_length: 0.5 * kind.length, half_width };
         let mut pieces = Vec::new();
         if self.settings.horizon() > 0.0 {
             let speed = if robot.state == RobotState::Held as u8 { 0.0 } else { speed };

@@ -2,13 +2,12 @@
 
 use regatta_plugin::contact::ContactLevel;
 
-use crate::body::{Body, apart, gap};
-use crate::meeting::{Meeting, meet};
-use crate::prediction::Piece;
+use crate::body::{Body, gap};
+use crate::meeting::Meeting;
 use crate::settings::{HYSTERESIS, Settings};
 
-/// Beyond the margin, in metres: by more than the hysteresis and what is lost by rounding.
-const FAR: f32 = 0.2;
+/// By how much both are larger, on all sides, that are to stay apart on their ways, in metres.
+pub(crate) const GROWN: f64 = 0.5 * HYSTERESIS;
 
 /// What a frame alone says about a pair.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -46,23 +45,35 @@ impl Signs {
         }
     }
 
-    /// Of two robots of a frame, the one with the lower id first: so that they always come out the same.
-    pub(crate) fn of(settings: Settings, (a, pieces_a): (&Body, &[Piece]), (b, pieces_b): (&Body, &[Piece])) -> Self {
+    /// Whether the present alone makes it possible, or certain, so that it doesn't matter what they do next.
+    pub(crate) fn may(self) -> bool {
+        self.has(Self::MAY)
+    }
+
+    pub(crate) fn or(self, other: Self) -> Self {
+        Self(self.0 | other.0)
+    }
+
+    /// What the footprints of two robots say by themselves; the one with the lower id first, so that they always come out
+    /// the same.
+    pub(crate) fn now(settings: Settings, a: &Body, b: &Body) -> Self {
         let margin = f64::from(settings.margin());
-        let gap = if apart(a, b) > settings.margin() + FAR { f64::INFINITY } else { gap(a, b, margin + HYSTERESIS) };
+        let gap = gap(a, b, margin + HYSTERESIS);
         let sign = |holds: bool, sign: u8| if holds { sign } else { 0 };
-        let now = sign(gap <= 0.0, Self::TOUCH)
-            | sign(gap <= HYSTERESIS, Self::STILL_TOUCH)
-            | sign(gap <= margin, Self::MAY)
-            | sign(gap <= margin + HYSTERESIS, Self::STILL_MAY);
-        if gap <= margin || settings.horizon() == 0.0 {
-            return Self(now);
+        Self(
+            sign(gap <= 0.0, Self::TOUCH)
+                | sign(gap <= HYSTERESIS, Self::STILL_TOUCH)
+                | sign(gap <= margin, Self::MAY)
+                | sign(gap <= margin + HYSTERESIS, Self::STILL_MAY),
+        )
+    }
+
+    /// What their ways say, grown by [`GROWN`].
+    pub(crate) fn later(meeting: Meeting) -> Self {
+        match meeting {
+            Meeting::None => Self(0),
+            Meeting::Near => Self(Self::STILL_MAY),
+            Meeting::Overlap => Self(Self::STILL_MAY | Self::MAY),
         }
-        let later = match meet((a, pieces_a), (b, pieces_b), 0.5 * HYSTERESIS) {
-            Meeting::None => 0,
-            Meeting::Near => Self::STILL_MAY,
-            Meeting::Overlap => Self::STILL_MAY | Self::MAY,
-        };
-        Self(now | later)
     }
 }

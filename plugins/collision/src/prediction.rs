@@ -24,6 +24,14 @@ pub(crate) struct Piece {
     pub heading: [f32; 2],
 }
 
+impl Piece {
+    /// Where it ends, if it starts that many seconds from now.
+    pub(crate) fn end(&self, start: f32) -> [f32; 2] {
+        let time = self.until - start;
+        [self.place[0] + self.velocity[0] * time, self.place[1] + self.velocity[1] * time]
+    }
+}
+
 /// How a robot drives.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Drive<'paths> {

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 /// Widest digit: all buckets' ends stay in the first-level cache.
-const DIGIT_BITS: u32 = 8;
+const DIGIT_BITS: u32 = 10;
 
 /// Sorts by these bits of each item's key alone; items that are equal there stay in their order. `scratch` is memory
 /// for it.
