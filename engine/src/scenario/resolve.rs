@@ -93,7 +93,8 @@ fn check_lights(lights: &[LightEntry]) -> Result<(), Complaint> {
     for (number, light) in (1..).zip(lights) {
         let LightEntry { x, y, z, colour: [red, green, blue] } = *light;
         // What the viewer's --light takes.
-        let bad_place = [("x", x), ("y", y), ("z", z)].into_iter().find(|(_, metres)| !(metres.abs() < 1e6));
+        let bad_place =
+            [("x", x), ("y", y), ("z", z)].into_iter().find(|(_, metres)| !metres.is_finite() || metres.abs() >= 1e6);
         if let Some((name, metres)) = bad_place {
             return Err(format!("entry {number}: {name} is {metres}; give metres, less than a million"));
         }

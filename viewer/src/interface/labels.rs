@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use egui::{Align2, Context, FontId, Id, LayerId, Order, Rect, pos2};
+use egui::{Align2, Context, FontId, LayerId, Rect, pos2};
 use glam::Vec2;
 use regatta_plugin::world::{EdgeRecord, NodeRecord};
 
@@ -40,7 +40,7 @@ impl Labels {
 
     /// Writes those that are near enough over a picture; nearer ones first, nodes before edges.
     pub fn draw(&self, context: &Context, picture: Rect, camera: &Camera, offset: Vec2, theme: Theme) {
-        let painter = context.layer_painter(LayerId::new(Order::Background, Id::unique("ids"))).with_clip_rect(picture);
+        let painter = context.layer_painter(LayerId::background()).with_clip_rect(picture);
         let tones = style::tones(theme);
         for (label, at) in self.near(camera, offset, Vec2::new(picture.width(), picture.height())) {
             let (colour, size) = if label.is_node { (tones.text, 11.0) } else { (tones.faint, 10.0) };
