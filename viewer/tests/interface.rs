@@ -82,7 +82,7 @@ impl Desk {
             edges: &self.edges,
             types: &[],
             kinds: None,
-            contacts: Some(Contacts { header: &contact_header, pairs: &self.pairs }),
+            contacts: Some(Contacts { header: &contact_header, pairs: &self.pairs, missed: 0 }),
             legend: &self.legend,
             columns: &["battery".parse().expect("a name")],
             values: &[("battery".parse().expect("a name"), 0.75)],

@@ -75,7 +75,7 @@ fn publish(fleet: &FleetName, stop: &AtomicBool) {
         if stop.load(Ordering::Relaxed) {
             return;
         }
-        let column = ColumnHeader { run_id: producer.run_id(), tick, robots: rows.len() as u32, reserved: 0 };
+        let column = ColumnHeader { run_id: producer.run_id(), tick, robots: rows.len() as u32, sequence: 0 };
         producer.publish_column("collision", column, &collisions()).expect("a column");
         let mut frame = producer.loan(rows.len()).expect("a frame");
         frame.header_mut().tick = tick;
