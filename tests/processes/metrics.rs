@@ -79,7 +79,7 @@ fn the_page_agrees_with_the_status() {
     let ticks = metrics.value("regatta_frames_read_total", "").expect("read")
         + metrics.value("regatta_frames_skipped_total", "").expect("skipped");
     assert!(ticks <= status["tick"].as_f64().expect("a tick") + 3.0, "{ticks} frames");
-    let engine = format!("name=\"producer\",pid=\"{}\"", status["pid"]);
+    let engine = format!("name=\"engine\",pid=\"{}\"", status["pid"]);
     assert!(metrics.reaches("regatta_process_resident_memory_bytes", &engine, |bytes| bytes > 1e6) < 1e9);
     metrics.reaches("regatta_process_cpu_seconds_total", &engine, |seconds| seconds > 0.0);
     metrics.reaches("regatta_process_resident_memory_bytes", "name=\"metrics\"", |bytes| bytes > 1e6);

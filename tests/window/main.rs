@@ -14,7 +14,7 @@ use libtest_mimic::{Arguments, Trial};
 use regatta_viewer::camera::Camera;
 use regatta_viewer::gpu::device::Gpu;
 use rustix::process::Signal;
-use screen::Screen;
+use screen::{Look, Screen};
 
 const TESTS: &[(&str, fn())] = &[
     ("a_window_is_turned_zoomed_resized_and_closed", a_window_is_turned_zoomed_resized_and_closed),
@@ -63,21 +63,23 @@ fn a_window_is_turned_zoomed_resized_and_closed() {
     let viewer = viewer(&screen, &fleet.name, &[]);
     let window = screen.window(&format!("Regatta: {}", fleet.name));
     eventually("the fleet is drawn", || (screen.look().colours() > 100).then_some(()));
-    let (x, y) = (300..1000, 60..560);
 
+    let changed = |what: &str, before: &Look| {
+        eventually(what, || {
+            let now = screen.still();
+            (now.differing(before, 300..1000, 60..560) > 3000).then_some(now)
+        })
+    };
     let before = screen.still();
     screen.drag("1", (500, 400), (620, 340));
-    let turned = screen.still();
-    assert!(turned.differing(&before, x.clone(), y.clone()) > 3000, "a left drag turns");
+    let turned = changed("a left drag turns", &before);
     screen.must(&["mousemove", "700", "300"]);
     (0..5).for_each(|_| screen.must(&["click", "4"]));
-    let zoomed = screen.still();
-    assert!(zoomed.differing(&turned, x.clone(), y.clone()) > 3000, "the wheel zooms");
+    let zoomed = changed("the wheel zooms", &turned);
     screen.drag("3", (500, 400), (560, 300));
-    let moved = screen.still();
-    assert!(moved.differing(&zoomed, x.clone(), y.clone()) > 3000, "a right drag moves");
+    let moved = changed("a right drag moves", &zoomed);
     screen.must(&["key", "Home"]);
-    assert!(screen.still().differing(&moved, x.clone(), y.clone()) > 3000, "Home shows all");
+    changed("Home shows all", &moved);
 
     // To nothing and back, and smaller: it goes on.
     for (width, height) in [("1", "1"), ("1100", "600"), ("321", "201"), ("900", "560")] {

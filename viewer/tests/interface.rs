@@ -279,6 +279,27 @@ fn the_picture_is_dragged_zoomed_and_picked() {
 }
 
 #[test]
+fn a_whole_drag_between_two_pictures_is_a_drag() {
+    let mut harness = harness(Desk::new(5));
+    let before = harness.state().interface.rig.camera();
+    let at = pos2(640.0, 360.0);
+    let button = |pos, pressed| {
+        let (button, modifiers) = (egui::PointerButton::Secondary, Modifiers::NONE);
+        egui::Event::PointerButton { pos, button, pressed, modifiers }
+    };
+    let to = at + egui::vec2(90.0, 0.0);
+    harness.event(egui::Event::PointerMoved(at));
+    harness.event(button(at, true));
+    harness.event(egui::Event::PointerMoved(to));
+    harness.event(button(to, false));
+    harness.event(egui::Event::PointerMoved(at));
+    harness.run_steps(2);
+    let moved = harness.state().interface.rig.camera();
+    assert!(moved.target.distance(before.target) > 0.1, "{before:?} {moved:?}");
+    assert_eq!((moved.yaw, moved.pitch), (before.yaw, before.pitch));
+}
+
+#[test]
 fn held_keys_move_the_camera() {
     let mut harness = harness(Desk::new(5));
     let before = harness.state().interface.rig.camera();

@@ -1,6 +1,6 @@
 //! Mouse, touchpad and held keys on the picture.
 
-use egui::{Event, MouseWheelSource, MouseWheelUnit, PointerButton, Rect, Response, Sense, Ui};
+use egui::{Event, MouseWheelSource, MouseWheelUnit, PointerButton, Pos2, Rect, Response, Sense, Ui};
 use glam::Vec2;
 
 use super::Interface;
@@ -13,6 +13,18 @@ const NOTCH: f32 = 1.18;
 const WALK: f32 = 0.7;
 const TURN: f32 = 1.2;
 const ZOOM: f32 = 1.4;
+/// Points that the pointer may stray in a click, as egui counts it.
+const CLICK: f32 = 6.0;
+
+/// A button held on the picture.
+#[derive(Debug)]
+pub(super) struct Grip {
+    button: PointerButton,
+    /// Turns the look; else moves it.
+    turns: bool,
+    at: Pos2,
+    moves: bool,
+}
 
 impl Interface {
     /// Lets the hands that are on the picture move the camera.
@@ -36,17 +48,48 @@ impl Interface {
         self.keys_held(ui, size);
     }
 
+    /// Follows the pointer event by event: where a picture takes long, a whole drag lies between two of them, which egui
+    /// takes for none.
     fn drag(&mut self, ui: &Ui, response: &Response, picture: Rect, size: Vec2) {
-        if !response.dragged() {
+        let events = ui.input(|input| {
+            let pointer = |event: &&Event| matches!(event, Event::PointerButton { .. } | Event::PointerMoved(_));
+            input.events.iter().filter(pointer).cloned().collect::<Vec<_>>()
+        });
+        for event in events {
+            match event {
+                Event::PointerButton { pos, button, pressed: true, modifiers } if self.grip.is_none() => {
+                    let others = ui.ctx().dragged_id().is_some_and(|id| id != response.id);
+                    if !others && picture.contains(pos) && ui.ctx().layer_id_at(pos) == Some(ui.layer_id()) {
+                        let turns = button == PointerButton::Primary && !modifiers.shift;
+                        self.grip = Some(Grip { button, turns, at: pos, moves: false });
+                    }
+                }
+                Event::PointerButton { pos, button, pressed: false, .. } => {
+                    self.drag_to(pos, picture, size);
+                    self.grip.take_if(|grip| grip.button == button);
+                }
+                Event::PointerMoved(pos) => self.drag_to(pos, picture, size),
+                _ => {}
+            }
+        }
+        if !ui.input(|input| input.pointer.any_down()) {
+            self.grip = None;
+        }
+    }
+
+    fn drag_to(&mut self, pos: Pos2, picture: Rect, size: Vec2) {
+        let Some(grip) = &mut self.grip else { return };
+        let delta = pos - grip.at;
+        // A click may tremble.
+        grip.moves |= delta.length() > CLICK;
+        if !grip.moves {
             return;
         }
-        let delta = response.drag_delta();
-        let shift = ui.input(|input| input.modifiers.shift);
-        if response.dragged_by(PointerButton::Primary) && !shift {
+        let from = std::mem::replace(&mut grip.at, pos);
+        if grip.turns {
             self.rig.orbit(glam(delta));
-        } else if let Some(at) = response.interact_pointer_pos() {
-            let to = at - picture.min;
-            self.rig.pan(glam(to - delta), glam(to), size);
+        } else {
+            self.rig.pan(glam(from - picture.min), glam(pos - picture.min), size);
         }
     }
 

@@ -29,6 +29,7 @@ use glam::Vec2;
 use crate::palette::Theme;
 use facts::{Action, Facts, Thing};
 use fleet_list::FleetList;
+use hands::Grip;
 use list::Scroll;
 use rig::Rig;
 use selection::History;
@@ -55,6 +56,7 @@ pub struct Interface {
     history: History,
     drafts: Drafts,
     help: bool,
+    grip: Option<Grip>,
     /// Width over height of the picture.
     aspect: f32,
     /// Messages, and when they go.
@@ -74,6 +76,7 @@ impl Interface {
             history: History::default(),
             drafts: Drafts::default(),
             help: false,
+            grip: None,
             aspect: 16.0 / 9.0,
             notices: Vec::new(),
             styled: None,
