@@ -124,6 +124,7 @@ mod tests {
         contacts.publish(&header, &pairs).expect("published");
         reader.update(&mut fold, SECOND);
 
+        let header = ContactHeader { sequence: 1, ..header };
         let collisions = reader.collisions(Some((RUN, SECOND)));
         assert_eq!(collisions.robots, Some(RobotLevels { tick: 40, possible: 1, touching: 2 }));
         assert_eq!((collisions.pairs, collisions.list.len(), collisions.tick()), (Some(header), LISTED, Some(41)));

@@ -78,7 +78,7 @@ fn values_are_those_of_the_snapshot() {
         "regatta_collisions_total{fleet=\"default\",level=\"touching\"} 77",
         "regatta_collision_lag_seconds{fleet=\"default\"} 0.01",
         "regatta_frames_skipped_total{fleet=\"default\"} 6",
-        "regatta_process_cpu_seconds_total{fleet=\"default\",name=\"producer\",pid=\"4000000\"} 12.5",
+        "regatta_process_cpu_seconds_total{fleet=\"default\",name=\"engine\",pid=\"4000000\"} 12.5",
         "regatta_tick_cost_seconds_bucket{fleet=\"default\",le=\"0.0001\"} 10",
         "regatta_tick_cost_seconds_bucket{fleet=\"default\",le=\"+Inf\"} 100",
         "regatta_tick_cost_seconds_count{fleet=\"default\"} 100",

@@ -58,7 +58,7 @@ pub fn without_engine() -> Snapshot {
         totals: Totals::default(),
         run: None,
         collisions: Collisions::default(),
-        processes: vec![process("metrics", 4_242, 0.01), process("producer", 4_000_000, 0.123)],
+        processes: vec![process("metrics", 4_242, 0.01), process("engine", 4_000_000, 0.123)],
     }
 }
 

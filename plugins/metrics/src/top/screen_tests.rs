@@ -50,7 +50,7 @@ fn everything_is_seen_at_80_by_24() {
     );
     shows(&screen, &["late ticks", "2.00 ms", "mean speed", "1.23 m/s", "98.77 km", "12,345"]);
     shows(&screen, &["12 touching, 30 possible", "touching", "0 10000", "0.0, -1.5", "0.8", "4.6 s"]);
-    shows(&screen, &["processes", "producer", "4000000", "12 %", "34 MB", "metrics"]);
+    shows(&screen, &["processes", "engine", "4000000", "12 %", "34 MB", "metrics"]);
     shows(&screen, &["space pause", "q quit"]);
 }
 
@@ -74,7 +74,7 @@ fn the_list_of_collisions_scrolls_to_its_end_and_no_further() {
 #[test]
 fn what_is_missing_is_told_with_what_to_do() {
     let mut lonely = view(testing::without_engine());
-    shows(&drawn(&mut lonely, 80, 24), &["No engine runs the fleet 'default'", "regatta run ", "producer"]);
+    shows(&drawn(&mut lonely, 80, 24), &["No engine runs the fleet 'default'", "regatta run ", "engine"]);
     lonely.process_error = Some("can't list processes".to_owned());
     shows(&drawn(&mut lonely, 80, 24), &["can't list processes"]);
     let mut unchecked = view(testing::snapshot());
