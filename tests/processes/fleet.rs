@@ -1,5 +1,6 @@
 //! A running engine process under a fleet name of its own.
 
+use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
@@ -59,7 +60,7 @@ impl Process {
     /// Waits for the end and gives what it printed.
     pub fn finish(mut self) -> Output {
         let status = eventually("the process ends", || self.0.try_wait().expect("a status"));
-        let read = |pipe: &mut dyn std::io::Read| {
+        let read = |pipe: &mut dyn Read| {
             let mut bytes = Vec::new();
             pipe.read_to_end(&mut bytes).expect("its output");
             bytes
@@ -80,7 +81,13 @@ impl Drop for Process {
     fn drop(&mut self) {
         // It may have ended already.
         let _ = self.0.kill();
-        let _ = self.0.wait();
+        let status = self.0.wait();
+        // Of a test that failed, this may be the reason.
+        if std::thread::panicking() {
+            let mut said = String::new();
+            let _ = self.0.stderr.take().map(|mut pipe| pipe.read_to_string(&mut said));
+            eprintln!("process {}: {status:?} {said}", self.0.id());
+        }
     }
 }
 

@@ -25,8 +25,9 @@ impl Screen {
     pub fn start() -> Self {
         let folder = tempfile::tempdir().expect("a folder");
         let geometry = format!("{}x{}x24", SIZE.0, SIZE.1);
+        // A server that begins anew after its last client turns away who comes meanwhile: hence -noreset.
         let mut server = Command::new("Xvfb")
-            .args(["-displayfd", "1", "-screen", "0", &geometry, "-nolisten", "tcp", "-fbdir"])
+            .args(["-displayfd", "1", "-screen", "0", &geometry, "-nolisten", "tcp", "-noreset", "-fbdir"])
             .arg(folder.path())
             .stdout(Stdio::piped())
             .stderr(Stdio::null())
