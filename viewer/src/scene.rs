@@ -76,7 +76,7 @@ pub struct Light {
     pub colour: Vec3,
 }
 
-/// Sizes in pixels, of a robot's length in the picture.
+/// Sizes in pixels, of a robot's or an edge's length in the picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Detail {
     /// From this on, robots have their mesh.
@@ -85,6 +85,8 @@ pub struct Detail {
     pub block: f32,
     /// Marks are drawn no smaller than this.
     pub mark: f32,
+    /// Below it, edges are lines a pixel wide.
+    pub thin: f32,
 }
 
 impl Default for Layers {
@@ -104,14 +106,14 @@ impl Default for Layers {
 
 impl Default for Detail {
     fn default() -> Self {
-        Self { mesh: 22.0, block: 7.0, mark: 3.0 }
+        Self { mesh: 22.0, block: 7.0, mark: 3.0, thin: 8.0 }
     }
 }
 
 impl Detail {
     /// What a processor that draws by itself keeps up with.
     pub fn software() -> Self {
-        Self { mesh: 44.0, block: 14.0, mark: 3.0 }
+        Self { mesh: 44.0, block: 14.0, mark: 3.0, thin: 48.0 }
     }
 }
 

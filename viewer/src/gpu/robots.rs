@@ -23,8 +23,9 @@ const LISTS: usize = MESHES + 3;
 const MARKS: usize = MESHES + 2;
 /// Threads of a group of the sorting shader.
 const GROUP: u32 = 64;
-/// Bytes of the shaders' `Body` and `Mark`.
+/// Bytes of the shaders' `Body` and `Corner`.
 const INSTANCE_BYTES: u64 = 28;
+const CORNER_BYTES: usize = 16;
 
 /// What an indirect draw takes.
 #[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
@@ -62,8 +63,12 @@ pub struct Robots {
     sort: ComputePipeline,
     lists_layout: BindGroupLayout,
     lists: Option<BindGroup>,
+    mark_ids_layout: BindGroupLayout,
+    mark_ids_group: Option<BindGroup>,
     bodies: Buffer,
-    marks: Buffer,
+    /// Corners of the marks, three for each, and whose marks they are.
+    corners: Buffer,
+    mark_ids: Buffer,
     draws: Buffer,
     /// What `draws` is before the robots are counted.
     blank_draws: Buffer,
@@ -78,7 +83,8 @@ pub struct Robots {
 
 impl Robots {
     pub fn new(gpu: &Gpu, target: TargetKind, view: &BindGroupLayout, columns: &Columns) -> Self {
-        let lists_layout = bindings(gpu, "lists", ShaderStages::COMPUTE, &[Kind::Write; 3]);
+        let lists_layout = bindings(gpu, "lists", ShaderStages::COMPUTE, &[Kind::Write; 4]);
+        let mark_ids_layout = bindings(gpu, "mark ids", ShaderStages::VERTEX, &[Kind::Read]);
         let sorting = shader(gpu, "sort");
         let lists = BufferUsages::STORAGE | BufferUsages::VERTEX;
         let draws = BufferUsages::STORAGE | BufferUsages::INDIRECT | BufferUsages::COPY_SRC;
@@ -88,20 +94,23 @@ impl Robots {
             sort: compute(gpu, &sorting, "sort", &[view, columns.layout(), &lists_layout]),
             lists_layout,
             lists: None,
+            mark_ids_group: None,
             bodies: buffer(
                 gpu,
                 "bodies",
                 (MESHES * MESH_CAPACITY + 2 * BLOCK_CAPACITY) * INSTANCE_BYTES as usize,
                 lists,
             ),
-            marks: buffer(gpu, "marks", INSTANCE_BYTES as usize, lists),
+            corners: buffer(gpu, "corners", 3 * CORNER_BYTES, lists),
+            mark_ids: buffer(gpu, "mark ids", size_of::<u32>(), BufferUsages::STORAGE),
             draws: buffer(gpu, "draws", bytes, draws),
             blank_draws: buffer(gpu, "blank draws", bytes, BufferUsages::COPY_SRC),
             shadow_draws: buffer(gpu, "shadow draws", bytes, BufferUsages::INDIRECT),
             meshes: [Mesh::amr(), Mesh::round_amr()].iter().map(|mesh| upload(gpu, mesh)).collect(),
             blocks: [Mesh::block(), Mesh::round_block()].map(|mesh| upload(gpu, &mesh)),
             quad: init(gpu, bytemuck::cast_slice(&[0_u32, 1, 2, 2, 1, 3]), index),
-            pipelines: Pipelines::new(gpu, target, view),
+            pipelines: Pipelines::new(gpu, target, view, &mark_ids_layout),
+            mark_ids_layout,
             any_round: false,
         };
         robots.write_draws(gpu);
@@ -128,8 +137,8 @@ impl Robots {
         for (list, mesh) in self.lists_of_bodies() {
             draws[list].indices = mesh.count;
         }
-        // Not indexed: corners.
-        draws[MARKS].indices = 3;
+        // Not indexed, no instances: corners alone.
+        draws[MARKS].instances = 1;
         gpu.queue.write_buffer(&self.blank_draws, 0, bytemuck::cast_slice(&draws));
         let shadows = draws.map(|draw| DrawArguments { indices: 6, ..draw });
         gpu.queue.write_buffer(&self.shadow_draws, 0, bytemuck::cast_slice(&shadows));
@@ -137,10 +146,13 @@ impl Robots {
 
     /// Makes room for as many marks as there may be robots.
     fn fit(&mut self, gpu: &Gpu, columns: &Columns) {
-        let bytes = columns.rows() as u64 * INSTANCE_BYTES;
-        if self.marks.size() != bytes {
-            self.marks = buffer(gpu, "marks", bytes as usize, BufferUsages::STORAGE | BufferUsages::VERTEX);
+        let rows = columns.rows();
+        if self.mark_ids.size() != (rows * size_of::<u32>()) as u64 {
+            let corners = BufferUsages::STORAGE | BufferUsages::VERTEX;
+            self.corners = buffer(gpu, "corners", rows * 3 * CORNER_BYTES, corners);
+            self.mark_ids = buffer(gpu, "mark ids", rows * size_of::<u32>(), BufferUsages::STORAGE);
             self.lists = None;
+            self.mark_ids_group = None;
         }
     }
 
@@ -154,8 +166,10 @@ impl Robots {
         timer: Option<&Timer>,
     ) {
         self.fit(gpu, columns);
-        let buffers = [(0, &self.bodies), (1, &self.marks), (2, &self.draws)];
+        let buffers = [(0, &self.bodies), (1, &self.corners), (2, &self.mark_ids), (3, &self.draws)];
         let lists = self.lists.get_or_insert_with(|| bind(gpu, &self.lists_layout, &buffers)).clone();
+        let ids = [(0, &self.mark_ids)];
+        self.mark_ids_group.get_or_insert_with(|| bind(gpu, &self.mark_ids_layout, &ids));
         let poses = columns.group(gpu);
         encoder.copy_buffer_to_buffer(&self.blank_draws, 0, &self.draws, 0, self.draws.size());
         {
@@ -209,7 +223,8 @@ impl Robots {
             self.draw_bodies(pass, list, mesh);
         }
         pass.set_pipeline(mark);
-        pass.set_vertex_buffer(0, self.marks.slice(..));
+        pass.set_bind_group(1, &self.mark_ids_group, &[]);
+        pass.set_vertex_buffer(0, self.corners.slice(..));
         pass.draw_indirect(&self.draws, draw_at(MARKS));
     }
 
@@ -248,7 +263,7 @@ fn upload(gpu: &Gpu, mesh: &Mesh) -> MeshBuffers {
 }
 
 impl Pipelines {
-    fn new(gpu: &Gpu, target: TargetKind, view: &BindGroupLayout) -> Self {
+    fn new(gpu: &Gpu, target: TargetKind, view: &BindGroupLayout, mark_ids: &BindGroupLayout) -> Self {
         let module = shader(gpu, "robots");
         let instance = |attributes| VertexBufferLayout {
             array_stride: INSTANCE_BYTES,
@@ -258,8 +273,7 @@ impl Pipelines {
         let body_attributes = vertex_attr_array![
             0 => Float32x2, 1 => Snorm16x2, 2 => Unorm8x4, 3 => Float16x2, 4 => Float16x2, 5 => Uint32
         ];
-        let mark_attributes =
-            vertex_attr_array![0 => Float32x3, 1 => Float16x2, 2 => Float16x2, 3 => Unorm8x4, 4 => Uint32];
+        let corner_attributes = vertex_attr_array![0 => Float32x3, 1 => Unorm8x4];
         let vertex_attributes = vertex_attr_array![6 => Float32x3, 7 => Snorm8x4, 8 => Unorm8x4];
         let vertices = VertexBufferLayout {
             array_stride: size_of::<Vertex>() as u64,
@@ -267,20 +281,24 @@ impl Pipelines {
             attributes: &vertex_attributes,
         };
         let body = [instance(&body_attributes[..]), vertices];
-        let mark = [instance(&mark_attributes[..])];
-        let standing = |target, vertex, fragment, buffers| {
-            let (topology, groups) = (PrimitiveTopology::TriangleList, &[view][..]);
+        let corner = [VertexBufferLayout {
+            array_stride: CORNER_BYTES as u64,
+            step_mode: VertexStepMode::Vertex,
+            attributes: &corner_attributes,
+        }];
+        let standing = |target, vertex, fragment, groups, buffers| {
+            let topology = PrimitiveTopology::TriangleList;
             let (layering, blend) = (Layering::Standing, false);
             render(gpu, target, &Draw { module: &module, vertex, fragment, groups, buffers, topology, layering, blend })
         };
         let ids = TargetKind { format: IDS, samples: 1 };
         Self {
-            body: standing(target, "body", "shaded", &body),
-            block: standing(target, "block", "plain", &body),
-            mark: standing(target, "mark", "mark_plain", &mark),
-            round_mark: standing(target, "round_mark", "mark_round", &mark),
-            body_id: standing(ids, "body_id", "id_of", &body),
-            mark_id: standing(ids, "mark_id", "id_of", &mark),
+            body: standing(target, "body", "shaded", &[view], &body),
+            block: standing(target, "block", "plain", &[view], &body),
+            mark: standing(target, "mark", "mark_plain", &[view, mark_ids], &corner),
+            round_mark: standing(target, "round_mark", "mark_round", &[view, mark_ids], &corner),
+            body_id: standing(ids, "body_id", "id_of", &[view], &body),
+            mark_id: standing(ids, "mark_id", "id_of", &[view, mark_ids], &corner),
             shadow: render(
                 gpu,
                 target,

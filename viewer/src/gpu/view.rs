@@ -85,7 +85,8 @@ impl ViewUniform {
         self.detail = Vec4::new(scene.detail.mesh, scene.detail.block, scene.detail.mark, 0.0);
         let metres_per_pixel = camera.distance / pixels_per_radian;
         let spacing = 10_f32.powf((metres_per_pixel * GRID_PIXELS).log10().ceil()).max(1.0);
-        self.spacing = Vec4::new(spacing, metres_per_pixel, scene.lights.len().min(MAX_LIGHTS) as f32, 0.0);
+        self.spacing =
+            Vec4::new(spacing, metres_per_pixel, scene.lights.len().min(MAX_LIGHTS) as f32, scene.detail.thin);
         let everywhere = Vec4::new(-1e9, -1e9, 1e9, 1e9);
         self.floor_bounds = scene.floor.bounds.map_or(everywhere, |bounds| {
             let (low, high) = (bounds.low - origin, bounds.high - origin);

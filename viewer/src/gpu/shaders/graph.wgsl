@@ -6,8 +6,6 @@ const EDGE_METRES = 0.07;
 const ARROW_METRES = 0.34;
 const NODE_METRES = 0.11;
 // Pixels across, at least and at most.
-// Shorter ones are thin lines.
-const FAR_PIXELS = 8.0;
 const EDGE_PIXELS = vec2f(1.2, 5.0);
 
 fn inside(local: vec2f, radius: f32) -> bool {
@@ -59,7 +57,9 @@ fn sort_edges(@builtin(global_invocation_id) at: vec3u, @builtin(num_workgroups)
     let bent = bend * view.eye.w / nearest;
     if pixels > 0.4 {
         let near = 1u + u32(bent >= 0.5) + u32(bent >= 12.0) + u32(bent >= 120.0);
-        put(select(near, 0u, pixels < FAR_PIXELS), i);
+        // Straight ones may be thin lines even when they are longer.
+        let thin = pixels < select(min(view.spacing.w, 8.0), view.spacing.w, near == 1u);
+        put(select(near, 0u, thin), i);
     }
     if pixels > 36.0 {
         put(5u, i);

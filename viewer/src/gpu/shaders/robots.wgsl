@@ -98,25 +98,9 @@ fn shadowed(in: Shadow) -> @location(0) vec4f {
     return vec4f(0.0, 0.0, 0.0, dark * view.sun.w);
 }
 
-struct MarkInstance {
+struct Corner {
     @location(0) at: vec3f,
-    @location(1) axis: vec2f,
-    @location(2) width: vec2f,
-    @location(3) colour: vec4f,
-    @location(4) id: u32,
-}
-
-// A dart: its tip ahead, its two ends behind; around a circle, a triangle that holds it.
-fn mark_corner(instance: MarkInstance, corner: u32, round: bool) -> vec4f {
-    var along = select(-1.0, 1.0, corner == 2u);
-    var across = f32(corner == 0u) - f32(corner == 1u);
-    if round {
-        along = select(-1.0, 2.0, corner == 2u);
-        across *= 1.7320508;
-    }
-    let direction = normalize(instance.axis);
-    let pixels = instance.axis * along + vec2f(-direction.y, direction.x) * across * instance.width.x;
-    return framed(vec4f(instance.at.xy + pixels * 2.0 * view.viewport.zw, instance.at.z, 1.0));
+    @location(1) colour: vec4f,
 }
 
 struct MarkVertex {
@@ -125,8 +109,8 @@ struct MarkVertex {
 }
 
 @vertex
-fn mark(instance: MarkInstance, @builtin(vertex_index) corner: u32) -> MarkVertex {
-    return MarkVertex(mark_corner(instance, corner, false), instance.colour.rgb * 1.25);
+fn mark(corner: Corner) -> MarkVertex {
+    return MarkVertex(framed(vec4f(corner.at, 1.0)), corner.colour.rgb * 1.25);
 }
 
 @fragment
@@ -134,9 +118,11 @@ fn mark_plain(in: MarkVertex) -> @location(0) vec4f {
     return vec4f(in.colour, 1.0);
 }
 
+@group(1) @binding(0) var<storage, read> mark_ids: array<u32>;
+
 @vertex
-fn mark_id(instance: MarkInstance, @builtin(vertex_index) corner: u32) -> Id {
-    return Id(mark_corner(instance, corner, instance.width.y > 0.5), instance.id);
+fn mark_id(corner: Corner, @builtin(vertex_index) vertex: u32) -> Id {
+    return Id(framed(vec4f(corner.at, 1.0)), mark_ids[vertex / 3u]);
 }
 
 @fragment
@@ -152,12 +138,11 @@ struct RoundVertex {
 }
 
 @vertex
-fn round_mark(instance: MarkInstance, @builtin(vertex_index) corner: u32) -> RoundVertex {
-    let is_round = instance.width.y > 0.5;
-    let along = select(-1.0, 2.0, corner == 2u);
-    let across = (f32(corner == 0u) - f32(corner == 1u)) * 1.7320508;
-    let place = select(vec2f(0.0), vec2f(along, across), is_round);
-    return RoundVertex(mark_corner(instance, corner, is_round), instance.colour.rgb * 1.25, place);
+fn round_mark(corner: Corner, @builtin(vertex_index) vertex: u32) -> RoundVertex {
+    let number = vertex % 3u;
+    let across = (f32(number == 0u) - f32(number == 1u)) * 1.7320508;
+    let place = vec2f(select(-1.0, 2.0, number == 2u), across) * corner.colour.a;
+    return RoundVertex(framed(vec4f(corner.at, 1.0)), corner.colour.rgb * 1.25, place);
 }
 
 @fragment

@@ -14,21 +14,20 @@ struct Body {
     id: u32,
 }
 
-struct Mark {
+// A corner of a mark's triangle: ready to be drawn, as instances of three corners keep a GPU's lanes idle and a
+// processor that draws busy.
+struct Corner {
     // Place in the whole picture, and depth.
     x: f32,
     y: f32,
     depth: f32,
-    // Half the length along the heading, in pixels, 2 x 16-bit floats.
-    axis: u32,
-    // Half the width in pixels; 1 for a circle.
-    width: u32,
+    // Red, green, blue (linear), and 1 for a circle, 8 bits each.
     colour: u32,
-    id: u32,
 }
 
 struct Draw {
-    indices: u32,
+    // Of marks: three corners for each, drawn as one instance.
+    indices: atomic<u32>,
     instances: atomic<u32>,
     first_index: u32,
     base_vertex: u32,
@@ -43,8 +42,9 @@ const BLOCK_CAPACITY = 131072u;
 const MARKS = 10u;
 
 @group(2) @binding(0) var<storage, read_write> bodies: array<Body>;
-@group(2) @binding(1) var<storage, read_write> marks: array<Mark>;
-@group(2) @binding(2) var<storage, read_write> draws: array<Draw, 11>;
+@group(2) @binding(1) var<storage, read_write> corners: array<Corner>;
+@group(2) @binding(2) var<storage, read_write> mark_ids: array<u32>;
+@group(2) @binding(3) var<storage, read_write> draws: array<Draw, 11>;
 
 // Takes a place in a list, if there is one.
 fn place_in(list: u32, capacity: u32) -> u32 {
@@ -121,7 +121,19 @@ fn sort(@builtin(global_invocation_id) at: vec3u, @builtin(num_workgroups) group
     let reach = max(length(axis), 1e-6);
     let width = max(abs(axis.x * across.y - axis.y * across.x) / reach, least * 0.6);
     axis *= max(least / reach, 1.0);
-    let place = atomicAdd(&draws[MARKS].instances, 1u);
+    // A dart: its two ends behind, its tip ahead; around a circle, a triangle that holds it.
+    let is_round = (look.look & 1u) != 0u;
+    let ahead = axis * select(1.0, 2.0, is_round);
+    let aside = vec2f(-axis.y, axis.x) / max(length(axis), 1e-6) * width * select(1.0, 1.7320508, is_round);
     let ndc = clip.xyz / clip.w;
-    marks[place] = Mark(ndc.x, ndc.y, ndc.z, pack2x16float(axis), pack2x16float(vec2f(width, f32(look.look & 1u))), colour, i);
+    let per_pixel = 2.0 * view.viewport.zw;
+    let left = ndc.xy + (aside - axis) * per_pixel;
+    let right = ndc.xy - (aside + axis) * per_pixel;
+    let front = ndc.xy + ahead * per_pixel;
+    let paint = colour | select(0u, 0xff000000u, is_round);
+    let place = atomicAdd(&draws[MARKS].indices, 3u);
+    corners[place] = Corner(left.x, left.y, ndc.z, paint);
+    corners[place + 1u] = Corner(right.x, right.y, ndc.z, paint);
+    corners[place + 2u] = Corner(front.x, front.y, ndc.z, paint);
+    mark_ids[place / 3u] = i;
 }

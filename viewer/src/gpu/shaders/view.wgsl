@@ -45,7 +45,7 @@ struct View {
     sky: vec4f,
     floor: vec4f,
     grid: vec4f,
-    // Metres between two lines of the grid; metres per pixel at the target; lights; nothing.
+    // Metres between two lines of the grid; metres per pixel at the target; lights; pixels of a thin edge.
     spacing: vec4f,
     // The floor's rectangle: low and high corner.
     floor_bounds: vec4f,
