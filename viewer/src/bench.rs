@@ -45,8 +45,8 @@ pub fn run(options: &Options) -> Result {
     let termination = Termination::watch()?;
     let gpu = Gpu::offscreen()?;
     let samples = options.look.samples.unwrap_or(if gpu.is_software() { 1 } else { 4 });
-    let bench = Bench { options, offscreen: Offscreen::new(&gpu, options.size.0)?, gpu, samples, termination };
-    let (info, size) = (&bench.gpu.info, options.size.0);
+    let bench = Bench { options, offscreen: Offscreen::new(&gpu, options.picture_size())?, gpu, samples, termination };
+    let (info, size) = (&bench.gpu.info, options.picture_size());
     println!(
         "adapter: {} ({}, {:?}), {} samples, {}x{}",
         info.name, info.driver_info, info.backend, samples, size.x, size.y
@@ -87,9 +87,9 @@ impl Bench<'_> {
     }
 
     fn camera(&self, view: &str, bounds: Bounds) -> Camera {
-        let aspect = self.options.size.0.x as f32 / self.options.size.0.y as f32;
+        let aspect = self.options.picture_size().x as f32 / self.options.picture_size().y as f32;
         match view {
-            "fit" => self.options.camera.camera(bounds, self.options.size.0),
+            "fit" => self.options.camera.camera(bounds, self.options.picture_size()),
             _ => Camera::fit(Bounds { low: bounds.centre() - 12.0, high: bounds.centre() + 12.0 }, aspect),
         }
     }

@@ -51,6 +51,30 @@ impl Bounds {
         Some(points.fold(Self { low: first, high: first }, grow))
     }
 
+    /// A rectangle of that width and height around the origin, in metres.
+    pub fn of_size(size: [f32; 2]) -> Self {
+        let half = Vec2::from(size) / 2.0;
+        Self { low: -half, high: half }
+    }
+
+    /// Whether the other lies in it.
+    pub fn holds(self, other: Self) -> bool {
+        self.low.cmple(other.low).all() && self.high.cmpge(other.high).all()
+    }
+
+    /// Around both.
+    #[must_use]
+    pub fn with(self, other: Self) -> Self {
+        Self { low: self.low.min(other.low), high: self.high.max(other.high) }
+    }
+
+    /// Larger by a fifth, and a metre, on all sides.
+    #[must_use]
+    pub fn wider(self) -> Self {
+        let more = (self.high - self.low) * 0.2 + 1.0;
+        Self { low: self.low - more, high: self.high + more }
+    }
+
     /// Its middle.
     pub fn centre(self) -> Vec2 {
         (self.low + self.high) / 2.0

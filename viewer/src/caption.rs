@@ -1,7 +1,7 @@
 //! What is written over a picture without a window: the legend, and the ids of what is near.
 
 use egui::{Context, FullOutput, RawInput, Rect, pos2, vec2};
-use glam::UVec2;
+use glam::{UVec2, Vec2};
 use wgpu::{CommandEncoder, TextureView};
 
 use crate::camera::Camera;
@@ -25,6 +25,18 @@ pub struct Caption {
     pub labels: Labels,
 }
 
+/// What is written over.
+pub struct Shown<'a> {
+    /// From where it is seen.
+    pub camera: &'a Camera,
+    /// What is seen.
+    pub scene: &'a Scene,
+    /// What the colours mean, if that is to be told.
+    pub legend: Option<&'a Legend>,
+    /// Robots to be named, and where they are.
+    pub robots: Vec<(u32, Vec2)>,
+}
+
 impl Caption {
     /// For pictures that are read back.
     pub fn new(gpu: &Gpu) -> Self {
@@ -37,26 +49,20 @@ impl Caption {
     }
 
     /// Writes over what is drawn.
-    pub fn draw(
-        &mut self,
-        gpu: &Gpu,
-        encoder: &mut CommandEncoder,
-        target: (&TextureView, UVec2),
-        (camera, scene, legend): (&Camera, &Scene, Option<&Legend>),
-    ) {
+    pub fn draw(&mut self, gpu: &Gpu, encoder: &mut CommandEncoder, target: (&TextureView, UVec2), shown: &Shown<'_>) {
         let (view, size) = target;
         let pixels_per_point = (size.y as f32 / USUAL_HEIGHT).max(1.0);
         if !self.styled {
             self.styled = true;
-            style::apply(&self.context, scene.theme);
+            style::apply(&self.context, shown.scene.theme);
             // What is shown anew only finds its size at first, then its place.
             for _ in 0..2 {
-                let output = self.write(size, pixels_per_point, camera, scene, legend);
+                let output = self.write(size, pixels_per_point, shown);
                 self.painter.upload(gpu, &output.textures_delta);
                 self.painter.free(output.textures_delta);
             }
         }
-        let mut output = self.write(size, pixels_per_point, camera, scene, legend);
+        let mut output = self.write(size, pixels_per_point, shown);
         let changes = std::mem::take(&mut output.textures_delta);
         self.painter.upload(gpu, &changes);
         let triangles = self.context.tessellate(output.shapes, pixels_per_point);
@@ -64,7 +70,8 @@ impl Caption {
         self.painter.free(changes);
     }
 
-    fn write(&self, size: UVec2, scale: f32, camera: &Camera, scene: &Scene, legend: Option<&Legend>) -> FullOutput {
+    fn write(&self, size: UVec2, scale: f32, shown: &Shown<'_>) -> FullOutput {
+        let Shown { camera, scene, legend, robots } = shown;
         let picture = Rect::from_min_size(pos2(0.0, 0.0), vec2(size.x as f32, size.y as f32) / scale);
         let mut input = RawInput { screen_rect: Some(picture), ..RawInput::default() };
         input.viewports.entry(egui::ViewportId::ROOT).or_default().native_pixels_per_point = Some(scale);
@@ -72,6 +79,7 @@ impl Caption {
             if scene.layers.ids {
                 self.labels.draw(ui.ctx(), picture, camera, scene.offset, scene.theme);
             }
+            Labels::name(ui.ctx(), picture, camera, scene.theme, robots.iter().copied());
             if let Some(legend) = legend {
                 overlay::legend(ui.ctx(), picture, scene.theme, legend);
             }

@@ -1,14 +1,17 @@
 //! What the viewer knows of a fleet: the newest frame, world, columns and contacts, read from the contract.
 //! Nothing here looks at robots one by one.
 
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
+use regatta_plugin::contact::Contacts;
 use regatta_plugin::{
     ColumnName, ColumnReader, ContactReader, Frame, Participant, ReadError, Result, Subscriber, World, WorldReader,
 };
 
 /// How often to ask whether a column still has a publisher, in polls.
 const CHECK_EVERY: u32 = 32;
+/// Of whom nothing came so long, while frames did, is gone.
+const SILENCE: Duration = Duration::from_secs(2);
 
 /// Reads a fleet for drawing.
 #[derive(Debug)]
@@ -23,6 +26,7 @@ pub struct Feed {
     /// Frames that this read, and frames of the same run that passed unread in between.
     counts: Counts,
     last: Option<(u64, u64)>,
+    heard: Heard,
 }
 
 /// What a [`Feed::poll`] found new.
@@ -65,6 +69,7 @@ impl Feed {
             published: false,
             counts: Counts::default(),
             last: None,
+            heard: Heard::default(),
         })
     }
 
@@ -96,6 +101,7 @@ impl Feed {
             contacts: self.contacts.latest()?.is_some(),
             frame: self.frames.latest()?.is_some(),
         };
+        self.listen(&news);
         if news.frame
             && let Some(frame) = self.frames.current()?
         {
@@ -106,6 +112,28 @@ impl Feed {
         }
         self.polls = self.polls.wrapping_add(1);
         Ok(news)
+    }
+
+    /// Remembers when it heard of whom, and who is gone.
+    fn listen(&mut self, news: &News) {
+        let now = Instant::now();
+        let heard = &mut self.heard;
+        for (is_new, at) in
+            [(news.frame, &mut heard.frame), (news.contacts, &mut heard.contacts), (news.value, &mut heard.value)]
+        {
+            if is_new {
+                *at = Some(now);
+            }
+        }
+        if self.polls.is_multiple_of(CHECK_EVERY) {
+            heard.has_checker = self.contacts.has_publisher();
+        }
+        // Who was killed counts as there until this.
+        let silent = [heard.contacts, heard.value].into_iter().flatten().any(|at| heard.is_silent(at));
+        if silent && heard.cleaned.is_none_or(|cleaned| now.duration_since(cleaned) > SILENCE) {
+            heard.cleaned = Some(now);
+            self.frames.forget_dead();
+        }
     }
 
     fn poll_value(&mut self) -> Result<bool, ReadError> {
@@ -141,9 +169,11 @@ impl Feed {
         Some(reader.current().ok()??.values).filter(|_| self.published)
     }
 
-    /// What a collision checker says, if there is one.
-    pub fn contacts(&self) -> &ContactReader {
-        &self.contacts
+    /// What a collision checker says of the run that is shown, while there is one.
+    pub fn contacts(&self) -> Option<Contacts<'_>> {
+        let (run, _) = self.last?;
+        let is_silent = self.heard.contacts.is_none_or(|at| self.heard.is_silent(at));
+        self.contacts.current().filter(|contacts| self.heard.has_checker && !is_silent && contacts.header.run_id == run)
     }
 
     /// Whether the fleet has a producer.
@@ -167,6 +197,24 @@ impl Feed {
     /// How many frames were read and skipped.
     pub fn counts(&self) -> Counts {
         self.counts
+    }
+}
+
+/// When something came last.
+#[derive(Clone, Copy, Debug, Default)]
+struct Heard {
+    frame: Option<Instant>,
+    contacts: Option<Instant>,
+    value: Option<Instant>,
+    has_checker: bool,
+    /// When the dead were forgotten last.
+    cleaned: Option<Instant>,
+}
+
+impl Heard {
+    /// Whether frames went on long after somebody was heard last.
+    fn is_silent(&self, at: Instant) -> bool {
+        self.frame.is_some_and(|frame| frame.saturating_duration_since(at) > SILENCE)
     }
 }
 

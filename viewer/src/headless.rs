@@ -3,12 +3,13 @@
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use glam::{UVec2, Vec3};
+use glam::{UVec2, Vec2};
 use image::RgbaImage;
-use regatta_plugin::{Participant, Result, Termination};
+use regatta_plugin::frame::ClockState;
+use regatta_plugin::{Error, Participant, Result, Termination};
 
 use crate::camera::Camera;
-use crate::caption::Caption;
+use crate::caption::{Caption, Shown};
 use crate::feed::News;
 use crate::gpu::TargetKind;
 use crate::gpu::device::Gpu;
@@ -50,7 +51,7 @@ pub fn run(options: &Options) -> Result {
     let termination = Termination::watch()?;
     let gpu = Gpu::offscreen()?;
     let target = TargetKind { format: FORMAT, samples: options.look.samples.unwrap_or(4) };
-    let offscreen = Offscreen::new(&gpu, options.size.0)?;
+    let offscreen = Offscreen::new(&gpu, options.picture_size())?;
     let participant = Participant::join(&options.fleet, "viewer")?;
     let mut renderer = Renderer::new(&gpu, target);
     options.look.furnish(&mut renderer);
@@ -62,9 +63,7 @@ pub fn run(options: &Options) -> Result {
     match (&options.screenshot, &options.record) {
         (Some(path), _) => studio.screenshot(path),
         (None, Some(path)) => studio.record(path),
-        (None, None) => {
-            Err(regatta_plugin::Error::new("--headless needs --screenshot FILE, --record FOLDER or --bench N"))
-        }
+        (None, None) => Err(Error::new("--headless needs --screenshot FILE, --record FOLDER or --bench N")),
     }
 }
 
@@ -74,6 +73,7 @@ impl Studio<'_> {
             return Ok(());
         }
         self.settle()?;
+        self.complain();
         let picture = self.shoot(1.0)?;
         write_png(&picture, path)?;
         Ok(())
@@ -85,6 +85,7 @@ impl Studio<'_> {
         if !self.wait_for_fleet()? {
             return Ok(());
         }
+        self.complain();
         let started = Instant::now();
         let step = Duration::from_secs(1) / self.options.fps;
         let wanted = (self.options.record_for().as_secs_f64() * f64::from(self.options.fps)).ceil() as u32;
@@ -147,13 +148,24 @@ impl Studio<'_> {
                 self.options.look.lay_floor(&mut self.stage.renderer, bounds);
                 return Ok(true);
             }
-            if !said && time.is_none() && started.elapsed() > SILENCE {
-                eprintln!("waiting for fleet '{}'", self.options.fleet);
+            if !said && started.elapsed() > SILENCE {
+                let what = if time.is_some() { "that time of " } else { "" };
+                eprintln!("waiting for {what}fleet '{}'", self.options.fleet);
                 said = true;
+            }
+            if let Some(time) = time.filter(|_| self.has_ended()) {
+                let (time, fleet) = (time.as_secs_f64(), &self.options.fleet);
+                return Err(Error::new(format!("fleet '{fleet}' ended at {time:.2} s, before --at")));
             }
             std::thread::sleep(POLL);
         }
         Ok(false)
+    }
+
+    /// Whether no more frames are to come.
+    fn has_ended(&self) -> bool {
+        let header = self.stage.feed.frame().map(|frame| *frame.header());
+        header.is_some_and(|header| header.clock == ClockState::Stopped as u32) || !self.stage.feed.has_producer()
     }
 
     /// Takes what columns there are for the frame.
@@ -167,20 +179,37 @@ impl Studio<'_> {
         Ok(())
     }
 
+    /// The robots that the options name.
+    fn chosen(&self) -> impl Iterator<Item = u32> {
+        self.options.follow.iter().chain(&self.options.look.select).copied()
+    }
+
+    /// Where a robot is drawn, and its heading.
+    fn pose(&self, robot: u32) -> Option<(Vec2, f32)> {
+        let (frame, row) = (self.stage.feed.frame()?, robot as usize);
+        let place = Vec2::new(*frame.x().get(row)?, *frame.y().get(row)?);
+        Some((place + self.stage.scene.offset, *frame.theta().get(row)?))
+    }
+
+    /// Says what of the options there is nothing of.
+    fn complain(&self) {
+        let robots = self.stage.feed.frame().map_or(0, |frame| frame.len());
+        if let Some(robot) = self.chosen().find(|robot| *robot as usize >= robots) {
+            tracing::warn!("there is no robot {robot}: the fleet has {robots}, from 0 on");
+        }
+        if let (Some(Colouring::Column(name)), None) = (&self.options.look.colour, self.stage.feed.value()) {
+            tracing::warn!("nobody publishes the column '{name}'; robots are of one colour");
+        }
+        if self.stage.scene.trails.points > 0 && self.options.screenshot.is_some() && self.options.at.is_none() {
+            tracing::warn!("trails begin when this program does: --at a later time lets them grow");
+        }
+    }
+
     fn camera(&self) -> Camera {
-        let pose = self.options.follow.and_then(|robot| {
-            let (frame, robot) = (self.stage.feed.frame()?, robot as usize);
-            Some((*frame.x().get(robot)?, *frame.y().get(robot)?, *frame.theta().get(robot)?))
-        });
-        let offset = self.stage.scene.offset;
-        match pose {
-            Some((x, y, theta)) => Camera {
-                target: Vec3::new(x + offset.x, y + offset.y, 0.2),
-                yaw: theta,
-                pitch: 0.42,
-                distance: 6.0,
-                ..Camera::default()
-            },
+        match self.options.follow.and_then(|robot| self.pose(robot)) {
+            Some((place, theta)) => {
+                Camera { target: place.extend(0.2), yaw: theta, pitch: 0.42, distance: 6.0, ..Camera::default() }
+            }
             None => self.options.camera.camera(self.stage.bounds(), self.size()),
         }
     }
@@ -200,7 +229,10 @@ impl Studio<'_> {
         self.stage.draw(&mut encoder, &self.offscreen.view, &camera, size, alpha);
         let (target, legend) = ((&self.offscreen.overlay, size), self.stage.legend());
         let legend = (!self.options.look.no_legend).then_some(&legend);
-        self.caption.draw(&self.gpu, &mut encoder, target, (&camera, &self.stage.scene, legend));
+        let chosen = self.chosen().filter(|_| !self.options.look.no_ids);
+        let robots = chosen.filter_map(|robot| Some((robot, self.pose(robot)?.0))).collect();
+        let shown = Shown { camera: &camera, scene: &self.stage.scene, legend, robots };
+        self.caption.draw(&self.gpu, &mut encoder, target, &shown);
         Ok(self.offscreen.read(encoder)?)
     }
 }

@@ -32,18 +32,31 @@ const MOST_COLUMNS: usize = 16;
 /// What the threads found.
 #[derive(Debug)]
 pub enum Report {
-    /// How the engine is; `None` if there is none.
-    Status(Option<Box<ControlResponse>>),
+    /// How the fleet is.
+    Facts(Fact),
     /// Something to tell the person.
     Notice(String),
+    /// The selected robots' routes; none if nobody knows them.
+    Routes(Vec<RouteResponse>),
+}
+
+/// What was found out of a fleet.
+#[derive(Debug)]
+pub enum Fact {
+    /// How the engine is; `None` if there is none.
+    Status(Option<Box<ControlResponse>>),
     /// The fleet list's rows.
     Rows(Rows),
     /// The columns that are published.
     Columns(Vec<ColumnName>),
     /// The selected robot's values.
     Values(Vec<(ColumnName, f32)>),
-    /// The selected robots' routes; none if nobody knows them.
-    Routes(Vec<RouteResponse>),
+}
+
+impl From<Fact> for Report {
+    fn from(fact: Fact) -> Self {
+        Self::Facts(fact)
+    }
 }
 
 /// What the survey is to find out.
@@ -153,13 +166,13 @@ fn control(fleet: &FleetName, requested: &Receiver<ControlRequest>, report: &Sen
         let request = waiting.pop_front();
         let asked = request.unwrap_or(ControlRequest::new(ControlKind::Status));
         let found = match control.request(asked, PATIENCE) {
-            Ok(status) => Report::Status(Some(Box::new(status))),
-            Err(ControlError::NoEngine { .. }) if request.is_none() => Report::Status(None),
-            Err(ControlError::Gone { .. }) => Report::Status(None),
+            Ok(status) => Fact::Status(Some(Box::new(status))).into(),
+            Err(ControlError::NoEngine { .. }) if request.is_none() => Fact::Status(None).into(),
+            Err(ControlError::Gone { .. }) => Fact::Status(None).into(),
             Err(error) if request.is_some() => Report::Notice(error.to_string()),
             Err(error) => {
                 tracing::debug!(%error, "asking for the status");
-                Report::Status(None)
+                Fact::Status(None).into()
             }
         };
         if report.send(found).is_err() {
@@ -256,19 +269,19 @@ impl Survey {
         let mut found = Vec::new();
         if Instant::now() >= self.list_at {
             self.names = column_names(self.participant.fleet());
-            found.push(Report::Columns(self.names.clone()));
+            found.push(Fact::Columns(self.names.clone()).into());
             self.list_at = Instant::now() + LIST_EVERY;
         }
         if self.query.is_plain() {
             self.frames = None;
         } else if Instant::now() >= self.sort_at {
-            found.extend(self.sort()?.map(Report::Rows));
+            found.extend(self.sort()?.map(Fact::Rows).map(Report::from));
             self.sort_at = Instant::now() + SORT_EVERY;
         }
         if self.robot.is_none() {
             self.columns.clear();
         } else if Instant::now() >= self.values_at {
-            found.push(Report::Values(self.values()?));
+            found.push(Fact::Values(self.values()?).into());
             self.values_at = Instant::now() + VALUES_EVERY;
         }
         match self.routes.ask(&self.participant, ROUTE_PATIENCE) {

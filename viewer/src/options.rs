@@ -34,14 +34,15 @@ pub struct Options {
     #[arg(long, value_name = "PATH", requires = "headless", conflicts_with = "screenshot")]
     pub record: Option<PathBuf>,
     /// Pictures a second to record
-    #[arg(long, value_name = "N", default_value_t = 30, value_parser = clap::value_parser!(u32).range(1..=240))]
+    #[arg(long, value_name = "N", default_value_t = 30, requires = "record",
+        value_parser = clap::value_parser!(u32).range(1..=240))]
     pub fps: u32,
     /// Record for so long: 10s, 1min …
-    #[arg(long = "for", value_name = "TIME", default_value = "10s")]
+    #[arg(long = "for", value_name = "TIME", default_value = "10s", requires = "record")]
     pub for_: humantime::Duration,
-    /// Width and height of the picture in pixels
-    #[arg(long, value_name = "WxH", default_value = "1920x1080")]
-    pub size: Size,
+    /// Width and height of the picture in pixels, or of the window [default: 1920x1080; a window's is the last one's]
+    #[arg(long, value_name = "WxH")]
+    pub size: Option<Size>,
     /// From where to look: fit, top, or the eye's x,y,z in metres and the look's yaw,pitch in radians (yaw
     /// counter-clockwise from east, pitch below the horizon)
     #[arg(long, value_name = "VIEW", default_value = "fit", allow_hyphen_values = true)]
@@ -60,15 +61,15 @@ pub struct Options {
 /// What is drawn and how.
 #[derive(Args, Clone, Debug)]
 pub struct LookOptions {
-    /// Colour robots by state, speed, type or a column that a plugin publishes
-    #[arg(long, value_name = "WHAT", default_value = "collision")]
-    pub colour: Colouring,
-    /// Dark or light
-    #[arg(long, value_enum, default_value_t)]
-    pub theme: Theme,
-    /// Metres added to all positions of robots and graph
-    #[arg(long, value_name = "X,Y", default_value = "0,0", allow_hyphen_values = true)]
-    pub offset: Pair,
+    /// Colour robots by state, speed, type or a column that a plugin publishes [default: collision]
+    #[arg(long, value_name = "WHAT")]
+    pub colour: Option<Colouring>,
+    /// Dark or light [default: dark]
+    #[arg(long, value_enum)]
+    pub theme: Option<Theme>,
+    /// Metres added to all positions of robots and graph [default: 0,0]
+    #[arg(long, value_name = "X,Y", allow_hyphen_values = true)]
+    pub offset: Option<Pair>,
     /// Width and height of the floor in metres, around the origin [default: up to the horizon]
     #[arg(long, value_name = "W,H")]
     pub floor: Option<Pair>,
@@ -82,9 +83,9 @@ pub struct LookOptions {
     /// A lamp at x,y,z in metres, with red,green,blue (0 to 1 and above) if it isn't white; up to eight
     #[arg(long, value_name = "X,Y,Z[,R,G,B]", allow_hyphen_values = true)]
     pub light: Vec<LightOption>,
-    /// Points of the trail behind each robot
-    #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u32).range(0..=4096))]
-    pub trails: u32,
+    /// Points of the trail behind each robot [default: 0]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=4096))]
+    pub trails: Option<u32>,
     /// Draw only the trails of the robots in --select
     #[arg(long)]
     pub trails_of_selected: bool,
@@ -255,7 +256,7 @@ impl LookOptions {
     pub fn furnish(&self, renderer: &mut Renderer) {
         for option in &self.mesh {
             match model::load(&option.path, option.scale, option.z) {
-                Ok(mesh) if renderer.add_model(option.robot_type.as_deref(), &mesh) => {}
+                Ok(mesh) if renderer.set_model(option.robot_type.as_deref(), Some(&mesh)) => {}
                 Ok(_) => tracing::warn!("{}: too many meshes; it isn't used", option.path.display()),
                 Err(error) => tracing::warn!("{error}; the built-in robot stands in its place"),
             }
@@ -274,8 +275,9 @@ impl LookOptions {
 
     /// The scene that they describe.
     pub fn scene(&self) -> Scene {
-        let mut scene = Scene { theme: self.theme, colouring: self.colour.clone(), ..Scene::default() };
-        scene.offset = self.offset.0;
+        let mut scene = Scene { theme: self.theme.unwrap_or_default(), ..Scene::default() };
+        scene.colouring = self.colour.clone().unwrap_or_default();
+        scene.offset = self.offset.map_or(Vec2::ZERO, |Pair(metres)| metres);
         scene.floor.bounds = self.floor.map(|Pair(size)| Bounds { low: -size.abs() / 2.0, high: size.abs() / 2.0 });
         scene.lights = self.light.iter().take(MAX_LIGHTS).map(|light| light.0).collect();
         scene.layers.grid = !self.no_grid;
@@ -283,13 +285,18 @@ impl LookOptions {
             (scene.layers.edges, scene.layers.arrows, scene.layers.nodes) = (false, false, false);
         }
         scene.layers.ids = !self.no_ids && !self.no_graph;
-        scene.trails = Trails { points: self.trails, only_selected: self.trails_of_selected };
+        scene.trails = Trails { points: self.trails.unwrap_or_default(), only_selected: self.trails_of_selected };
         scene.selected.clone_from(&self.select);
         scene
     }
 }
 
 impl Options {
+    /// Width and height of a picture.
+    pub fn picture_size(&self) -> UVec2 {
+        self.size.map_or(UVec2::new(1920, 1080), |Size(size)| size)
+    }
+
     /// How long to record.
     pub fn record_for(&self) -> Duration {
         self.for_.into()

@@ -86,6 +86,15 @@ pub struct Legend {
     pub scale: Scale,
 }
 
+impl Legend {
+    /// Of a column that nobody publishes.
+    #[must_use]
+    pub fn of_nothing(self, theme: Theme) -> Self {
+        let nobody = if self.title == "collision" { "not checked" } else { "not published" };
+        Self { scale: Scale::Categories(vec![(nobody.to_owned(), theme.colours().unknown)]), ..self }
+    }
+}
+
 const SKY_BLUE: Rgb = Rgb(0x56b4e9);
 const BLUE: Rgb = Rgb(0x0072b2);
 const ORANGE: Rgb = Rgb(0xe69f00);
@@ -124,7 +133,7 @@ impl Theme {
                 node: Rgb(0x93a5b5),
                 selection: YELLOW,
                 route: Rgb(0x24c79b),
-                unknown: Rgb(0x8fb4cc),
+                unknown: Rgb(0xa8adb2),
             },
             Self::Light => ThemeColours {
                 sky: Rgb(0xdfe5ea),
@@ -135,7 +144,7 @@ impl Theme {
                 node: Rgb(0x6d7b88),
                 selection: Rgb(0x111111),
                 route: GREEN,
-                unknown: Rgb(0x5a86a6),
+                unknown: Rgb(0x767c82),
             },
         }
     }

@@ -13,12 +13,12 @@ use crate::picture::{PictureError, write_png};
 #[derive(Debug, thiserror::Error)]
 pub enum FilmError {
     /// The folder can't be made.
-    #[error("can't make the folder {}: {source}", path.display())]
+    #[error("can't make the folder {}: {reason}", path.display())]
     Folder {
         /// Which.
         path: PathBuf,
         /// What the system said.
-        source: std::io::Error,
+        reason: std::io::Error,
     },
     /// The program isn't there.
     #[error("can't start ffmpeg ({0}), which makes MP4 files: install it, or name a folder for PNG files")]
@@ -54,7 +54,7 @@ impl Film {
         let output = if is_file {
             Output::Ffmpeg(ffmpeg(path, fps, size)?)
         } else {
-            std::fs::create_dir_all(path).map_err(|source| FilmError::Folder { path: path.to_owned(), source })?;
+            std::fs::create_dir_all(path).map_err(|reason| FilmError::Folder { path: path.to_owned(), reason })?;
             Output::Folder(path.to_owned())
         };
         Ok(Self { output, pictures: 0 })
@@ -90,9 +90,11 @@ impl Film {
     pub fn finish(self) -> Result<u32, FilmError> {
         if let Output::Ffmpeg(mut child) = self.output {
             drop(child.stdin.take());
+            let complaint = last_line(&mut child);
             let status = child.wait().map_err(|error| FilmError::Ffmpeg(error.to_string()))?;
-            if !status.success() {
-                return Err(FilmError::Ffmpeg(last_line(&mut child).unwrap_or(status.to_string())));
+            // It says errors alone, and ends well after some of them: where the disk is full, for one.
+            if complaint.is_some() || !status.success() {
+                return Err(FilmError::Ffmpeg(complaint.unwrap_or(status.to_string())));
             }
         }
         Ok(self.pictures)
@@ -105,6 +107,9 @@ fn ffmpeg(path: &Path, fps: u32, size: UVec2) -> Result<Child, FilmError> {
     command.args(["-s", &format!("{}x{}", size.x, size.y), "-r", &fps.to_string(), "-i", "-"]);
     // Players want even sizes and this kind of pixels.
     command.args(["-vf", "crop=trunc(iw/2)*2:trunc(ih/2)*2", "-pix_fmt", "yuv420p"]).arg(path);
+    // Ctrl-C is for this program alone: ffmpeg is to end the film.
+    #[cfg(unix)]
+    std::os::unix::process::CommandExt::process_group(&mut command, 0);
     command.stdin(Stdio::piped()).stdout(Stdio::null()).stderr(Stdio::piped());
     command.spawn().map_err(FilmError::NoFfmpeg)
 }

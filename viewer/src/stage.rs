@@ -19,6 +19,8 @@ use crate::scene::Scene;
 const SAMPLED_ROWS: usize = 1_024;
 /// Frames between two looks.
 const SAMPLE_EVERY: u64 = 16;
+/// Frames between two looks where the robots are, of a fleet without a graph.
+const LOOK_EVERY: u64 = 64;
 
 /// Feed, renderer and what goes between them.
 #[derive(Debug)]
@@ -30,7 +32,12 @@ pub struct Stage {
     /// What is to be seen.
     pub scene: Scene,
     playhead: Playhead,
+    /// Of the graph.
     bounds: Option<Bounds>,
+    /// Of a fleet without one.
+    bounds_of_robots: Option<Bounds>,
+    /// In which run they were looked at.
+    bounds_of: u64,
     types: Vec<String>,
     range: Option<(f32, f32)>,
     watched: Option<Colouring>,
@@ -51,6 +58,8 @@ impl Stage {
             scene,
             playhead: Playhead::new(),
             bounds: None,
+            bounds_of_robots: None,
+            bounds_of: 0,
             types: Vec::new(),
             range: None,
             watched: None,
@@ -134,6 +143,20 @@ impl Stage {
             }
         }
         let frame = self.feed.frame();
+        if news.frame && self.bounds.is_none() {
+            let look = self.bounds_of_robots.is_none() || self.feed.counts().read.is_multiple_of(LOOK_EVERY);
+            if let Some(frame) = frame.as_ref().filter(|_| look) {
+                // It only grows, and by leaps: the picture is not to slide under the robots.
+                let (run, known) = (frame.run_id(), self.bounds_of_robots.take());
+                let known = known.filter(|_| self.bounds_of == run);
+                let around = bounds_of_robots(frame);
+                self.bounds_of = run;
+                self.bounds_of_robots = match (known, around) {
+                    (Some(known), Some(around)) if known.holds(around) => Some(known),
+                    (known, around) => around.map(|around| known.map_or(around, |known| known.with(around)).wider()),
+                };
+            }
+        }
         let values = match &self.scene.colouring {
             Colouring::Speed if news.frame || recoloured => Some(frame.map(|frame| frame.speed())),
             // After a frame its buffers may be new ones.
@@ -153,12 +176,17 @@ impl Stage {
 
     /// What the robots' colours mean now.
     pub fn legend(&self) -> Legend {
-        self.scene.colouring.legend(self.scene.theme, &self.types, self.range)
+        let (theme, colouring) = (self.scene.theme, &self.scene.colouring);
+        let legend = colouring.legend(theme, &self.types, self.range);
+        match colouring {
+            Colouring::Column(_) if self.feed.value().is_none() => legend.of_nothing(theme),
+            _ => legend,
+        }
     }
 
     /// Where there is something to see: the graph, or else the robots of the newest frame.
     pub fn bounds(&self) -> Bounds {
-        let bounds = self.bounds.or_else(|| bounds_of_robots(&self.feed.frame()?)).unwrap_or_default();
+        let bounds = self.bounds.or(self.bounds_of_robots).unwrap_or_default();
         Bounds { low: bounds.low + self.scene.offset, high: bounds.high + self.scene.offset }
     }
 

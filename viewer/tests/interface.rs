@@ -385,11 +385,36 @@ fn udp_is_started_with_what_was_typed() {
     harness.get_by_label("Send").click();
     settle(&mut harness);
     let wanted = [
-        Action::StartUdpSource { listen: "127.0.0.1:9870".into(), echo_to: None },
+        Action::StartUdpSource { listen: "127.0.0.1:9870".into(), echo_to: None, offset: Vec2::ZERO },
         Action::StartUdpSender { to: "127.0.0.1:9870".into() },
     ];
     let started: Vec<_> = harness.state().actions.iter().filter(|action| wanted.contains(action)).cloned().collect();
     assert_eq!(started, wanted);
+}
+
+#[test]
+fn files_for_floor_and_robots_are_typed_or_dropped() {
+    let mut harness = harness(Desk::new(5));
+    press(&mut harness, Key::Num4);
+    let line = harness.get_by_label("floor file");
+    line.focus();
+    line.type_text("map.yaml");
+    settle(&mut harness);
+    assert_eq!(harness.state().interface.settings.floor_image, "", "not yet");
+    harness.get_all_by_label("load").next().expect("a button").click();
+    settle(&mut harness);
+    assert_eq!(harness.state().interface.settings.floor_image, "map.yaml");
+    harness.state_mut().interface.take_file(std::path::Path::new("tug.STL"));
+    settle(&mut harness);
+    let mesh = harness.state().interface.settings.mesh.clone().expect("a mesh");
+    assert_eq!((mesh.file.as_str(), mesh.scale, mesh.z), ("tug.STL", 1.0, 0.0));
+    harness.get_all_by_label("remove").next().expect("a button").click();
+    settle(&mut harness);
+    assert_eq!(harness.state().interface.settings.floor_image, "");
+    assert!(harness.state().interface.settings.mesh.is_some());
+    harness.get_by_label("add a lamp").click();
+    settle(&mut harness);
+    assert_eq!(harness.state().interface.settings.lamps.len(), 1);
 }
 
 #[test]

@@ -45,9 +45,18 @@ pub struct Renderer {
     routes: Routes,
     robots: Robots,
     chosen: Chosen,
-    /// Robot types that have meshes of their own, and which.
-    models: Vec<(Option<String>, usize)>,
+    types: Vec<RobotTypeRecord>,
+    models: Vec<Model>,
     timer: Option<Timer>,
+}
+
+/// A mesh of their own for robots of a type, or of all other types.
+#[derive(Debug)]
+struct Model {
+    robot_type: Option<String>,
+    /// Its number.
+    mesh: usize,
+    is_shown: bool,
 }
 
 /// What is needed beside the target, of its size.
@@ -83,6 +92,7 @@ impl Renderer {
             robots: Robots::new(gpu, target, &layout, &columns),
             chosen: Chosen::new(gpu, target, &layout, &columns),
             columns,
+            types: Vec::new(),
             models: Vec::new(),
             timer: None,
         }
@@ -108,11 +118,24 @@ impl Renderer {
         self.floor.lay(&self.gpu, picture);
     }
 
-    /// Draws robots of the type of that name, or of all types, as this mesh. False if there are too many meshes.
-    pub fn add_model(&mut self, robot_type: Option<&str>, mesh: &Mesh) -> bool {
-        let number = self.robots.add_mesh(&self.gpu, mesh);
-        self.models.extend(number.map(|number| (robot_type.map(str::to_owned), number)));
-        number.is_some()
+    /// Draws robots of the type of that name, or of all types that have no mesh of their own, as this mesh; or no longer.
+    /// False if there are too many meshes.
+    pub fn set_model(&mut self, robot_type: Option<&str>, mesh: Option<&Mesh>) -> bool {
+        let known = self.models.iter_mut().find(|model| model.robot_type.as_deref() == robot_type);
+        match (known, mesh) {
+            (Some(model), Some(mesh)) => {
+                self.robots.replace_mesh(&self.gpu, model.mesh, mesh);
+                model.is_shown = true;
+            }
+            (Some(model), None) => model.is_shown = false,
+            (None, Some(mesh)) => {
+                let Some(mesh) = self.robots.add_mesh(&self.gpu, mesh) else { return false };
+                self.models.push(Model { robot_type: robot_type.map(str::to_owned), mesh, is_shown: true });
+            }
+            (None, None) => {}
+        }
+        self.dress_types();
+        true
     }
 
     /// Takes a world: the graph and the robot types.
@@ -133,14 +156,18 @@ impl Renderer {
 
     /// Takes the robot types.
     pub fn set_types(&mut self, types: &[RobotTypeRecord]) {
-        let looks: Vec<_> = types
-            .iter()
-            .map(|record| {
-                let model =
-                    self.models.iter().rfind(|(name, _)| name.as_deref().is_none_or(|name| name == record.name()));
-                model.map_or(TypeLook::of(record), |(_, mesh)| TypeLook::of(record).with_mesh(*mesh))
-            })
-            .collect();
+        self.types = types.to_vec();
+        self.dress_types();
+    }
+
+    fn dress_types(&mut self) {
+        let model =
+            |name: Option<&str>| self.models.iter().find(|model| model.is_shown && model.robot_type.as_deref() == name);
+        let look = |record: &RobotTypeRecord| {
+            let model = model(Some(record.name())).or_else(|| model(None));
+            model.map_or(TypeLook::of(record), |model| TypeLook::of(record).with_mesh(model.mesh))
+        };
+        let looks: Vec<_> = self.types.iter().map(look).collect();
         self.robots.set_any_round(looks.iter().any(|look| look.look & 1 != 0));
         self.columns.set_types(&self.gpu, &looks);
     }

@@ -127,6 +127,12 @@ impl Robots {
         Some(self.meshes.len() - 1)
     }
 
+    /// Another mesh under a number that `add_mesh` gave.
+    pub fn replace_mesh(&mut self, gpu: &Gpu, number: usize, mesh: &Mesh) {
+        self.meshes[number] = upload(gpu, mesh);
+        self.write_draws(gpu);
+    }
+
     /// Whether any robot's mark is a circle.
     pub fn set_any_round(&mut self, any_round: bool) {
         self.any_round = any_round;

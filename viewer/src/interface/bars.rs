@@ -17,10 +17,12 @@ impl Interface {
             ui.label(RichText::new(words).color(colour).size(12.0));
             ui.separator();
             let touching = facts.contacts.map_or(0, |contacts| contacts.header.touching);
-            let collisions = if touching > 0 {
-                RichText::new(format!("Collisions {touching}")).color(tones.bad)
-            } else {
-                "Collisions".into()
+            // On the colour of an open tab, red can't be read.
+            let is_open = self.settings.left == Some(Left::Collisions);
+            let collisions = match (touching, is_open) {
+                (0, _) => "Collisions".into(),
+                (_, true) => RichText::new(format!("Collisions {touching}")),
+                (_, false) => RichText::new(format!("Collisions {touching}")).color(tones.bad),
             };
             for (panel, name, key) in [(Left::Fleet, "Fleet".into(), "1"), (Left::Collisions, collisions, "2")] {
                 tab(ui, &mut self.settings.left, panel, name, key);

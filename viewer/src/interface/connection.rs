@@ -61,8 +61,9 @@ impl Interface {
                 actions.push(Action::StopUdpSource);
             }
         } else if ui.button("Receive").on_hover_text("starts `regatta plugin udp-source`").clicked() {
+            let offset = self.settings.offset.into();
             let echo_to = udp.echo.then(|| udp.echo_to.trim().to_owned());
-            actions.push(Action::StartUdpSource { listen: udp.listen.trim().to_owned(), echo_to });
+            actions.push(Action::StartUdpSource { listen: udp.listen.trim().to_owned(), echo_to, offset });
         }
     }
 

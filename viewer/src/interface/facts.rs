@@ -105,6 +105,8 @@ pub enum Action {
         listen: String,
         /// Host and port to answer to.
         echo_to: Option<String>,
+        /// Metres to add to the positions that it answers.
+        offset: Vec2,
     },
     /// Start a program that sends the fleet by UDP.
     StartUdpSender {

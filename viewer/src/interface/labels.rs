@@ -43,13 +43,38 @@ impl Labels {
         let painter = context.layer_painter(LayerId::background()).with_clip_rect(picture);
         let tones = style::tones(theme);
         for (label, at) in self.near(camera, offset, Vec2::new(picture.width(), picture.height())) {
-            let (colour, size) = if label.is_node { (tones.text, 11.0) } else { (tones.faint, 10.0) };
-            let (place, beside) = if label.is_node { (Align2::LEFT_BOTTOM, 5.0) } else { (Align2::CENTER_CENTER, 0.0) };
-            let at = pos2(picture.left() + at.x + beside, picture.top() + at.y - beside);
+            let (colour, size) =
+                if label.is_node { (tones.text, 11.0) } else { (tones.text.gamma_multiply(0.8), 10.0) };
+            // Beside the node, and beside the arrow in the middle of the edge.
+            let (place, beside) = if label.is_node { (Align2::LEFT_BOTTOM, 5.0) } else { (Align2::LEFT_TOP, 6.0) };
+            let down = if label.is_node { -beside } else { beside };
+            let at = pos2(picture.left() + at.x + beside, picture.top() + at.y + down);
             let galley = painter.layout_no_wrap(label.id.to_string(), FontId::proportional(size), colour);
             let text = place.anchor_size(at, galley.size());
             painter.rect_filled(text.expand2(egui::vec2(3.0, 0.0)), 3.0, tones.panel.gamma_multiply(0.6));
             painter.galley(text.min, galley, colour);
+        }
+    }
+
+    /// Writes the ids of some robots above where they stand.
+    pub fn name(
+        context: &Context,
+        picture: Rect,
+        camera: &Camera,
+        theme: Theme,
+        robots: impl IntoIterator<Item = (u32, Vec2)>,
+    ) {
+        let painter = context.layer_painter(LayerId::background()).with_clip_rect(picture);
+        let tones = style::tones(theme);
+        for (id, place) in robots {
+            let Some(at) = camera.project(place.extend(0.4), Vec2::new(picture.width(), picture.height())) else {
+                continue;
+            };
+            let galley = painter.layout_no_wrap(format!("robot {id}"), FontId::proportional(12.0), tones.text);
+            let above = pos2(picture.left() + at.x, picture.top() + at.y - 14.0);
+            let text = Align2::CENTER_BOTTOM.anchor_size(above, galley.size());
+            painter.rect_filled(text.expand2(egui::vec2(5.0, 2.0)), 4.0, tones.panel.gamma_multiply(0.85));
+            painter.galley(text.min, galley, tones.text);
         }
     }
 

@@ -31,6 +31,7 @@ use facts::{Action, Facts, Thing};
 use fleet_list::FleetList;
 use hands::Grip;
 use list::Scroll;
+use look::Files;
 use rig::Rig;
 use selection::History;
 use settings::{Left, Right, Settings};
@@ -55,6 +56,7 @@ pub struct Interface {
     collision_scroll: Scroll,
     history: History,
     drafts: Drafts,
+    files: Files,
     help: bool,
     grip: Option<Grip>,
     /// Width over height of the picture.
@@ -68,6 +70,7 @@ impl Interface {
     /// Starts with settings and a camera.
     pub fn new(settings: Settings, rig: Rig) -> Self {
         Self {
+            files: Files::new(&settings),
             settings,
             rig,
             selected: None,

@@ -45,10 +45,19 @@ pub struct Rig {
     follow: Option<(u32, Follow)>,
     /// How the look differs from the followed robot's heading, in radians.
     beside: f32,
-    /// Still where it was put by itself: whoever hasn't touched it wants to see all.
-    untouched: bool,
-    /// As long as it is untouched, it looks straight down.
-    from_above: bool,
+    /// How it shows all there is, also when that grows, as long as nobody moves it.
+    whole: Option<Whole>,
+}
+
+/// A look at all there is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Whole {
+    /// As it is at the start.
+    Usual,
+    /// From where it was turned to.
+    Turned,
+    /// Straight down.
+    FromAbove,
 }
 
 impl Default for Rig {
@@ -74,31 +83,28 @@ impl Rig {
             flight: None,
             follow: None,
             beside: 0.0,
-            untouched: !chosen,
-            from_above: false,
+            whole: (!chosen).then_some(Whole::Usual),
         }
     }
 
     /// Shows all there is from straight above, until somebody moves it.
     pub fn top_view() -> Self {
-        Self { from_above: true, ..Self::default() }
+        Self { whole: Some(Whole::FromAbove), ..Self::default() }
     }
 
     /// Shows all there is as long as nobody has moved the camera.
     pub fn keep_fitted(&mut self, bounds: Bounds, aspect: f32) {
-        if self.untouched {
-            self.camera = if self.from_above { Camera::top(bounds, aspect) } else { Camera::fit(bounds, aspect) };
+        match self.whole.filter(|_| self.flight.is_none()) {
+            Some(Whole::Usual) => self.camera = Camera::fit(bounds, aspect),
+            Some(Whole::Turned) => self.camera = self.camera.fitted(bounds, aspect).clamped(),
+            Some(Whole::FromAbove) => self.camera = Camera::top(bounds, aspect).clamped(),
+            None => {}
         }
     }
 
     /// The camera as it is now.
     pub fn camera(&self) -> Camera {
         self.camera
-    }
-
-    /// Whether nobody has moved it yet.
-    pub fn is_untouched(&self) -> bool {
-        self.untouched
     }
 
     /// Whether it moves by itself.
@@ -167,7 +173,7 @@ impl Rig {
     }
 
     fn touch(&mut self) {
-        self.untouched = false;
+        self.whole = None;
         self.flight = None;
     }
 
@@ -176,12 +182,14 @@ impl Rig {
         let camera = Camera { pitch: self.camera.pitch.clamp(0.5, 1.1), ..self.camera };
         self.follow = None;
         self.fly(camera.fitted(bounds, aspect));
+        self.whole = Some(Whole::Turned);
     }
 
     /// Flies to where all there is can be seen from straight above, north up.
     pub fn top(&mut self, bounds: Bounds, aspect: f32) {
         self.follow = None;
         self.fly(Camera::top(bounds, aspect));
+        self.whole = Some(Whole::FromAbove);
     }
 
     /// Flies to a place on the ground, and near it if it was far away.
@@ -193,7 +201,7 @@ impl Rig {
     }
 
     fn fly(&mut self, to: Camera) {
-        self.untouched = false;
+        self.whole = None;
         self.flight = Some(Flight { from: self.camera, to: to.clamped(), part: 0.0 });
     }
 

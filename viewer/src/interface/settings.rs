@@ -3,13 +3,13 @@
 use std::path::{Path, PathBuf};
 
 use etcetera::BaseStrategy;
-use glam::Vec2;
+use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
 use crate::camera::Bounds;
 use crate::options::LookOptions;
 use crate::palette::{Colouring, Theme};
-use crate::scene::Scene;
+use crate::scene::{Light, MAX_LIGHTS, Scene, Trails};
 
 /// All that is kept.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -35,6 +35,14 @@ pub struct Settings {
     pub floor: Option<[f32; 2]>,
     /// Points of the trail behind each robot.
     pub trails: u32,
+    /// Only the selected robot has one.
+    pub trails_of_selected: bool,
+    /// An image or a ROS map on the floor; empty for none.
+    pub floor_image: String,
+    /// What robots look like, if not as they are built in.
+    pub mesh: Option<RobotMesh>,
+    /// Lamps: x, y and z in metres; red, green and blue.
+    pub lamps: Vec<[f32; 6]>,
     /// What the panel on the left shows, if it is open.
     pub left: Option<Left>,
     /// What the panel on the right shows, if it is open.
@@ -69,6 +77,17 @@ pub enum Right {
     Performance,
     /// The engine, and UDP.
     Connection,
+}
+
+/// A mesh for all robots whose type has none of its own.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RobotMesh {
+    /// STL, OBJ or glTF.
+    pub file: String,
+    /// Metres per unit of the file.
+    pub scale: f32,
+    /// How far it is lifted, in metres.
+    pub z: f32,
 }
 
 /// Hosts and ports, as typed.
@@ -109,6 +128,10 @@ impl Default for Settings {
             offset: [0.0; 2],
             floor: None,
             trails: 0,
+            trails_of_selected: false,
+            floor_image: String::new(),
+            mesh: None,
+            lamps: Vec::new(),
             left: None,
             right: None,
             scale: 1.0,
@@ -189,6 +212,16 @@ impl Settings {
             within(self.window[1], 240.0, 16e3, usual.window[1]),
         ];
         self.trails = self.trails.min(4096);
+        if let Some(mesh) = &mut self.mesh {
+            (mesh.scale, mesh.z) = (within(mesh.scale, 1e-6, 1e6, 1.0), within(mesh.z, -100.0, 100.0, 0.0));
+        }
+        self.lamps.truncate(MAX_LIGHTS);
+        for lamp in &mut self.lamps {
+            let [x, y, z, colour @ ..] = *lamp;
+            let [x, y, z] = [x, y, z].map(|metres| within(metres, -1e6, 1e6, 0.0));
+            let [red, green, blue] = colour.map(|part| within(part, 0.0, 1e3, 1.0));
+            *lamp = [x, y, z, red, green, blue];
+        }
         if self.colour.parse::<Colouring>().is_err() {
             self.colour = usual.colour;
         }
@@ -198,25 +231,66 @@ impl Settings {
     /// With what the command line says otherwise.
     #[must_use]
     pub fn with(mut self, look: &LookOptions) -> Self {
-        if look.theme != Theme::default() {
-            self.light = look.theme == Theme::Light;
+        if let Some(theme) = look.theme {
+            self.light = theme == Theme::Light;
         }
-        if look.colour != Colouring::default() {
-            self.colour = look.colour.to_string();
+        if let Some(colour) = &look.colour {
+            self.colour = colour.to_string();
         }
-        if look.offset.0 != Vec2::ZERO {
-            self.offset = look.offset.0.to_array();
+        if let Some(offset) = look.offset {
+            self.offset = offset.0.to_array();
         }
         if let Some(size) = look.floor {
             self.floor = Some(size.0.abs().to_array());
         }
-        if look.trails > 0 {
-            self.trails = look.trails;
+        if let Some(points) = look.trails {
+            self.trails = points;
+        }
+        self.trails_of_selected |= look.trails_of_selected;
+        if let Some(path) = &look.floor_image {
+            self.floor_image = path.display().to_string();
+        }
+        if let Some(model) = look.mesh.iter().rfind(|model| model.robot_type.is_none()) {
+            self.mesh = Some(RobotMesh { file: model.path.display().to_string(), scale: model.scale, z: model.z });
+        }
+        if !look.light.is_empty() {
+            let lamp = |light: &Light| {
+                let ([x, y, z], [red, green, blue]) = (light.position.to_array(), light.colour.to_array());
+                [x, y, z, red, green, blue]
+            };
+            self.lamps = look.light.iter().map(|light| lamp(&light.0)).collect();
         }
         self.grid &= !look.no_grid;
         (self.edges, self.nodes) = (self.edges && !look.no_graph, self.nodes && !look.no_graph);
         self.ids &= !look.no_graph && !look.no_ids;
         self.sane()
+    }
+
+    /// What is to be kept of these settings: what the command line said for this once gives way to what was stored,
+    /// where a person has left it as it was `told`.
+    #[must_use]
+    pub fn kept(&self, told: &Self, stored: &Self) -> Self {
+        fn keep<T: PartialEq + Clone>(now: &mut T, told: &T, stored: &T) {
+            if now == told {
+                now.clone_from(stored);
+            }
+        }
+        let mut kept = self.clone();
+        keep(&mut kept.light, &told.light, &stored.light);
+        keep(&mut kept.colour, &told.colour, &stored.colour);
+        keep(&mut kept.grid, &told.grid, &stored.grid);
+        keep(&mut kept.edges, &told.edges, &stored.edges);
+        keep(&mut kept.nodes, &told.nodes, &stored.nodes);
+        keep(&mut kept.ids, &told.ids, &stored.ids);
+        keep(&mut kept.offset, &told.offset, &stored.offset);
+        keep(&mut kept.floor, &told.floor, &stored.floor);
+        keep(&mut kept.trails, &told.trails, &stored.trails);
+        keep(&mut kept.trails_of_selected, &told.trails_of_selected, &stored.trails_of_selected);
+        keep(&mut kept.floor_image, &told.floor_image, &stored.floor_image);
+        keep(&mut kept.mesh, &told.mesh, &stored.mesh);
+        keep(&mut kept.lamps, &told.lamps, &stored.lamps);
+        keep(&mut kept.window, &told.window, &stored.window);
+        kept
     }
 
     /// The theme.
@@ -234,18 +308,23 @@ impl Settings {
         scene.theme = self.theme();
         scene.colouring = self.colouring();
         scene.offset = self.offset.into();
-        scene.floor.bounds =
-            self.floor.map(|size| Bounds { low: Vec2::from(size) / -2.0, high: Vec2::from(size) / 2.0 });
+        scene.floor.bounds = self.floor.map(Bounds::of_size);
         scene.layers.grid = self.grid;
         (scene.layers.edges, scene.layers.arrows, scene.layers.nodes) = (self.edges, self.edges, self.nodes);
         (scene.layers.ids, scene.layers.shadows) = (self.ids, self.shadows);
-        scene.trails.points = self.trails;
+        scene.trails = Trails { points: self.trails, only_selected: self.trails_of_selected };
+        scene.lights.clear();
+        scene.lights.extend(self.lamps.iter().take(MAX_LIGHTS).map(|[x, y, z, red, green, blue]| Light {
+            position: Vec3::new(*x, *y, *z),
+            colour: Vec3::new(*red, *green, *blue),
+        }));
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::options::Options;
 
     fn file(test: &str) -> PathBuf {
         std::env::temp_dir().join(format!("regatta-settings-{test}-{}", std::process::id())).join("viewer.json")
@@ -266,6 +345,26 @@ mod tests {
         settings.save(&path).unwrap();
         assert_eq!(Settings::load(&path).unwrap(), settings);
         std::fs::remove_dir_all(path.parent().unwrap()).unwrap();
+    }
+
+    #[test]
+    fn what_the_command_line_says_holds_and_is_not_kept() {
+        use clap::{Args, FromArgMatches};
+        let look = |args: &[&str]| {
+            let command = Options::augment_args(clap::Command::new("viewer").no_binary_name(true));
+            Options::from_arg_matches(&command.try_get_matches_from(args).unwrap()).unwrap().look
+        };
+        let stored = Settings { light: true, colour: "speed".into(), trails: 9, ..Settings::default() };
+        let told =
+            stored.clone().with(&look(&["--theme", "dark", "--colour", "collision", "--trails", "0", "--no-grid"]));
+        assert_eq!((told.light, told.colour.as_str(), told.trails, told.grid), (false, "collision", 0, false));
+        assert_eq!(told.kept(&told, &stored), stored);
+        let changed = Settings { colour: "state".into(), shadows: false, ..told.clone() };
+        let wanted = Settings { colour: "state".into(), shadows: false, ..stored.clone() };
+        assert_eq!(changed.kept(&told, &stored), wanted);
+        let lit = Settings::default().with(&look(&["--light", "1,2,3", "--mesh", "a.stl,0.5", "--mesh", "tug=b.stl"]));
+        assert_eq!(lit.lamps, [[1.0, 2.0, 3.0, 1.0, 1.0, 1.0]]);
+        assert_eq!(lit.mesh.map(|mesh| (mesh.file, mesh.scale)), Some(("a.stl".into(), 0.5)));
     }
 
     #[test]

@@ -10,9 +10,9 @@ use winit::event::WindowEvent;
 use winit::event_loop::{ActiveEventLoop, ControlFlow};
 use winit::window::{Window, WindowId};
 
-use super::live::{Live, Next, title};
+use super::live::{Live, Next, Origin, title};
 use crate::interface::Interface;
-use crate::interface::rig::Rig;
+use crate::interface::rig::{Follow, Rig};
 use crate::interface::settings::{self, Settings};
 use crate::options::{Options, View};
 
@@ -56,26 +56,34 @@ impl<'a> App<'a> {
             Ok(kept) => (kept, None),
             Err(error) => (Settings::default(), Some(error.to_string())),
         };
-        let [width, height] = kept.window;
+        let mut told = kept.clone().with(&self.options.look);
+        if let Some(size) = self.options.size {
+            told.window = size.0.as_vec2().to_array();
+        }
+        let [width, height] = told.window;
         let attributes = Window::default_attributes()
             .with_title(title(&self.options.fleet, None))
             .with_inner_size(LogicalSize::new(width, height))
             .with_min_inner_size(LogicalSize::new(320.0, 200.0));
         let window = events.create_window(attributes).map_err(|error| Error::new(format!("no window: {error}")))?;
-        let mut interface = Interface::new(kept.with(&self.options.look), self.rig());
+        let mut interface = Interface::new(told.clone(), self.rig());
         if let Some(complaint) = complaint {
             interface.tell(complaint);
         }
-        Live::open(self.options, &self.instance, Arc::new(window), interface)
+        Live::open(self.options, &self.instance, Arc::new(window), interface, Origin { stored: kept, told })
     }
 
     /// The camera that the options ask for.
     fn rig(&self) -> Rig {
-        match self.options.camera {
+        let mut rig = match self.options.camera {
             View::Eye(camera) => Rig::new(camera, true),
             View::Top => Rig::top_view(),
             View::Fit => Rig::default(),
+        };
+        if let Some(robot) = self.options.follow {
+            rig.follow(Some((robot, Follow::Behind)));
         }
+        rig
     }
 
     fn draw(&mut self, events: &ActiveEventLoop) {
@@ -103,9 +111,9 @@ impl<'a> App<'a> {
             return self.fail(events, Error::new(text));
         }
         tracing::warn!("the graphics device was lost ({reason}); opening it again");
-        let (window, mut interface) = live.into_parts();
+        let (window, mut interface, origin) = live.into_parts();
         interface.tell("the graphics device was lost, and opened again");
-        match Live::open(self.options, &self.instance, window, interface) {
+        match Live::open(self.options, &self.instance, window, interface, origin) {
             Ok(live) => self.live = Some(live),
             Err(error) => self.fail(events, error),
         }

@@ -1,17 +1,17 @@
 //! An open window: the fleet that is read, the device that draws, the interface, and what goes between them.
 
 use std::sync::Arc;
-use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+use std::time::{Duration, Instant};
 
 use egui::{Rect, ViewportId};
 use glam::{UVec2, Vec2};
-use regatta_plugin::ColumnName;
-use regatta_plugin::control::ControlResponse;
 use regatta_plugin::frame::ClockState;
 use regatta_plugin::{FleetName, Participant, Result};
 use winit::event::WindowEvent;
 use winit::window::{Fullscreen, Window};
 
+use super::furniture::Furniture;
+use super::known::Known;
 use super::pulse::{Due, Pulse};
 use super::surface::{NoCanvas, Screen, surface_of};
 use super::udp::Udp;
@@ -24,8 +24,7 @@ use crate::interface::Interface;
 use crate::interface::facts::{Action, Engine, Facts, Thing};
 use crate::interface::labels::Labels;
 use crate::interface::performance::Timing;
-use crate::interface::rig::{Pose, between};
-use crate::interface::rows::Rows;
+use crate::interface::rig::between;
 use crate::interface::settings::{self, Settings};
 use crate::link::{Link, Report};
 use crate::options::{LookOptions, Options};
@@ -46,6 +45,15 @@ pub enum Next {
     Draw,
     /// Nothing, and look again then.
     LookAt(Instant),
+}
+
+/// Where the settings of a window came from.
+#[derive(Debug)]
+pub struct Origin {
+    /// What was in the file.
+    pub stored: Settings,
+    /// That, and over it what the command line said.
+    pub told: Settings,
 }
 
 /// An open window.
@@ -69,29 +77,11 @@ pub struct Live {
     fleet: FleetName,
     hidden: bool,
     closing: bool,
-    floor_laid: bool,
+    furniture: Furniture,
     drawn: Instant,
     saved: Settings,
+    origin: Origin,
     changed: Option<Instant>,
-}
-
-/// What was found out of the fleet, beside what the stage reads.
-#[derive(Debug, Default)]
-struct Known {
-    status: Option<Box<ControlResponse>>,
-    columns: Vec<ColumnName>,
-    labels: Labels,
-    values: Vec<(ColumnName, f32)>,
-    rows: Option<Rows>,
-    lag: Option<f64>,
-    /// When the newest frame came.
-    heard: Option<Instant>,
-    /// The followed robot in the frame before and in the newest.
-    followed: Option<(u32, [Pose; 2])>,
-    /// Whose values are asked for.
-    asked: Option<Thing>,
-    /// Whose routes are asked for.
-    routes_of: Vec<u32>,
 }
 
 impl Live {
@@ -104,13 +94,17 @@ impl Live {
         instance: &wgpu::Instance,
         window: Arc<Window>,
         interface: Interface,
+        origin: Origin,
     ) -> Result<Self> {
         let surface = surface_of(instance, &window)?;
         let gpu = Gpu::open(instance, Some(&surface))?;
         let screen = Screen::new(surface, &gpu, size_of(&window))?;
         let samples = options.look.samples.unwrap_or(if gpu.is_software() { 1 } else { 4 });
         let mut renderer = Renderer::new(&gpu, TargetKind { format: screen.fleet, samples });
-        options.look.furnish(&mut renderer);
+        // What stands for all types is among the settings.
+        let mut look = options.look.clone();
+        look.mesh.retain(|model| model.robot_type.is_some());
+        look.furnish(&mut renderer);
         let participant = Participant::join(&options.fleet, "viewer")?;
         let mut scene = options.look.scene();
         if gpu.is_software() {
@@ -135,24 +129,25 @@ impl Live {
             input,
             window,
             saved: interface.settings.clone(),
+            origin,
             interface,
             known: Known::default(),
             link: Link::open(&options.fleet)?,
             udp: Udp::default(),
             timing: Timing::new(adapter),
-            look: options.look.clone(),
+            look,
             fleet: options.fleet.clone(),
             hidden: false,
             closing: false,
-            floor_laid: false,
+            furniture: Furniture::default(),
             drawn: now,
             changed: None,
         })
     }
 
     /// The window, and what a person has chosen: all that outlives a device.
-    pub fn into_parts(self) -> (Arc<Window>, Interface) {
-        (self.window, self.interface.undressed())
+    pub fn into_parts(self) -> (Arc<Window>, Interface, Origin) {
+        (self.window, self.interface.undressed(), self.origin)
     }
 
     /// Takes what the window's system tells.
@@ -163,6 +158,10 @@ impl Live {
                 self.keep_size();
             }
             WindowEvent::Occluded(hidden) => self.hidden = *hidden,
+            WindowEvent::DroppedFile(path) => {
+                self.interface.take_file(path);
+                self.pulse.want(Instant::now());
+            }
             _ => {}
         }
         if self.input.on_window_event(&self.window, event).repaint {
@@ -222,30 +221,15 @@ impl Live {
         let reports: Vec<_> = self.link.reports().collect();
         for report in reports {
             seen |= match report {
-                Report::Status(status) => {
-                    let differs = differ(self.known.status.as_deref(), status.as_deref());
-                    self.known.status = status;
-                    differs
-                }
                 Report::Notice(text) => {
                     self.interface.tell(text);
                     true
-                }
-                Report::Rows(rows) => {
-                    let differ = self.known.rows.as_ref() != Some(&rows);
-                    self.known.rows = Some(rows);
-                    differ
-                }
-                Report::Columns(columns) => std::mem::replace(&mut self.known.columns, columns) != self.known.columns,
-                Report::Values(values) => {
-                    let differ = self.known.values != values;
-                    self.known.values = values;
-                    differ
                 }
                 Report::Routes(routes) => {
                     self.stage.set_routes(routes);
                     true
                 }
+                Report::Facts(fact) => self.known.take(fact),
             };
         }
         let ended = self.udp.ended();
@@ -294,31 +278,14 @@ impl Live {
         if let Some(world) = self.stage.feed.world().filter(|_| news.world) {
             self.known.labels = Labels::new(world.nodes(), world.edges());
         }
-        if !self.floor_laid && self.stage.feed.world().is_some() {
-            self.floor_laid = true;
-            let bounds = self.stage.bounds();
-            self.look.lay_floor(&mut self.stage.renderer, bounds);
+        if self.stage.feed.frame().is_some() {
+            let complaints = self.furniture.renew(&self.interface.settings, &mut self.stage);
+            complaints.into_iter().for_each(|text| self.interface.tell(text));
         }
-        let wanted = self.interface.rig.followed().map(|(robot, _)| robot);
-        if let Some(frame) = self.stage.feed.frame().filter(|_| news.frame) {
-            self.known.heard = Some(now);
-            let sent = Duration::from_nanos(frame.header().wall_time_nanos);
-            let age = SystemTime::now().duration_since(UNIX_EPOCH + sent);
-            self.known.lag = age.ok().map(|age| age.as_secs_f64());
+        if let Some(frame) = self.stage.feed.frame() {
+            let followed = self.interface.rig.followed().map(|(robot, _)| robot);
+            self.known.note(&frame, news.frame, followed, self.stage.scene.offset, now);
         }
-        let pose = wanted.and_then(|robot| {
-            let (frame, row) = (self.stage.feed.frame()?, robot as usize);
-            let place = Vec2::new(*frame.x().get(row)?, *frame.y().get(row)?) + self.stage.scene.offset;
-            Some((robot, Pose { place, theta: *frame.theta().get(row)? }))
-        });
-        self.known.followed = match (pose, self.known.followed) {
-            (Some((robot, pose)), Some((before, [_, last]))) if robot == before && news.frame => {
-                Some((robot, [last, pose]))
-            }
-            (Some((robot, _)), Some(known)) if robot == known.0 => Some(known),
-            (Some((robot, pose)), _) => Some((robot, [pose; 2])),
-            (None, _) => None,
-        };
         if news != News::default() {
             self.pulse.stir(now);
         }
@@ -359,7 +326,7 @@ impl Live {
             labels: &self.known.labels,
             types: world.map_or(&[], |world| world.robot_types()),
             kinds: self.stage.feed.kinds(),
-            contacts: self.stage.feed.contacts().current(),
+            contacts: self.stage.feed.contacts(),
             legend: &legend,
             columns: &self.known.columns,
             values: &self.known.values,
@@ -488,24 +455,12 @@ impl Live {
         }
         self.saved = self.interface.settings.clone();
         self.changed = None;
-        if let Some(Err(error)) = settings::path().map(|path| self.saved.save(&path)) {
+        let kept = self.saved.kept(&self.origin.told, &self.origin.stored);
+        if let Some(Err(error)) = settings::path().map(|path| kept.save(&path)) {
             tracing::warn!("{error}");
             self.interface.tell(error.to_string());
         }
     }
-}
-
-/// Whether a person would see a difference between what an engine said of itself.
-fn differ(one: Option<&ControlResponse>, other: Option<&ControlResponse>) -> bool {
-    let seen = |status: &ControlResponse| ControlResponse {
-        wall_time_nanos: 0,
-        tick_cost_p50_nanos: 0,
-        tick_cost_p99_nanos: 0,
-        resident_bytes: 0,
-        real_time_factor: (status.real_time_factor * 100.0).round(),
-        ..*status
-    };
-    one.map(seen) != other.map(seen)
 }
 
 fn size_of(window: &Window) -> UVec2 {

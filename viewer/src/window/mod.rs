@@ -1,6 +1,8 @@
 //! The viewer's window: where the fleet's picture and the interface meet a screen, hands and an engine.
 
 mod app;
+mod furniture;
+mod known;
 mod live;
 mod pulse;
 mod surface;

@@ -31,9 +31,11 @@ impl Udp {
     /// Does what a person asks for; gives what to tell.
     pub fn act(&mut self, action: &Action, fleet: &FleetName) -> Option<String> {
         let started = match action {
-            Action::StartUdpSource { listen, echo_to } => {
+            Action::StartUdpSource { listen, echo_to, offset } => {
                 let mut args = vec!["--listen", listen];
-                args.extend(echo_to.iter().flat_map(|echo_to| ["--echo-to", echo_to]));
+                // What answers is what is seen, so the offset goes with it.
+                let offset = format!("--offset={},{}", offset.x, offset.y);
+                args.extend(echo_to.iter().flat_map(|echo_to| ["--echo-to", echo_to, &offset]));
                 self.leave(|udp| &mut udp.source);
                 start("udp-source", &args, fleet).map(|program| self.source = Some(program))
             }

@@ -32,7 +32,9 @@ struct Ring {
 struct Trail {
     @builtin(position) clip: vec4f,
     @location(0) colour: vec4f,
+    // Pixels from the middle, and half the width.
     @location(1) @interpolate(linear) across: f32,
+    @location(2) half_width: f32,
 }
 
 fn point_of(robot: u32, age: u32) -> vec2f {
@@ -56,7 +58,7 @@ fn trail(@builtin(instance_index) instance: u32, @builtin(vertex_index) corner: 
     let way = newer - older;
     // Nobody drives so far between two points of a trail.
     if !(dot(way, way) < 400.0) || dot(way, way) < 1e-8 {
-        return Trail(vec4f(2.0, 2.0, 2.0, 1.0), vec4f(0.0), 0.0);
+        return Trail(vec4f(2.0, 2.0, 2.0, 1.0), vec4f(0.0), 0.0, 0.0);
     }
     let is_older = corner >= 2u;
     let local = select(newer, older, is_older);
@@ -64,15 +66,18 @@ fn trail(@builtin(instance_index) instance: u32, @builtin(vertex_index) corner: 
     let ahead = view.clip_from_local * vec4f(way, 0.0, 0.0);
     let direction = (ahead.xy * clip.w - clip.xy * ahead.w) * view.viewport.xy;
     let normal = normalize(vec2f(-direction.y, direction.x) + vec2f(1e-12, 0.0));
-    let across = select(-2.2, 2.2, (corner & 1u) == 1u);
+    // Where robots are small, trails are finer than they are, and let them be seen.
+    let pixels = 1.0 / metres_per_pixel(vec3f(local, 0.0));
+    let half_width = clamp(0.05 * pixels, 0.4, 1.7);
+    let across = select(-1.0, 1.0, (corner & 1u) == 1u) * (half_width + 0.5);
     let fade = 1.0 - (f32(age) + select(0.0, 1.0, is_older)) / f32(ring.slots);
-    let colour = vec4f(colour_of(robot), fade * 0.9);
-    return Trail(framed(vec4f(clip.xy + normal * across * 2.0 * view.viewport.zw * clip.w, clip.zw)), colour, across);
+    let colour = vec4f(colour_of(robot), fade * clamp(0.1 * pixels, 0.25, 0.9));
+    return Trail(framed(vec4f(clip.xy + normal * across * 2.0 * view.viewport.zw * clip.w, clip.zw)), colour, across, half_width);
 }
 
 @fragment
 fn trail_fill(in: Trail) -> @location(0) vec4f {
-    return vec4f(in.colour.rgb, in.colour.a * clamp(2.2 - abs(in.across), 0.0, 1.0));
+    return vec4f(in.colour.rgb, in.colour.a * clamp(in.half_width + 0.5 - abs(in.across), 0.0, 1.0));
 }
 
 struct Halo {
