@@ -1,5 +1,6 @@
 //! Meshes from files: STL, OBJ and glTF. STL and OBJ: x ahead, z up; glTF has its own axes.
 
+use std::collections::HashSet;
 use std::fs::File;
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
@@ -39,6 +40,9 @@ pub enum ModelError {
     },
 }
 
+/// No robot is larger, in metres.
+const FARTHEST: f32 = 1e4;
+
 /// A corner of a triangle soup.
 #[derive(Clone, Copy)]
 struct Corner {
@@ -67,6 +71,9 @@ pub fn load(path: &Path, scale: f32, z: f32) -> Result<Mesh, ModelError> {
     }
     if corners.iter().any(|corner| !corner.at.is_finite()) {
         return Err(broken("a corner is not a number".to_owned()));
+    }
+    if corners.iter().any(|corner| (corner.at * scale).abs().max_element() > FARTHEST) {
+        return Err(broken(format!("a corner is farther than {FARTHEST} m from the middle; give a smaller scale")));
     }
     Ok(build(&corners, scale, z))
 }
@@ -123,7 +130,11 @@ fn gltf(path: &Path) -> Result<Vec<Corner>, String> {
     let ours = Mat4::from_cols_array(&[0., 1., 0., 0., 0., 0., 1., 0., 1., 0., 0., 0., 0., 0., 0., 1.]);
     let mut corners = Vec::new();
     let mut open: Vec<_> = scene.nodes().map(|node| (node, ours)).collect();
+    let mut seen = HashSet::new();
     while let Some((node, outer)) = open.pop() {
+        if !seen.insert(node.index()) {
+            return Err("its nodes are no tree: one stands in two places, or in itself".to_owned());
+        }
         let place = outer * Mat4::from_cols_array_2d(&node.transform().matrix());
         for primitive in node.mesh().iter().flat_map(gltf::Mesh::primitives) {
             if primitive.mode() == gltf::mesh::Mode::Triangles {
@@ -195,6 +206,10 @@ mod tests {
         }
     }
 
+    /// Two nodes, each the other's child.
+    const CIRCLE: &str = r#"{"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],
+        "nodes":[{"children":[1]},{"children":[0]}]}"#;
+
     #[test]
     fn broken_files_are_told_and_do_not_panic() {
         let bad = [
@@ -202,7 +217,9 @@ mod tests {
             ("b.stl", ""),
             ("b.obj", "f 1 2 3\n"),
             ("b.obj", "v nan 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"),
+            ("b.obj", "v 1e38 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"),
             ("b.gltf", "{}"),
+            ("b.gltf", CIRCLE),
             ("b.glb", "glTF"),
             ("b.fbx", "what"),
         ];
