@@ -134,7 +134,7 @@ impl Studio<'_> {
 
     /// Waits for a world and a frame of the wanted time; false if asked to end.
     fn wait_for_fleet(&mut self) -> Result<bool> {
-        let (started, mut said) = (Instant::now(), false);
+        let (started, mut said, mut looks) = (Instant::now(), false, 0);
         let from = self.options.at.map_or(Duration::ZERO, Into::into);
         while !self.termination.requested() {
             let news = self.stage.update(Instant::now())?;
@@ -143,6 +143,11 @@ impl Studio<'_> {
                 self.stage.collect_trails();
             }
             let time = self.stage.feed.frame().map(|frame| frame.sim_time());
+            looks += u32::from(time.is_some());
+            if let Some(time) = time.filter(|time| looks == 1 && self.options.at.is_some() && *time > from) {
+                let told = format!("{:.2} s have passed already; --at is before that", time.as_secs_f64());
+                tracing::warn!("{told}, so the picture is of now");
+            }
             if time.is_some_and(|time| time >= from) && self.stage.feed.world().is_some() {
                 let bounds = self.stage.bounds();
                 self.options.look.lay_floor(&mut self.stage.renderer, bounds);

@@ -101,6 +101,9 @@ pub struct LookOptions {
     /// Leave the legend out of pictures
     #[arg(long, requires = "headless")]
     pub no_legend: bool,
+    /// Leave the shadows out
+    #[arg(long)]
+    pub no_shadows: bool,
     /// Leave the grid out
     #[arg(long)]
     pub no_grid: bool,
@@ -281,6 +284,7 @@ impl LookOptions {
         scene.floor.bounds = self.floor.map(|Pair(size)| Bounds { low: -size.abs() / 2.0, high: size.abs() / 2.0 });
         scene.lights = self.light.iter().take(MAX_LIGHTS).map(|light| light.0).collect();
         scene.layers.grid = !self.no_grid;
+        scene.layers.shadows = !self.no_shadows;
         if self.no_graph {
             (scene.layers.edges, scene.layers.arrows, scene.layers.nodes) = (false, false, false);
         }

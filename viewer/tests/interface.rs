@@ -100,6 +100,7 @@ impl Desk {
             timing: &self.timing,
             counts: Counts { read: 1234, skipped: 5 },
             lag: Some(0.001),
+            trail_points: 0,
             udp: [false, false],
         };
         let (_, actions) = self.interface.show(ui, &facts);

@@ -143,6 +143,11 @@ impl Chosen {
         }
     }
 
+    /// Points of the longest trail that there is room for now.
+    pub fn trail_points(&self) -> u32 {
+        self.ring.slots
+    }
+
     /// Makes the ring buffer of the wanted length, or of the longest that the adapter has room for.
     fn fit(&mut self, gpu: &Gpu, columns: &Columns, wanted: u32) {
         let limits = gpu.device.limits();

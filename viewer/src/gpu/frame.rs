@@ -183,6 +183,11 @@ impl Renderer {
         self.columns.set_kinds(&self.gpu, kinds);
     }
 
+    /// Points of the longest trail that the adapter has room for, of those that were asked for.
+    pub fn trail_points(&self) -> u32 {
+        self.chosen.trail_points()
+    }
+
     /// Whether the robots' types are not, or no longer, known: there were too many robots for the buffers.
     pub fn lacks_kinds(&self) -> bool {
         self.columns.lacks_kinds()

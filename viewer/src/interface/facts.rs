@@ -75,6 +75,8 @@ pub struct Facts<'a> {
     pub counts: Counts,
     /// Age of the newest frame when it was read, in seconds.
     pub lag: Option<f64>,
+    /// Points of the trails that the adapter has room for, of those that were asked for.
+    pub trail_points: u32,
     /// Whether the UDP source and the UDP sender run.
     pub udp: [bool; 2],
 }

@@ -7,7 +7,7 @@ use egui::{DragValue, Key, Role, Slider, TextEdit, Ui, WidgetInfo};
 use super::Interface;
 use super::facts::Facts;
 use super::settings::{RobotMesh, Settings};
-use super::style::heading;
+use super::style::{faint, heading};
 use crate::palette::Colouring;
 use crate::scene::MAX_LIGHTS;
 
@@ -29,6 +29,9 @@ impl Interface {
         ui.checkbox(&mut settings.shadows, "shadows");
         heading(ui, theme, "trails");
         ui.add(Slider::new(&mut settings.trails, 0..=4096).logarithmic(true).text("points"));
+        if (1..settings.trails).contains(&facts.trail_points) {
+            ui.label(faint(ui, theme, format!("the adapter has room for {}", facts.trail_points)));
+        }
         ui.checkbox(&mut settings.trails_of_selected, "of the selected robot alone");
         heading(ui, theme, "floor");
         let mut sized = settings.floor.is_some();

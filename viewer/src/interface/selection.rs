@@ -21,6 +21,8 @@ const SPAN: f64 = 60.0;
 const GAP: f64 = 0.05;
 /// What is plotted: its name, its unit, and the least span of its axis.
 const PLOTS: [(&str, &str, f64); 4] = [("x", "m", 1.0), ("y", "m", 1.0), ("θ", "°", 20.0), ("speed", "m/s", 0.5)];
+/// The heading among them.
+const THETA: usize = 2;
 
 /// Where a robot was during the last minute.
 #[derive(Clone, Debug, Default)]
@@ -60,10 +62,13 @@ impl History {
         if low <= high { [middle - half, middle + half] } else { [0.0, span] }
     }
 
-    /// Points of one plot: seconds before now, and the value.
-    fn series(&self, which: usize) -> PlotPoints<'static> {
+    /// Lines of one plot: seconds before now, and the value. Where an angle goes on at the other end of its range, a new
+    /// line begins.
+    fn series(&self, which: usize) -> Vec<PlotPoints<'static>> {
         let now = self.points.back().map_or(0.0, |point| point[0]);
-        self.points.iter().map(|point| [point[0] - now, point[which + 1]]).collect()
+        let points: Vec<_> = self.points.iter().map(|point| [point[0] - now, point[which + 1]]).collect();
+        let goes_on = |a: &[f64; 2], b: &[f64; 2]| which != THETA || (a[1] - b[1]).abs() < 180.0;
+        points.chunk_by(goes_on).map(|part| PlotPoints::from(part.to_vec())).collect()
     }
 }
 
@@ -204,7 +209,11 @@ impl Interface {
             .allow_scroll(false)
             .allow_boxed_zoom(false)
             .show_background(false)
-            .show(ui, |plot| plot.line(Line::new(name, self.history.series(which)).color(tones.accent).width(1.5)));
+            .show(ui, |plot| {
+                for part in self.history.series(which) {
+                    plot.line(Line::new(name, part).color(tones.accent).width(1.5));
+                }
+            });
     }
 
     fn edge(&mut self, ui: &mut Ui, facts: &Facts<'_>, index: u32) {

@@ -261,6 +261,7 @@ impl Settings {
             self.lamps = look.light.iter().map(|light| lamp(&light.0)).collect();
         }
         self.grid &= !look.no_grid;
+        self.shadows &= !look.no_shadows;
         (self.edges, self.nodes) = (self.edges && !look.no_graph, self.nodes && !look.no_graph);
         self.ids &= !look.no_graph && !look.no_ids;
         self.sane()
@@ -279,6 +280,7 @@ impl Settings {
         keep(&mut kept.light, &told.light, &stored.light);
         keep(&mut kept.colour, &told.colour, &stored.colour);
         keep(&mut kept.grid, &told.grid, &stored.grid);
+        keep(&mut kept.shadows, &told.shadows, &stored.shadows);
         keep(&mut kept.edges, &told.edges, &stored.edges);
         keep(&mut kept.nodes, &told.nodes, &stored.nodes);
         keep(&mut kept.ids, &told.ids, &stored.ids);

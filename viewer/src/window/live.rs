@@ -340,6 +340,7 @@ impl Live {
             timing: &self.timing,
             counts: self.stage.feed.counts(),
             lag: self.known.lag,
+            trail_points: self.stage.renderer.trail_points(),
             udp: self.udp.runs(),
         };
         let input = self.input.take_egui_input(&self.window);
