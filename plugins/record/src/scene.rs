@@ -16,6 +16,8 @@ use crate::schema::foxglove::{
 const PIECES: usize = 12;
 /// Width of an edge on the screen, in pixels.
 const EDGE_PIXELS: f64 = 1.5;
+/// Height of the graph's points, in metres.
+const GRAPH_Z: f32 = -0.5;
 const EDGE_COLOUR: Color = Color { r: 0.45, g: 0.55, b: 0.65, a: 1.0 };
 
 /// Poses of all robots that are there, in order of their ids.
@@ -41,7 +43,7 @@ fn pose(x: f64, y: f64, theta: f64) -> Pose {
 pub(crate) fn robots(frame: &Frame<'_>, log_time: u64) -> Vec<u8> {
     let columns = frame.columns();
     let places = columns.x.iter().zip(columns.y).zip(columns.state);
-    let points = places.filter_map(|((x, y), state)| Some((*x, *y, colour(RobotState::from_number(*state))?)));
+    let points = places.filter_map(|((x, y), state)| Some(([*x, *y, 0.0], colour(RobotState::from_number(*state))?)));
     cloud(points, log_time)
 }
 
@@ -57,16 +59,15 @@ fn colour(state: RobotState) -> Option<[u8; 4]> {
     }
 }
 
-/// Points along the route graph.
+/// Points along the route graph, a little below the robots' points, which would else vanish among them.
 pub(crate) fn graph_points(world: &World<'_>, log_time: u64) -> Vec<u8> {
     let points = world.edges().iter().flat_map(|edge| curve(&edge.control_points, PIECES));
-    cloud(points.map(|[x, y]| (x as f32, y as f32, [115, 140, 166, 255])), log_time)
+    cloud(points.map(|[x, y]| ([x as f32, y as f32, GRAPH_Z], [70, 85, 100, 255])), log_time)
 }
 
-fn cloud(points: impl Iterator<Item = (f32, f32, [u8; 4])>, log_time: u64) -> Vec<u8> {
-    let z = 0.0_f32;
-    let data = points.flat_map(|(x, y, colour)| {
-        let [x, y, z] = [x, y, z].map(f32::to_le_bytes);
+fn cloud(points: impl Iterator<Item = ([f32; 3], [u8; 4])>, log_time: u64) -> Vec<u8> {
+    let data = points.flat_map(|(place, colour)| {
+        let [x, y, z] = place.map(f32::to_le_bytes);
         [x, y, z, colour].into_iter().flatten()
     });
     let float = |(i, name): (u32, &str)| field(name, 4 * i, NumericType::Float32);
