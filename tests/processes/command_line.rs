@@ -92,6 +92,7 @@ fn run_prints_a_line_a_second_and_ends_in_time() {
     let text = String::from_utf8_lossy(&output.stdout).into_owned();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     assert!(text.lines().filter(|line| line.contains("rtf")).count() >= 2, "{text}");
+    assert!(text.contains("worst edges"), "the demo's collision checker tells at the end: {text}");
 }
 
 #[test]

@@ -6,6 +6,8 @@ use crate::palette::{Colouring, Theme};
 
 /// Most lights beside the sun.
 pub const MAX_LIGHTS: usize = 8;
+/// Most robots that can be selected.
+pub const MAX_SELECTED: usize = 256;
 
 /// All choices about a picture but the camera.
 #[derive(Clone, Debug, PartialEq)]

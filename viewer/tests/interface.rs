@@ -234,6 +234,7 @@ fn a_click_on_a_collision_flies_there() {
     harness.get_by_label("robots 3 and 9 touching").click();
     settle(&mut harness);
     assert_eq!(harness.state().interface.selected, Some(Thing::Robot(3)));
+    assert_eq!(harness.state().interface.robots(), [3, 9]);
     harness.run_steps(120);
     let target = harness.state().interface.rig.camera().target;
     assert!(target.truncate().distance(Vec2::new(30.0, -12.0)) < 0.01, "{target}");
@@ -272,11 +273,11 @@ fn the_picture_is_dragged_zoomed_and_picked() {
     harness.run_steps(2);
     let zoomed = harness.state().interface.rig.camera();
     assert!(zoomed.distance < turned.distance * 0.7, "{turned:?} {zoomed:?}");
-    assert!(!harness.state().actions.iter().any(|action| matches!(action, Action::Pick(_))), "a drag is no click");
+    assert!(!harness.state().actions.iter().any(|action| matches!(action, Action::Pick { .. })), "a drag is no click");
     harness.drag_at(at);
     harness.drop_at(at);
     harness.run_steps(2);
-    assert!(harness.state().actions.iter().any(|action| matches!(action, Action::Pick(_))));
+    assert!(harness.state().actions.iter().any(|action| matches!(action, Action::Pick { beside: false, .. })));
 }
 
 #[test]
@@ -434,4 +435,38 @@ fn the_panel_tells_how_much_of_a_route_is_left() {
     harness.state_mut().route = None;
     settle(&mut harness);
     assert!(harness.query_by_label("ROUTE").is_none(), "nobody knows it");
+}
+
+#[test]
+fn robots_are_selected_beside_others() {
+    let mut desk = Desk::new(50);
+    desk.interface.settings.left = Some(Left::Fleet);
+    let mut harness = harness(desk);
+    let rows = |harness: &Harness<'_, Desk>| harness.state().interface.robots();
+    let click = |harness: &mut Harness<'_, Desk>, robot: u32, modifiers: Modifiers| {
+        harness.get_by_label(&format!("robot {robot}")).click_modifiers(modifiers);
+        settle(harness);
+    };
+    click(&mut harness, 3, Modifiers::NONE);
+    click(&mut harness, 5, Modifiers::COMMAND);
+    click(&mut harness, 7, Modifiers::COMMAND);
+    assert_eq!(rows(&harness), [7, 5, 3]);
+    harness.get_by_label("Robot 7");
+    click(&mut harness, 7, Modifiers::COMMAND);
+    assert_eq!(rows(&harness), [5, 3], "a second time takes it out");
+    harness.get_by_label("3").click();
+    settle(&mut harness);
+    assert_eq!(rows(&harness), [3, 5], "a click on another of them shows that one");
+    harness.get_by_label("Robot 3");
+    harness.key_press_modifiers(Modifiers::COMMAND, Key::F);
+    settle(&mut harness);
+    harness.event(egui::Event::Text("41".into()));
+    settle(&mut harness);
+    harness.key_press_modifiers(Modifiers::COMMAND, Key::Enter);
+    settle(&mut harness);
+    assert_eq!(rows(&harness), [41, 3, 5], "without a mouse");
+    press(&mut harness, Key::Enter);
+    assert_eq!(rows(&harness), [41], "alone");
+    press(&mut harness, Key::Escape);
+    assert!(rows(&harness).is_empty());
 }

@@ -9,10 +9,8 @@ use wgpu::{
 use super::columns::{Columns, buffer};
 use super::device::Gpu;
 use super::layout::{Draw, Kind, Layering, TargetKind, bind, compute, layout_of, render, shader};
-use crate::scene::Trails;
+use crate::scene::{MAX_SELECTED, Trails};
 
-/// Most robots that can be selected.
-pub const MAX_SELECTED: usize = 256;
 /// Simulated nanoseconds between two points of a trail.
 const INTERVAL_NANOS: u64 = 250_000_000;
 /// Threads of a group of the appending shader.

@@ -113,6 +113,13 @@ impl Gpu {
             tracing::debug!(%error, "waiting for the device");
         }
     }
+
+    /// Takes note of what the GPU has finished, without waiting.
+    pub fn poll(&self) {
+        if let Err(error) = self.device.poll(wgpu::PollType::Poll) {
+            tracing::debug!(%error, "asking the device");
+        }
+    }
 }
 
 fn choose(instance: &wgpu::Instance, surface: Option<&wgpu::Surface<'_>>) -> Result<wgpu::Adapter, DeviceError> {

@@ -104,8 +104,22 @@ impl Renderer {
     }
 
     /// Waits for the picture that was submitted last, and gives the GPU's time for it in seconds.
-    pub fn gpu_seconds(&self) -> Option<f64> {
-        self.timer.as_ref()?.read(&self.gpu)
+    pub fn gpu_seconds(&mut self) -> Option<f64> {
+        let timer = self.timer.as_mut()?;
+        timer.ask();
+        self.gpu.wait();
+        timer.answer(&self.gpu)
+    }
+
+    /// The GPU's time in seconds for a picture that it has finished since, without waiting. To be called after each picture
+    /// that was submitted; not all of them are timed.
+    pub fn poll_gpu_seconds(&mut self) -> Option<f64> {
+        let timer = self.timer.as_mut()?;
+        if timer.is_free() {
+            timer.ask();
+        }
+        self.gpu.poll();
+        timer.answer(&self.gpu)
     }
 
     /// Most pixels of a texture in either direction.
@@ -212,7 +226,8 @@ impl Renderer {
         self.gpu.queue.write_buffer(&self.view, 0, bytemuck::bytes_of(&view));
         self.floor.prepare(&self.gpu, Vec2::new(view.origin.z, view.origin.w));
         self.drawn = Some((view, picture.scene.layers));
-        let timer = self.timer.as_ref();
+        self.fit_surfaces(picture.within.map_or(picture.size, |(_, target)| target));
+        let timer = self.timer.as_ref().filter(|timer| timer.is_free());
         self.robots.sort(&self.gpu, encoder, &self.view_group, &mut self.columns, timer);
         let (trails, selected) = (picture.scene.trails, &picture.scene.selected);
         self.chosen.update(&self.gpu, encoder, &self.view_group, &mut self.columns, trails, selected);
@@ -221,9 +236,8 @@ impl Renderer {
         if layers.edges || layers.arrows || layers.nodes {
             self.graph.sort(encoder, &self.view_group);
         }
-        self.fit_surfaces(picture.within.map_or(picture.size, |(_, target)| target));
         let Some(surfaces) = &self.surfaces else { return };
-        let mut pass = begin(encoder, surfaces, target, view.sky, self.timer.as_ref());
+        let mut pass = begin(encoder, surfaces, target, view.sky, timer);
         if let Some((at, _)) = picture.within {
             let (at, size) = (at.as_vec2(), picture.size.as_vec2());
             pass.set_viewport(at.x, at.y, size.x, size.y, 0.0, 1.0);
@@ -245,7 +259,7 @@ impl Renderer {
             self.robots.draw(&mut pass);
         }
         drop(pass);
-        if let Some(timer) = &self.timer {
+        if let Some(timer) = timer {
             timer.finish(encoder);
         }
     }

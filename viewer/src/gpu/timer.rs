@@ -1,17 +1,21 @@
 //! How long the GPU takes for a picture, where it can tell.
 
+use std::sync::{Arc, OnceLock};
+
 use wgpu::{
     Buffer, BufferUsages, CommandEncoder, ComputePassTimestampWrites, Features, QuerySet, RenderPassTimestampWrites,
 };
 
 use super::device::Gpu;
 
-/// Takes the time between the first and the last command of a picture.
+/// Takes the time between the first and the last command of a picture. While the GPU is asked for one, no other is taken.
 #[derive(Debug)]
 pub struct Timer {
     queries: QuerySet,
     resolved: Buffer,
     back: Buffer,
+    /// Whether the time came, once the GPU is through with the picture that it was asked for.
+    asked: Option<Arc<OnceLock<bool>>>,
 }
 
 impl Timer {
@@ -32,6 +36,7 @@ impl Timer {
             }),
             resolved: buffer(BufferUsages::QUERY_RESOLVE | BufferUsages::COPY_SRC),
             back: buffer(BufferUsages::MAP_READ | BufferUsages::COPY_DST),
+            asked: None,
         })
     }
 
@@ -59,10 +64,27 @@ impl Timer {
         encoder.copy_buffer_to_buffer(&self.resolved, 0, &self.back, 0, 16);
     }
 
-    /// Waits for the picture that was submitted last, and gives its time in seconds.
-    pub fn read(&self, gpu: &Gpu) -> Option<f64> {
-        self.back.map_async(wgpu::MapMode::Read, .., |_| ());
-        gpu.wait();
+    /// Whether the next picture can be timed.
+    pub fn is_free(&self) -> bool {
+        self.asked.is_none()
+    }
+
+    /// Asks for the time of the picture that was submitted last.
+    pub fn ask(&mut self) {
+        let came = Arc::new(OnceLock::new());
+        self.asked = Some(Arc::clone(&came));
+        self.back.map_async(wgpu::MapMode::Read, .., move |result| {
+            came.get_or_init(|| result.is_ok());
+        });
+    }
+
+    /// The time that was asked for, in seconds, if the GPU has told it by now.
+    pub fn answer(&mut self, gpu: &Gpu) -> Option<f64> {
+        let came = *self.asked.as_ref()?.get()?;
+        self.asked = None;
+        if !came {
+            return None;
+        }
         let ticks: [u64; 2] = bytemuck::pod_read_unaligned(&self.back.get_mapped_range(..).ok()?);
         self.back.unmap();
         Some(ticks[1].saturating_sub(ticks[0]) as f64 * f64::from(gpu.queue.get_timestamp_period()) * 1e-9)

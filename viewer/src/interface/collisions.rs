@@ -40,11 +40,11 @@ impl Interface {
             return;
         }
         ui.add_space(4.0);
-        let selected = self.selected;
+        let selected = self.robots();
         let mut clicked = None;
         self.collision_scroll.show(ui, "collisions", &tones, contacts.pairs.len(), |ui, rect, row| {
             let pair = &contacts.pairs[row];
-            let chosen = pair.robots.iter().any(|robot| selected == Some(Thing::Robot(*robot)));
+            let chosen = pair.robots.iter().any(|robot| selected.contains(robot));
             let response = clickable(ui, rect, row as u32, chosen, &tones, || name(pair));
             if response.clicked() {
                 clicked = Some(*pair);
@@ -61,7 +61,9 @@ impl Interface {
             write(rect.right() - 6.0, Align2::RIGHT_CENTER, place, tones.faint);
         });
         if let Some(pair) = clicked {
-            self.select(Some(Thing::Robot(pair.robots[0])));
+            let [a, b] = pair.robots.map(Thing::Robot);
+            self.select(Some(b));
+            self.select_beside(a);
             self.rig.fly_to(Vec2::new(pair.x, pair.y) + Vec2::from(self.settings.offset));
         }
     }

@@ -31,8 +31,8 @@ impl Interface {
                 self.settings.left = Some(Left::Fleet);
                 self.list.find = true;
             }
-            Deed::Next => self.select_beside(facts, true),
-            Deed::Previous => self.select_beside(facts, false),
+            Deed::Next => self.select_neighbour(facts, true),
+            Deed::Previous => self.select_neighbour(facts, false),
             Deed::Deselect => self.deselect(),
             Deed::Fleet => toggle(&mut self.settings.left, Left::Fleet),
             Deed::Collisions => toggle(&mut self.settings.left, Left::Collisions),
@@ -72,14 +72,16 @@ impl Interface {
     fn deselect(&mut self) {
         if self.help {
             self.help = false;
-        } else if self.selected.take().is_none() {
+        } else if self.selected.is_some() {
+            self.select(None);
+        } else {
             (self.settings.left, self.settings.right) = (None, None);
         }
         self.rig.follow_nobody();
     }
 
     /// Selects the robot with the next id, or the one before.
-    fn select_beside(&mut self, facts: &Facts<'_>, next: bool) {
+    fn select_neighbour(&mut self, facts: &Facts<'_>, next: bool) {
         let Some(frame) = facts.frame else { return };
         let now = match self.selected {
             Some(Thing::Robot(id)) => id as usize,

@@ -97,8 +97,13 @@ pub enum Thing {
 pub enum Action {
     /// To be sent to the engine.
     Control(ControlRequest),
-    /// What is at this point of the picture, of its size in points?
-    Pick(Vec2),
+    /// Select what is at a point of the picture.
+    Pick {
+        /// Points from its top left.
+        at: Vec2,
+        /// Beside what is selected already.
+        beside: bool,
+    },
     /// Rows of the fleet list in this order.
     Rows(RowQuery),
     /// Start a program that receives robots by UDP, and answers.

@@ -1,6 +1,6 @@
 //! The fleet list: `id x y theta` of all robots, sortable and searchable.
 
-use egui::{Align2, FontId, Key, Rect, RichText, Sense, Ui, pos2, vec2};
+use egui::{Align2, FontId, Key, Modifiers, Rect, RichText, Sense, Ui, pos2, vec2};
 use regatta_plugin::frame::{Frame, RobotState};
 
 use super::Interface;
@@ -47,11 +47,11 @@ impl Interface {
             None if query.descending => (frame.len() - 1 - row) as u32,
             None => row as u32,
         };
-        let (selected, offset) = (self.selected, self.settings.offset);
+        let (selected, offset) = (self.robots(), self.settings.offset);
         let mut clicked = None;
         self.list.scroll.show(ui, "fleet list", &tones, count, |ui, rect, row| {
             let id = id_of(row);
-            let chosen = selected == Some(Thing::Robot(id));
+            let chosen = selected.contains(&id);
             let response = clickable(ui, rect, id, chosen, &tones, || format!("robot {id}"));
             if response.clicked() || response.double_clicked() {
                 clicked = Some((id, response.double_clicked()));
@@ -59,7 +59,11 @@ impl Interface {
             cells(ui, rect, &frame, id, offset, &tones);
         });
         if let Some((id, twice)) = clicked {
-            self.select(Some(Thing::Robot(id)));
+            if ui.input(|input| input.modifiers.command) {
+                self.select_beside(Thing::Robot(id));
+            } else {
+                self.select(Some(Thing::Robot(id)));
+            }
             if twice {
                 self.fly_to_selected(facts);
             }
@@ -75,10 +79,12 @@ impl Interface {
             if std::mem::take(&mut self.list.find) {
                 field.request_focus();
             }
-            if field.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter)) {
+            let beside = field.has_focus() && ui.input_mut(|input| input.consume_key(Modifiers::COMMAND, Key::Enter));
+            if beside || field.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter)) {
                 let exact = self.list.query.filter.trim().parse().ok().filter(|id| (*id as usize) < robots);
                 let first = facts.rows.filter(|rows| rows.query == self.list.query).and_then(|rows| rows.ids.first());
                 match exact.or(first.copied()) {
+                    Some(id) if beside => self.select_beside(Thing::Robot(id)),
                     Some(id) => {
                         self.select(Some(Thing::Robot(id)));
                         self.fly_to_selected(facts);

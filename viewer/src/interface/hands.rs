@@ -42,7 +42,8 @@ impl Interface {
                     self.rig.fly_to(place);
                 }
             } else if response.clicked() {
-                actions.push(Action::Pick(at));
+                let beside = ui.input(|input| input.modifiers.command);
+                actions.push(Action::Pick { at, beside });
             }
         }
         self.keys_held(ui, size);

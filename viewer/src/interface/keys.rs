@@ -126,6 +126,8 @@ pub const HANDS: &[(&str, &str)] = &[
     ("wheel, pinch", "nearer, farther, towards the cursor"),
     ("two fingers", "move over the ground"),
     ("click", "select a robot, edge or node"),
+    ("Ctrl or Cmd click", "select a robot more, or less"),
+    ("Enter in the search", "select it; with Ctrl or Cmd, beside others"),
     ("double click", "fly there"),
 ];
 

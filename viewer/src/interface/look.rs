@@ -32,7 +32,7 @@ impl Interface {
         if (1..settings.trails).contains(&facts.trail_points) {
             ui.label(faint(ui, theme, format!("the adapter has room for {}", facts.trail_points)));
         }
-        ui.checkbox(&mut settings.trails_of_selected, "of the selected robot alone");
+        ui.checkbox(&mut settings.trails_of_selected, "of the selected robots alone");
         heading(ui, theme, "floor");
         let mut sized = settings.floor.is_some();
         ui.checkbox(&mut sized, "of a size, around the origin");

@@ -27,6 +27,7 @@ use egui::{CentralPanel, Panel, Rect, ScrollArea, Ui};
 use glam::Vec2;
 
 use crate::palette::Theme;
+use crate::scene::MAX_SELECTED;
 use facts::{Action, Facts, Thing};
 use fleet_list::FleetList;
 use hands::Grip;
@@ -50,8 +51,10 @@ pub struct Interface {
     pub settings: Settings,
     /// What moves the camera.
     pub rig: Rig,
-    /// What is picked.
+    /// What is selected: what it is stands in a panel.
     pub selected: Option<Thing>,
+    /// Robots that are selected beside that robot.
+    beside: Vec<u32>,
     list: FleetList,
     collision_scroll: Scroll,
     history: History,
@@ -74,6 +77,7 @@ impl Interface {
             settings,
             rig,
             selected: None,
+            beside: Vec::new(),
             list: FleetList::default(),
             collision_scroll: Scroll::default(),
             history: History::default(),
@@ -103,10 +107,31 @@ impl Interface {
 
     /// Selects something, or nothing, and shows what it is.
     pub fn select(&mut self, thing: Option<Thing>) {
+        self.beside.clear();
         self.selected = thing;
         if thing.is_some() {
             self.settings.right = Some(Right::Selection);
         }
+    }
+
+    /// Selects a robot beside those that are, or takes it out of them; selects anything else alone.
+    pub fn select_beside(&mut self, thing: Thing) {
+        let Thing::Robot(id) = thing else { return self.select(Some(thing)) };
+        let mut robots = self.robots();
+        if robots.contains(&id) {
+            robots.retain(|robot| *robot != id);
+        } else {
+            robots.insert(0, id);
+        }
+        robots.truncate(MAX_SELECTED);
+        self.select(robots.first().map(|robot| Thing::Robot(*robot)));
+        self.beside = robots.split_off(robots.len().min(1));
+    }
+
+    /// The robots that are selected, the one in the panel first.
+    pub fn robots(&self) -> Vec<u32> {
+        let Some(Thing::Robot(id)) = self.selected else { return Vec::new() };
+        [&[id], self.beside.as_slice()].concat()
     }
 
     /// Shows everything, and takes what keys and hands do. Returns where the picture is, in points, and what is to

@@ -4,7 +4,7 @@ use egui::{Align2, Area, Context, Id, Order, Rect, RichText, Sense, Ui, pos2, ve
 
 use glam::Vec2;
 
-use super::facts::{Engine, Facts, Thing};
+use super::facts::{Engine, Facts};
 use super::labels::Labels;
 use super::{Interface, NOTICE, style};
 use crate::palette::{Legend, Scale, Theme};
@@ -20,10 +20,9 @@ impl Interface {
             if self.settings.ids {
                 let offset = Vec2::from(self.settings.offset);
                 facts.labels.draw(context, picture, &self.rig.camera(), offset, self.settings.theme());
-                if let Some(Thing::Robot(id)) = self.selected {
-                    let robot = facts.pose(id, offset).map(|pose| (id, pose.place));
-                    Labels::name(context, picture, &self.rig.camera(), self.settings.theme(), robot);
-                }
+                let place = |id| Some((id, facts.pose(id, offset)?.place));
+                let robots = self.robots().into_iter().filter_map(place);
+                Labels::name(context, picture, &self.rig.camera(), self.settings.theme(), robots);
             }
             legend(context, picture, self.settings.theme(), facts.legend);
             self.coordinates(context, picture);

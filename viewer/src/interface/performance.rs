@@ -20,12 +20,14 @@ pub struct Timing {
     adapter: String,
     /// Seconds of one picture: what the parts took, and from one picture to the next.
     pictures: VecDeque<([f32; 5], f32)>,
+    /// Seconds that the GPU took for some of them.
+    gpu: VecDeque<f32>,
 }
 
 impl Timing {
     /// Without pictures yet.
     pub fn new(adapter: String) -> Self {
-        Self { adapter, pictures: VecDeque::new() }
+        Self { adapter, ..Self::default() }
     }
 
     /// Takes one picture: seconds of its parts, and since the one before.
@@ -34,6 +36,19 @@ impl Timing {
             self.pictures.pop_front();
         }
         self.pictures.push_back((parts, period));
+    }
+
+    /// Takes the seconds that the GPU took for one picture of the fleet.
+    pub fn push_gpu(&mut self, seconds: f32) {
+        if self.gpu.len() == PICTURES {
+            self.gpu.pop_front();
+        }
+        self.gpu.push_back(seconds);
+    }
+
+    /// Mean seconds of the GPU for a picture of the fleet; `None` where it doesn't tell.
+    pub fn gpu(&self) -> Option<f32> {
+        (!self.gpu.is_empty()).then(|| self.gpu.iter().sum::<f32>() / self.gpu.len() as f32)
     }
 
     /// Pictures a second over the last ones.
@@ -67,6 +82,8 @@ impl Interface {
         }
         let own: f32 = (0..3).map(|part| timing.mean(part)).sum();
         line(ui, theme, "processor, without interface", format!("{:.2} ms", own * 1e3));
+        let gpu = timing.gpu().map_or("not told".to_owned(), |gpu| format!("{:.2} ms", gpu * 1e3));
+        line(ui, theme, "graphics card, the fleet", gpu);
         heading(ui, theme, "frames");
         line(ui, theme, "read", thousands(facts.counts.read));
         line(ui, theme, "skipped", thousands(facts.counts.skipped));

@@ -87,6 +87,7 @@ impl Interface {
     fn robot(&mut self, ui: &mut Ui, facts: &Facts<'_>, id: u32) {
         let (theme, tones) = (self.settings.theme(), self.tones());
         ui.label(RichText::new(format!("Robot {id}")).size(20.0));
+        self.others(ui);
         let row = id as usize;
         let Some(frame) = facts.frame.filter(|frame| frame.state_of(row) != RobotState::Absent) else {
             ui.label(style::faint(ui, theme, "is not in the fleet now"));
@@ -118,6 +119,25 @@ impl Interface {
         heading(ui, theme, "last minute");
         for (which, (name, unit, span)) in PLOTS.into_iter().enumerate() {
             self.plot(ui, which, name, unit, span);
+        }
+    }
+
+    /// The robots that are selected beside the one that is shown: a click shows one of them.
+    fn others(&mut self, ui: &mut Ui) {
+        let theme = self.settings.theme();
+        let mut clicked = None;
+        if !self.beside.is_empty() {
+            ui.horizontal_wrapped(|ui| {
+                ui.label(style::faint(ui, theme, "and"));
+                for id in &self.beside {
+                    clicked = ui.link(id.to_string()).clicked().then_some(*id).or(clicked);
+                }
+            });
+        }
+        if let (Some(id), Some(Thing::Robot(shown))) = (clicked, self.selected) {
+            self.beside.retain(|robot| *robot != id);
+            self.beside.insert(0, shown);
+            self.selected = Some(Thing::Robot(id));
         }
     }
 

@@ -35,7 +35,7 @@ pub struct Settings {
     pub floor: Option<[f32; 2]>,
     /// Points of the trail behind each robot.
     pub trails: u32,
-    /// Only the selected robot has one.
+    /// Only selected robots have one.
     pub trails_of_selected: bool,
     /// An image or a ROS map on the floor; empty for none.
     pub floor_image: String,

@@ -105,6 +105,7 @@ impl Live {
         let mut look = options.look.clone();
         look.mesh.retain(|model| model.robot_type.is_some());
         look.furnish(&mut renderer);
+        renderer.time();
         let participant = Participant::join(&options.fleet, "viewer")?;
         let mut scene = options.look.scene();
         if gpu.is_software() {
@@ -246,10 +247,8 @@ impl Live {
         let start = Instant::now();
         self.pulse.draw(start);
         self.interface.settings.apply(&mut self.stage.scene);
-        self.stage.scene.selected = match self.interface.selected {
-            Some(Thing::Robot(id)) => vec![id],
-            _ => self.look.select.clone(),
-        };
+        let robots = self.interface.robots();
+        self.stage.scene.selected = if robots.is_empty() { self.look.select.clone() } else { robots };
         if self.known.routes_of != self.stage.scene.selected {
             self.known.routes_of.clone_from(&self.stage.scene.selected);
             self.stage.set_routes(Vec::new());
@@ -358,11 +357,12 @@ impl Live {
         for action in actions {
             match action {
                 Action::Control(request) => self.link.request(request),
-                Action::Pick(at) => {
-                    let picked = self.stage.renderer.pick(at * pixels_per_point);
-                    self.interface.selected = picked.map(Thing::from);
-                    if picked.is_some() {
-                        self.interface.select(picked.map(Thing::from));
+                Action::Pick { at, beside } => {
+                    let picked = self.stage.renderer.pick(at * pixels_per_point).map(Thing::from);
+                    if !beside {
+                        self.interface.select(picked);
+                    } else if let Some(thing) = picked {
+                        self.interface.select_beside(thing);
                     }
                 }
                 Action::Rows(query) => self.link.rows(query),
@@ -421,6 +421,9 @@ impl Live {
                 let before = Instant::now();
                 canvas.present(&self.gpu);
                 waited += before.elapsed();
+                if let Some(seconds) = self.stage.renderer.poll_gpu_seconds() {
+                    self.timing.push_gpu(seconds as f32);
+                }
             }
             Err(NoCanvas::Hidden) => {}
             Err(NoCanvas::Later) => self.pulse.want(now + Duration::from_millis(5)),
