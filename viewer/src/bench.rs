@@ -73,7 +73,7 @@ struct Bench<'a> {
 
 impl Bench<'_> {
     fn renderer(&self) -> Renderer {
-        let mut renderer = Renderer::new(&self.gpu, TargetKind { format: FORMAT, samples: self.samples });
+        let mut renderer = Renderer::new(&self.gpu, TargetKind::new(&self.gpu, FORMAT, self.samples));
         renderer.time();
         renderer
     }

@@ -50,7 +50,7 @@ struct Studio<'a> {
 pub fn run(options: &Options) -> Result {
     let termination = Termination::watch()?;
     let gpu = Gpu::offscreen()?;
-    let target = TargetKind { format: FORMAT, samples: options.look.samples.unwrap_or(4) };
+    let target = TargetKind::new(&gpu, FORMAT, options.look.samples.unwrap_or(4));
     let offscreen = Offscreen::new(&gpu, options.picture_size())?;
     let participant = Participant::join(&options.fleet, "viewer")?;
     let mut renderer = Renderer::new(&gpu, target);

@@ -228,7 +228,7 @@ impl Renderer {
         self.drawn = Some((view, picture.scene.layers));
         self.fit_surfaces(picture.within.map_or(picture.size, |(_, target)| target));
         let timer = self.timer.as_ref().filter(|timer| timer.is_free());
-        self.robots.sort(&self.gpu, encoder, &self.view_group, &mut self.columns, timer);
+        self.robots.sort(&self.gpu, encoder, picture.size, &self.view_group, &mut self.columns, timer);
         let (trails, selected) = (picture.scene.trails, &picture.scene.selected);
         self.chosen.update(&self.gpu, encoder, &self.view_group, &mut self.columns, trails, selected);
         let (poses, robots) = (self.columns.group(&self.gpu), view.robots);

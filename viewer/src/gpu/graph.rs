@@ -79,7 +79,7 @@ impl Graph {
             render(gpu, target, &Draw { module: &module, vertex, fragment, groups, buffers, topology, layering, blend })
         };
         let strip = PrimitiveTopology::TriangleStrip;
-        let ids = TargetKind { format: IDS, samples: 1 };
+        let ids = TargetKind { format: IDS, samples: 1, splats_from: u32::MAX };
         Self {
             sort_edges: compute(gpu, &module, "sort_edges", &[view, &records_layout, &lists_layout]),
             sort_nodes: compute(gpu, &module, "sort_nodes", &[view, &records_layout, &lists_layout]),

@@ -15,7 +15,7 @@ pub const DEPTH: TextureFormat = TextureFormat::Depth32Float;
 pub const IDS: TextureFormat = TextureFormat::R32Uint;
 
 /// The shaders by name, each with all that it needs before it.
-pub const SHADERS: [(&str, &str); 7] = [
+pub const SHADERS: [(&str, &str); 8] = [
     ("floor", concat!(include_str!("shaders/view.wgsl"), include_str!("shaders/floor.wgsl"))),
     (
         "graph",
@@ -39,7 +39,16 @@ pub const SHADERS: [(&str, &str); 7] = [
         concat!(
             include_str!("shaders/view.wgsl"),
             include_str!("shaders/poses.wgsl"),
+            include_str!("shaders/marks.wgsl"),
             include_str!("shaders/sort.wgsl")
+        ),
+    ),
+    (
+        "splats",
+        concat!(
+            include_str!("shaders/view.wgsl"),
+            include_str!("shaders/marks.wgsl"),
+            include_str!("shaders/splats.wgsl")
         ),
     ),
     (
@@ -121,12 +130,23 @@ pub fn bind(gpu: &Gpu, layout: &BindGroupLayout, buffers: &[(u32, &Buffer)]) -> 
 
 /// A compute pipeline.
 pub fn compute(gpu: &Gpu, module: &ShaderModule, entry: &str, groups: &[&BindGroupLayout]) -> ComputePipeline {
+    compute_with(gpu, module, entry, groups, &[])
+}
+
+/// A compute pipeline with values for what its shader leaves open.
+pub fn compute_with(
+    gpu: &Gpu,
+    module: &ShaderModule,
+    entry: &str,
+    groups: &[&BindGroupLayout],
+    constants: &[(&str, f64)],
+) -> ComputePipeline {
     gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
         label: Some(entry),
         layout: Some(&pipeline_layout(gpu, entry, groups)),
         module,
         entry_point: Some(entry),
-        compilation_options: wgpu::PipelineCompilationOptions::default(),
+        compilation_options: wgpu::PipelineCompilationOptions { constants, ..Default::default() },
         cache: None,
     })
 }
@@ -146,6 +166,19 @@ pub struct TargetKind {
     pub format: TextureFormat,
     /// Samples of a pixel.
     pub samples: u32,
+    /// For so many robots or more, marks are put into pixels one by one rather than drawn as triangles. Their edges are
+    /// not smoothed.
+    pub splats_from: u32,
+}
+
+impl TargetKind {
+    /// As suits an adapter.
+    pub fn new(gpu: &Gpu, format: TextureFormat, samples: u32) -> Self {
+        // A processor puts marks into pixels with all its lanes, and makes triangles with one; but then has to go through
+        // all pixels.
+        let splats_from = if gpu.is_software() && samples == 1 { 30_000 } else { u32::MAX };
+        Self { format, samples, splats_from }
+    }
 }
 
 /// How a draw meets what is there.

@@ -11,6 +11,7 @@ pub mod painter;
 pub mod pick;
 mod robots;
 mod routes;
+mod splats;
 mod timer;
 mod view;
 

@@ -1,6 +1,7 @@
 //! Robots: sorted by size in the picture, then drawn as meshes, blocks and marks.
 
 use bytemuck::{Pod, Zeroable};
+use glam::UVec2;
 use wgpu::{
     BindGroup, BindGroupLayout, Buffer, BufferUsages, CommandEncoder, ComputePipeline, IndexFormat, PrimitiveTopology,
     RenderPass, RenderPipeline, ShaderStages, VertexBufferLayout, VertexStepMode, util::DeviceExt, vertex_attr_array,
@@ -8,7 +9,8 @@ use wgpu::{
 
 use super::columns::{Columns, buffer};
 use super::device::Gpu;
-use super::layout::{Draw, IDS, Kind, Layering, TargetKind, bind, bindings, compute, render, shader};
+use super::layout::{Draw, IDS, Kind, Layering, TargetKind, bind, bindings, compute_with, render, shader};
+use super::splats::Splats;
 use super::timer::Timer;
 use crate::mesh::{Mesh, Vertex};
 
@@ -18,9 +20,10 @@ pub const MESHES: usize = 8;
 const MESH_CAPACITY: usize = 8_192;
 /// Robots that are drawn as boxes, and as round blocks.
 const BLOCK_CAPACITY: usize = 131_072;
-/// Lists: one for each mesh, one of boxes, one of round blocks, one of marks.
-const LISTS: usize = MESHES + 3;
+/// Lists: one for each mesh, one of boxes, one of round blocks, one of marks, one of tiles with marks.
+const LISTS: usize = MESHES + 4;
 const MARKS: usize = MESHES + 2;
+const TILES: usize = MESHES + 3;
 /// Threads of a group of the sorting shader.
 const GROUP: u32 = 64;
 /// Bytes of the shaders' `Body` and `Corner`.
@@ -60,7 +63,8 @@ struct Pipelines {
 /// All that draws robots.
 #[derive(Debug)]
 pub struct Robots {
-    sort: ComputePipeline,
+    /// Without and with splats.
+    sort: [ComputePipeline; 2],
     lists_layout: BindGroupLayout,
     lists: Option<BindGroup>,
     mark_ids_layout: BindGroupLayout,
@@ -79,11 +83,15 @@ pub struct Robots {
     quad: Buffer,
     pipelines: Pipelines,
     any_round: bool,
+    /// Marks as pixels rather than as triangles: for how many robots or more, and whether they are now.
+    splats: Splats,
+    splats_from: u32,
+    are_splats: bool,
 }
 
 impl Robots {
     pub fn new(gpu: &Gpu, target: TargetKind, view: &BindGroupLayout, columns: &Columns) -> Self {
-        let lists_layout = bindings(gpu, "lists", ShaderStages::COMPUTE, &[Kind::Write; 4]);
+        let lists_layout = bindings(gpu, "lists", ShaderStages::COMPUTE, &[Kind::Write; 5]);
         let mark_ids_layout = bindings(gpu, "mark ids", ShaderStages::VERTEX, &[Kind::Read]);
         let sorting = shader(gpu, "sort");
         let lists = BufferUsages::STORAGE | BufferUsages::VERTEX;
@@ -91,7 +99,10 @@ impl Robots {
         let bytes = LISTS * size_of::<DrawArguments>();
         let index = BufferUsages::INDEX;
         let mut robots = Self {
-            sort: compute(gpu, &sorting, "sort", &[view, columns.layout(), &lists_layout]),
+            sort: [0.0, 1.0].map(|splats| {
+                let groups = [view, columns.layout(), &lists_layout];
+                compute_with(gpu, &sorting, "sort", &groups, &[("SPLATS", splats)])
+            }),
             lists_layout,
             lists: None,
             mark_ids_group: None,
@@ -112,6 +123,9 @@ impl Robots {
             pipelines: Pipelines::new(gpu, target, view, &mark_ids_layout),
             mark_ids_layout,
             any_round: false,
+            splats: Splats::new(gpu, target, view),
+            splats_from: target.splats_from,
+            are_splats: false,
         };
         robots.write_draws(gpu);
         robots
@@ -144,7 +158,7 @@ impl Robots {
             draws[list].indices = mesh.count;
         }
         // Not indexed, no instances: corners alone.
-        draws[MARKS].instances = 1;
+        (draws[MARKS].instances, draws[TILES].instances) = (1, 1);
         gpu.queue.write_buffer(&self.blank_draws, 0, bytemuck::cast_slice(&draws));
         let shadows = draws.map(|draw| DrawArguments { indices: 6, ..draw });
         gpu.queue.write_buffer(&self.shadow_draws, 0, bytemuck::cast_slice(&shadows));
@@ -162,17 +176,26 @@ impl Robots {
         }
     }
 
-    /// Sorts the robots into lists.
+    /// Sorts the robots of a picture of a size into lists.
     pub fn sort(
         &mut self,
         gpu: &Gpu,
         encoder: &mut CommandEncoder,
+        size: UVec2,
         view: &BindGroup,
         columns: &mut Columns,
         timer: Option<&Timer>,
     ) {
         self.fit(gpu, columns);
-        let buffers = [(0, &self.bodies), (1, &self.corners), (2, &self.mark_ids), (3, &self.draws)];
+        self.are_splats = columns.robots()[0] >= self.splats_from;
+        if self.are_splats {
+            if self.splats.fit(gpu, size) {
+                self.lists = None;
+            }
+            self.splats.clear(encoder);
+        }
+        let buffers = [&self.bodies, &self.corners, &self.mark_ids, &self.draws, self.splats.pixels()];
+        let buffers: Vec<_> = (0..).zip(buffers).collect();
         let lists = self.lists.get_or_insert_with(|| bind(gpu, &self.lists_layout, &buffers)).clone();
         let ids = [(0, &self.mark_ids)];
         self.mark_ids_group.get_or_insert_with(|| bind(gpu, &self.mark_ids_layout, &ids));
@@ -182,7 +205,7 @@ impl Robots {
             let timestamp_writes = timer.map(Timer::start);
             let mut pass =
                 encoder.begin_compute_pass(&wgpu::ComputePassDescriptor { label: Some("sort"), timestamp_writes });
-            pass.set_pipeline(&self.sort);
+            pass.set_pipeline(&self.sort[usize::from(self.are_splats)]);
             pass.set_bind_group(0, view, &[]);
             pass.set_bind_group(1, &poses, &[]);
             pass.set_bind_group(2, &lists, &[]);
@@ -210,31 +233,39 @@ impl Robots {
 
     /// Draws the robots.
     pub fn draw(&self, pass: &mut RenderPass<'_>) {
-        let mark = if self.any_round { &self.pipelines.round_mark } else { &self.pipelines.mark };
-        self.draw_with(pass, [&self.pipelines.body, &self.pipelines.block, mark]);
+        self.draw_bodies(pass, &self.pipelines.body, &self.pipelines.block);
+        if self.are_splats {
+            self.splats.draw(pass, &self.draws, draw_at(TILES));
+        } else {
+            self.draw_marks(pass, if self.any_round { &self.pipelines.round_mark } else { &self.pipelines.mark });
+        }
     }
 
     /// Draws the robots' ids, as they were sorted last.
     pub fn draw_ids(&self, pass: &mut RenderPass<'_>) {
-        self.draw_with(pass, [&self.pipelines.body_id, &self.pipelines.body_id, &self.pipelines.mark_id]);
+        self.draw_bodies(pass, &self.pipelines.body_id, &self.pipelines.body_id);
+        self.draw_marks(pass, &self.pipelines.mark_id);
     }
 
-    fn draw_with(&self, pass: &mut RenderPass<'_>, [body, block, mark]: [&RenderPipeline; 3]) {
+    fn draw_bodies(&self, pass: &mut RenderPass<'_>, body: &RenderPipeline, block: &RenderPipeline) {
         pass.set_pipeline(body);
         for (list, mesh) in self.meshes.iter().enumerate() {
-            self.draw_bodies(pass, list, mesh);
+            self.draw_list(pass, list, mesh);
         }
         pass.set_pipeline(block);
         for (list, mesh) in (MESHES..).zip(&self.blocks) {
-            self.draw_bodies(pass, list, mesh);
+            self.draw_list(pass, list, mesh);
         }
+    }
+
+    fn draw_marks(&self, pass: &mut RenderPass<'_>, mark: &RenderPipeline) {
         pass.set_pipeline(mark);
         pass.set_bind_group(1, &self.mark_ids_group, &[]);
         pass.set_vertex_buffer(0, self.corners.slice(..));
         pass.draw_indirect(&self.draws, draw_at(MARKS));
     }
 
-    fn draw_bodies(&self, pass: &mut RenderPass<'_>, list: usize, mesh: &MeshBuffers) {
+    fn draw_list(&self, pass: &mut RenderPass<'_>, list: usize, mesh: &MeshBuffers) {
         pass.set_vertex_buffer(0, self.bodies_of(list));
         pass.set_vertex_buffer(1, mesh.vertices.slice(..));
         pass.set_index_buffer(mesh.indices.slice(..), IndexFormat::Uint32);
@@ -297,7 +328,7 @@ impl Pipelines {
             let (layering, blend) = (Layering::Standing, false);
             render(gpu, target, &Draw { module: &module, vertex, fragment, groups, buffers, topology, layering, blend })
         };
-        let ids = TargetKind { format: IDS, samples: 1 };
+        let ids = TargetKind { format: IDS, samples: 1, splats_from: u32::MAX };
         Self {
             body: standing(target, "body", "shaded", &[view], &body),
             block: standing(target, "block", "plain", &[view], &body),

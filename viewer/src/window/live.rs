@@ -100,7 +100,7 @@ impl Live {
         let gpu = Gpu::open(instance, Some(&surface))?;
         let screen = Screen::new(surface, &gpu, size_of(&window))?;
         let samples = options.look.samples.unwrap_or(if gpu.is_software() { 1 } else { 4 });
-        let mut renderer = Renderer::new(&gpu, TargetKind { format: screen.fleet, samples });
+        let mut renderer = Renderer::new(&gpu, TargetKind::new(&gpu, screen.fleet, samples));
         // What stands for all types is among the settings.
         let mut look = options.look.clone();
         look.mesh.retain(|model| model.robot_type.is_some());

@@ -34,7 +34,11 @@ pub struct Studio {
 
 impl Studio {
     pub fn new(gpu: &Gpu) -> Self {
-        let mut renderer = Renderer::new(gpu, TargetKind { format: FORMAT, samples: 4 });
+        Self::drawing_into(gpu, TargetKind::new(gpu, FORMAT, 4))
+    }
+
+    pub fn drawing_into(gpu: &Gpu, target: TargetKind) -> Self {
+        let mut renderer = Renderer::new(gpu, target);
         renderer.set_types(&types());
         Self { gpu: gpu.clone(), renderer, offscreen: Offscreen::new(gpu, SIZE).expect("a small target"), tick: 0 }
     }

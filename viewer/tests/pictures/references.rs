@@ -4,15 +4,17 @@ use std::path::{Path, PathBuf};
 
 use glam::{Vec2, Vec3};
 use image::{DynamicImage, Rgb, RgbImage, RgbaImage};
-use regatta_viewer::camera::Camera;
+use regatta_viewer::camera::{Bounds, Camera};
 use regatta_viewer::floor_picture::FloorPicture;
+use regatta_viewer::gpu::TargetKind;
 use regatta_viewer::gpu::device::Gpu;
 use regatta_viewer::palette::{Colouring, Theme};
+use regatta_viewer::picture::FORMAT;
 use regatta_viewer::route::Stretch;
 use regatta_viewer::scene::{Light, Scene, Trails};
 
 use crate::Test;
-use crate::fleet::{Studio, camera, graph, robots, top};
+use crate::fleet::{Robot, SIZE, Studio, camera, graph, robots, top};
 
 pub const TESTS: &[(&str, Test)] = &[
     ("graph", graph_alone),
@@ -28,6 +30,7 @@ pub const TESTS: &[(&str, Test)] = &[
     ("light_theme_from_the_top", light_theme_from_the_top),
     ("map_and_offset", map_and_offset),
     ("lamps", lamps),
+    ("splats_are_like_triangles", splats_are_like_triangles),
 ];
 
 /// Largest part of a picture that may differ from its reference. Another version of the adapter rounds edges a little
@@ -192,4 +195,28 @@ fn lamps(gpu: &Gpu) {
     let lamp = |x, colour| Light { position: Vec3::new(x, 2.0, 2.0), colour };
     let lights = vec![lamp(0.0, Vec3::new(1.0, 0.5, 0.2)), lamp(8.0, Vec3::new(0.2, 0.5, 1.0))];
     assert_like("lamps", &studio(gpu).shoot(&camera(), &Scene { lights, ..coloured(Colouring::State) }, 1.0));
+}
+
+/// Robots of both shapes: from close by, where they are meshes, to far away, where who of many is in front may differ;
+/// and marks alone that don't overlap.
+fn splats_are_like_triangles(gpu: &Gpu) {
+    let fleet = |side: usize, distance: f32| -> Vec<_> {
+        let place = |i: usize| [(i / side) as f32 * distance, (i % side) as f32 * distance];
+        let robot =
+            |i: usize| Robot { x: place(i)[0], y: place(i)[1], theta: i as f32, state: (i % 5) as u8, speed: 0.0 };
+        (0..8 * side * side).map(robot).collect()
+    };
+    let kinds = [0.0, 1.0].repeat(4000);
+    let low = Camera::at(Vec3::new(-4.0, -2.0, 4.0), 0.1, 0.25);
+    let wide = Camera::fit(Bounds { low: Vec2::ZERO, high: Vec2::new(96.0, 12.0) }, SIZE.x as f32 / SIZE.y as f32);
+    for (fleet, camera, tolerance) in [(fleet(16, 2.0), low, 2.0 * TOLERANCE), (fleet(5, 2.7), wide, TOLERANCE)] {
+        let [triangles, splats] = [u32::MAX, 0].map(|splats_from| {
+            let mut studio = Studio::drawing_into(gpu, TargetKind { splats_from, ..TargetKind::new(gpu, FORMAT, 1) });
+            studio.push(&fleet);
+            studio.renderer.set_kinds(&kinds[..fleet.len()]);
+            DynamicImage::from(studio.shoot(&camera, &coloured(Colouring::State), 1.0)).into_rgb8()
+        });
+        let part = difference(&triangles, &splats);
+        assert!(part <= tolerance, "{} robots: {part}", fleet.len());
+    }
 }

@@ -26,7 +26,7 @@ struct Corner {
 }
 
 struct Draw {
-    // Of marks: three corners for each, drawn as one instance.
+    // Of marks three corners for each, of tiles six: drawn as one instance.
     indices: atomic<u32>,
     instances: atomic<u32>,
     first_index: u32,
@@ -36,15 +36,79 @@ struct Draw {
 
 const MESHES = 8u;
 const MESH_CAPACITY = 8192u;
-// After the meshes: boxes, round blocks, marks.
+// After the meshes: boxes, round blocks, marks, tiles of the picture that have marks.
 const BLOCKS = 8u;
 const BLOCK_CAPACITY = 131072u;
 const MARKS = 10u;
+const TILES = 11u;
 
 @group(2) @binding(0) var<storage, read_write> bodies: array<Body>;
 @group(2) @binding(1) var<storage, read_write> corners: array<Corner>;
 @group(2) @binding(2) var<storage, read_write> mark_ids: array<u32>;
-@group(2) @binding(3) var<storage, read_write> draws: array<Draw, 11>;
+@group(2) @binding(3) var<storage, read_write> draws: array<Draw, 12>;
+// Pixels of the picture in rows, then tiles: see splats.wgsl.
+@group(2) @binding(4) var<storage, read_write> pixels: array<atomic<u32>>;
+
+// Whether marks are put into the pixels here, rather than drawn as triangles: a processor that draws does that with all
+// its lanes.
+override SPLATS = false;
+
+// A mark in the picture, in pixels.
+struct Mark {
+    middle: vec2f,
+    // From the middle to its front, and to its left.
+    axis: vec2f,
+    side: vec2f,
+    is_round: bool,
+}
+
+// Most pixels across of a mark.
+const MARK_PIXELS = TILE;
+
+// Whether a mark covers what is so far from its middle, in axes and sides; as robots.wgsl draws it.
+fn covers(is_round: bool, away: vec2f) -> bool {
+    let from_notch = away - vec2f(0.55, 0.0);
+    let in_circle = (dot(away, away) <= 1.0) & (dot(from_notch, from_notch) >= 0.06);
+    let in_dart = (away.x >= -1.0) & (2.0 * abs(away.y) <= 1.0 - away.x);
+    return select(in_dart, in_circle, is_round);
+}
+
+fn splat(mark: Mark, key: u32) {
+    let size = vec2i(view.viewport.xy);
+    let half_size = abs(mark.axis) + abs(mark.side);
+    // Of the pixels with a middle that it can cover, the first, and after the last.
+    let low = max(vec2i(ceil(mark.middle - half_size - 0.5)), vec2i(0));
+    let top = vec2i(ceil(mark.middle + half_size - 0.5));
+    let high = min(min(top, size), low + i32(MARK_PIXELS));
+    if any(high <= low) {
+        return;
+    }
+    let per_axis = mark.axis / dot(mark.axis, mark.axis);
+    let per_side = mark.side / dot(mark.side, mark.side);
+    for (var y = low.y; y < high.y; y++) {
+        for (var x = low.x; x < high.x; x++) {
+            let away = vec2f(f32(x), f32(y)) + 0.5 - mark.middle;
+            if covers(mark.is_round, vec2f(dot(away, per_axis), dot(away, per_side))) {
+                atomicMax(&pixels[y * size.x + x], key);
+            }
+        }
+    }
+    let tiles = (size + i32(TILE) - 1) / i32(TILE);
+    let first = low / i32(TILE);
+    let last = (high - 1) / i32(TILE);
+    for (var y = first.y; y <= last.y; y++) {
+        for (var x = first.x; x <= last.x; x++) {
+            let number = y * tiles.x + x;
+            let flag = size.x * size.y + number;
+            if atomicLoad(&pixels[flag]) == 0u {
+                if atomicExchange(&pixels[flag], 1u) == 0u {
+                    let place = i32(atomicAdd(&draws[TILES].indices, 6u) / 6u);
+                    atomicStore(&pixels[size.x * size.y + tiles.x * tiles.y + place], u32(number));
+                }
+            }
+        }
+    }
+}
 
 // Takes a place in a list, if there is one.
 fn place_in(list: u32, capacity: u32) -> u32 {
@@ -53,6 +117,52 @@ fn place_in(list: u32, capacity: u32) -> u32 {
         atomicSub(&draws[list].instances, 1u);
     }
     return place;
+}
+
+// A flat mark for a robot: a dart, its two ends behind, its tip ahead; or a circle.
+fn mark(i: u32, at: vec2f, heading: vec2f, look: RobotType, depth: f32, colour: u32) {
+    // Each at a height of its own, so that which one is in front doesn't change from picture to picture; those with
+    // a higher colour's number above the others.
+    let rank = select(0.0, clamp((value_of(i) - view.low) * view.per_span, 0.0, 1.0), view.categories == 1u);
+    let own = fract(f32(i) * 0.6180339887);
+    let layer = look.height * (0.2 + 0.3 * own + 0.5 * rank);
+    let clip = clip_from(vec3f(at, layer));
+    let tip = clip_from(vec3f(at + heading * 0.5 * look.length, layer));
+    let edge = clip_from(vec3f(at + vec2f(-heading.y, heading.x) * 0.5 * look.width, layer));
+    let ndc = clip.xyz / clip.w;
+    let half_size = view.viewport.xy * 0.5;
+    var axis = (tip.xy / tip.w - ndc.xy) * half_size;
+    let across = (edge.xy / edge.w - ndc.xy) * half_size;
+    // Robots that share pixels with many others are drawn finer.
+    let pixels_long = look.length * view.eye.w / depth;
+    let least = view.detail.z * mix(0.34, 0.5, clamp(pixels_long - 0.4, 0.0, 1.0));
+    let reach = max(length(axis), 1e-6);
+    let width = max(abs(axis.x * across.y - axis.y * across.x) / reach, least * 0.6);
+    axis *= max(least / reach, 1.0);
+    let side = vec2f(-axis.y, axis.x) / max(length(axis), 1e-6) * width;
+    let is_round = (look.look & 1u) != 0u;
+    triangle(i, ndc, axis, side, is_round, colour);
+    if SPLATS {
+        let middle = (ndc.xy * vec2f(0.5, -0.5) + 0.5) * view.viewport.xy;
+        let down = vec2f(1.0, -1.0);
+        let key = key_of(depth, rank, own, unpack4x8unorm(colour).rgb * 1.25);
+        splat(Mark(middle, axis * down, side * down, is_round), key);
+    }
+}
+
+// A mark's triangle; around a circle, one that holds it. Picking needs it even where it isn't drawn.
+fn triangle(i: u32, middle: vec3f, axis: vec2f, side: vec2f, is_round: bool, colour: u32) {
+    let per_pixel = 2.0 * view.viewport.zw;
+    let aside = side * select(1.0, 1.7320508, is_round);
+    let left = middle.xy + (aside - axis) * per_pixel;
+    let right = middle.xy - (aside + axis) * per_pixel;
+    let front = middle.xy + axis * select(1.0, 2.0, is_round) * per_pixel;
+    let paint = colour | select(0u, 0xff000000u, is_round);
+    let place = atomicAdd(&draws[MARKS].indices, 3u);
+    corners[place] = Corner(left.x, left.y, middle.z, paint);
+    corners[place + 1u] = Corner(right.x, right.y, middle.z, paint);
+    corners[place + 2u] = Corner(front.x, front.y, middle.z, paint);
+    mark_ids[place / 3u] = i;
 }
 
 @compute @workgroup_size(64)
@@ -103,37 +213,7 @@ fn sort(@builtin(global_invocation_id) at: vec3u, @builtin(num_workgroups) group
             return;
         }
     }
-    if depth < 0.05 {
-        return;
+    if depth >= 0.05 {
+        mark(i, local.xy, heading, look, depth, colour);
     }
-    // Each at a height of its own, so that which one is in front doesn't change from picture to picture; those with
-    // a higher colour's number above the others.
-    let rank = select(0.0, clamp((value_of(i) - view.low) * view.per_span, 0.0, 1.0), view.categories == 1u);
-    let layer = look.height * (0.2 + 0.3 * fract(f32(i) * 0.6180339887) + 0.5 * rank);
-    let clip = clip_from(vec3f(local.xy, layer));
-    let tip = clip_from(vec3f(local.xy + heading * 0.5 * look.length, layer));
-    let side = clip_from(vec3f(local.xy + vec2f(-heading.y, heading.x) * 0.5 * look.width, layer));
-    let half_size = view.viewport.xy * 0.5;
-    var axis = (tip.xy / tip.w - clip.xy / clip.w) * half_size;
-    let across = (side.xy / side.w - clip.xy / clip.w) * half_size;
-    // Robots that share pixels with many others are drawn finer.
-    let least = view.detail.z * mix(0.34, 0.5, clamp(pixels - 0.4, 0.0, 1.0));
-    let reach = max(length(axis), 1e-6);
-    let width = max(abs(axis.x * across.y - axis.y * across.x) / reach, least * 0.6);
-    axis *= max(least / reach, 1.0);
-    // A dart: its two ends behind, its tip ahead; around a circle, a triangle that holds it.
-    let is_round = (look.look & 1u) != 0u;
-    let ahead = axis * select(1.0, 2.0, is_round);
-    let aside = vec2f(-axis.y, axis.x) / max(length(axis), 1e-6) * width * select(1.0, 1.7320508, is_round);
-    let ndc = clip.xyz / clip.w;
-    let per_pixel = 2.0 * view.viewport.zw;
-    let left = ndc.xy + (aside - axis) * per_pixel;
-    let right = ndc.xy - (aside + axis) * per_pixel;
-    let front = ndc.xy + ahead * per_pixel;
-    let paint = colour | select(0u, 0xff000000u, is_round);
-    let place = atomicAdd(&draws[MARKS].indices, 3u);
-    corners[place] = Corner(left.x, left.y, ndc.z, paint);
-    corners[place + 1u] = Corner(right.x, right.y, ndc.z, paint);
-    corners[place + 2u] = Corner(front.x, front.y, ndc.z, paint);
-    mark_ids[place / 3u] = i;
 }
