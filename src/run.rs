@@ -15,7 +15,8 @@ use crate::{Failure, control, demo, plugin};
 /// How long the engine may take to answer for the first time: a large graph is compiled first.
 const START_PATIENCE: Duration = Duration::from_secs(60);
 const POLL: Duration = Duration::from_millis(20);
-/// The viewer among the children.
+/// The engine and the viewer among the children.
+const ENGINE: &str = "engine";
 const VIEWER: &str = "viewer";
 
 #[derive(Args, Default)]
@@ -37,7 +38,7 @@ pub fn run(args: RunArgs) -> Result<ExitCode, Failure> {
     let plugins = plugins.collect::<Result<Vec<_>, _>>()?;
 
     let mut supervisor = Supervisor::default();
-    let engine = supervisor.start("engine", &mut engine_command(args.scenario.as_deref(), &args.tuning)?)?;
+    let engine = supervisor.start(ENGINE, &mut engine_command(args.scenario.as_deref(), &args.tuning)?)?;
     for (plugin, mut command) in scenario.plugins.iter().zip(plugins) {
         supervisor.start(&plugin.name, &mut command)?;
     }
@@ -51,12 +52,12 @@ pub fn run(args: RunArgs) -> Result<ExitCode, Failure> {
     }
 
     let needed = Needed { engine, viewer: scenario.viewer == Viewer::On };
-    let mut failures = watch(&mut supervisor, &needed, &args.tuning.fleet, args.for_.map(Into::into), &termination)?;
-    failures.extend(supervisor.stop());
-    for failure in &failures {
+    let mut all_well = watch(&mut supervisor, &needed, &args.tuning.fleet, args.for_.map(Into::into), &termination)?;
+    for failure in supervisor.stop() {
         eprintln!("regatta: {failure}");
+        all_well = false;
     }
-    Ok(if failures.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+    Ok(if all_well { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
 fn announce(scenario: &Scenario, fleet: &FleetName) {
@@ -77,14 +78,25 @@ struct Needed {
 }
 
 impl Needed {
-    /// Whether a child that failed takes the run with it. The viewer has said itself what is wrong.
-    fn is_missed(&self, ended: &Ended) -> bool {
-        let spared = ended.name == VIEWER && !self.viewer;
-        if spared && !ended.status.success() {
-            eprintln!("regatta: the run goes on without the viewer");
-        }
-        !spared
+    /// Whether a child that failed takes the run with it: neither the engine nor another plugin notices if a plugin does.
+    fn ends_with(&self, ended: &Ended) -> bool {
+        ended.name == ENGINE || ended.name == VIEWER && self.viewer
     }
+}
+
+/// Tells of the children that have ended. Whether the run ends with them, and whether all is well.
+fn tell(ended: &[Ended], needed: &Needed) -> (bool, bool) {
+    let (mut over, mut all_well) = (false, true);
+    for ended in ended {
+        let ends = needed.ends_with(ended);
+        over |= ended.name == ENGINE;
+        let Some(failure) = ended.failure() else { continue };
+        over |= ends;
+        // The viewer has said itself what is wrong, and is no part of what was asked for.
+        all_well &= ended.name == VIEWER && !ends;
+        eprintln!("regatta: {failure}{}", if ends { "" } else { "; the run goes on without it" });
+    }
+    (over, all_well)
 }
 
 /// Whether a window can be shown.
@@ -93,24 +105,24 @@ fn has_display() -> bool {
     cfg!(any(target_os = "macos", windows)) || named("DISPLAY") || named("WAYLAND_DISPLAY")
 }
 
-/// Prints a status line a second until it is time to stop; returns what failed.
+/// Prints a status line a second until it is time to stop; returns whether all went well.
 fn watch(
     supervisor: &mut Supervisor,
     needed: &Needed,
     fleet: &FleetName,
     limit: Option<Duration>,
     termination: &Termination,
-) -> Result<Vec<String>, Failure> {
+) -> Result<bool, Failure> {
     let started = Instant::now();
     let mut control = Control::open(fleet)?;
     let mut answered = false;
     let mut next_line = started;
+    let mut all_well = true;
     while !termination.requested() && limit.is_none_or(|limit| started.elapsed() < limit) {
-        let ended = supervisor.ended();
-        let failures: Vec<_> =
-            ended.iter().filter(|ended| needed.is_missed(ended)).filter_map(|ended| ended.failure()).collect();
-        if !failures.is_empty() || ended.iter().any(|ended| ended.name == "engine") {
-            return Ok(failures);
+        let (over, well) = tell(&supervisor.ended(), needed);
+        all_well &= well;
+        if over {
+            return Ok(all_well);
         }
         if Instant::now() >= next_line && control.has_engine() {
             match control.status() {
@@ -125,11 +137,12 @@ fn watch(
             next_line = (next_line + Duration::from_secs(1)).max(Instant::now());
         }
         if !answered && started.elapsed() > START_PATIENCE {
-            return Ok(vec![format!("the engine gave no answer within {} s", START_PATIENCE.as_secs())]);
+            eprintln!("regatta: the engine gave no answer within {} s", START_PATIENCE.as_secs());
+            return Ok(false);
         }
         std::thread::sleep(POLL);
     }
-    Ok(Vec::new())
+    Ok(all_well)
 }
 
 fn this_program() -> Result<Command, Failure> {

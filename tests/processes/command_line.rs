@@ -110,14 +110,16 @@ fn ctrl_c_stops_engine_and_plugins_cleanly() {
 }
 
 #[test]
-fn a_child_that_fails_is_named_and_fails_the_run() {
+fn a_plugin_that_fails_is_named_and_fails_the_run_at_its_end() {
     let folder = tempfile::tempdir().expect("a folder");
     let plugin = "plugins: [{name: broken, command: [\"false\"]}]";
     let path = scenario_with(&folder, &format!("robots: [{{routes: random}}]\n{plugin}"));
     let name = unique("run-broken").to_string();
-    let output = Process::start(regatta().args(["run", &path, "--fleet", &name])).finish();
+    let output = Process::start(regatta().args(["run", &path, "--for", "2s", "--fleet", &name])).finish();
     let message = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(!output.status.success() && message.contains("broken failed"), "{message}");
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(text.lines().any(|line| line.starts_with("t 0.9") || line.starts_with("t 1.")), "it went on: {text}");
 }
 
 #[test]

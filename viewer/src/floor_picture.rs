@@ -7,6 +7,7 @@ use image::{ImageReader, RgbaImage};
 use saphyr::{LoadableYamlNode, Yaml};
 
 use crate::camera::Bounds;
+use crate::model::is_file;
 
 /// Most memory for one picture, in bytes.
 const MAX_BYTES: u64 = 1 << 30;
@@ -70,6 +71,7 @@ impl FloorPicture {
 }
 
 fn read(path: &Path) -> Result<RgbaImage, String> {
+    is_file(path)?;
     let mut reader =
         ImageReader::open(path).and_then(ImageReader::with_guessed_format).map_err(|error| error.to_string())?;
     let mut limits = image::Limits::default();
@@ -95,6 +97,7 @@ struct Map {
 
 fn load_map(path: &Path) -> Result<FloorPicture, FloorPictureError> {
     let failed = |reason: String| FloorPictureError { path: path.to_owned(), reason };
+    is_file(path).map_err(failed)?;
     let text = std::fs::read_to_string(path).map_err(|error| failed(error.to_string()))?;
     let map = parse_map(&text).map_err(failed)?;
     let image = path.parent().unwrap_or(Path::new("")).join(&map.image);

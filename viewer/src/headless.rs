@@ -27,7 +27,7 @@ const POLL: Duration = Duration::from_millis(2);
 /// After so long without a fleet, say that it is waited for.
 const SILENCE: Duration = Duration::from_secs(1);
 /// Columns may come some moments after the frame.
-const COLUMNS_WAIT: Duration = Duration::from_millis(150);
+const COLUMNS_WAIT: Duration = Duration::from_millis(300);
 /// How long routes may take for a picture, and for one of many.
 const ROUTE_PATIENCE: [Duration; 2] = [Duration::from_secs(2), Duration::from_millis(100)];
 
@@ -177,7 +177,8 @@ impl Studio<'_> {
     fn settle(&mut self) -> Result {
         let started = Instant::now();
         let has_column = matches!(self.stage.scene.colouring, Colouring::Column(_));
-        while has_column && self.stage.feed.value().is_none() && started.elapsed() < COLUMNS_WAIT {
+        let lacks = |stage: &Stage| stage.feed.kinds().is_none() || has_column && stage.feed.value().is_none();
+        while lacks(&self.stage) && started.elapsed() < COLUMNS_WAIT {
             std::thread::sleep(POLL);
             self.stage.update(Instant::now())?;
         }

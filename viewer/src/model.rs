@@ -59,6 +59,7 @@ struct Corner {
 pub fn load(path: &Path, scale: f32, z: f32) -> Result<Mesh, ModelError> {
     let kind = path.extension().and_then(|kind| kind.to_str()).unwrap_or_default().to_lowercase();
     let broken = |reason: String| ModelError::Broken { path: path.to_owned(), reason };
+    is_file(path).map_err(broken)?;
     let corners = match kind.as_str() {
         "stl" => stl(path).map_err(broken)?,
         "obj" => obj(path).map_err(broken)?,
@@ -90,6 +91,12 @@ fn build(corners: &[Corner], scale: f32, z: f32) -> Mesh {
         }
     }
     mesh
+}
+
+/// That it is a file: reading a pipe would wait for ever.
+pub(crate) fn is_file(path: &Path) -> Result<(), String> {
+    let is_file = path.metadata().map_err(|error| error.to_string())?.is_file();
+    is_file.then_some(()).ok_or_else(|| "it isn't a file".to_owned())
 }
 
 fn stl(path: &Path) -> Result<Vec<Corner>, String> {

@@ -111,6 +111,7 @@ impl Detector {
         found.clear();
         self.capped = find(all, times(PAIRS, robots), found).is_break();
         if self.capped {
+            ledger.cap();
             found.clear();
             let (looks_each, checks_each) = SOME;
             // Without limits in all, it doesn't break off.

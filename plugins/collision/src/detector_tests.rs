@@ -108,7 +108,7 @@ fn a_pile_of_everybody_is_capped_and_says_so() {
             .collect()
     };
     look(&mut detector, &pile(0.0), 0);
-    assert!(detector.is_capped());
+    assert!(detector.is_capped() && detector.tally().is_capped());
     assert!(detector.levels().iter().all(|level| *level == 2.0), "everybody touches somebody");
     let most = 8 * robots + (1 << 16);
     assert!(detector.contacts().len() <= most && detector.contacts().len() > robots / 2);
@@ -165,4 +165,18 @@ fn totals_name_the_worst() {
     assert_eq!(edges, [(9, 1)]);
     assert_eq!(tally.worst_robots(10).len(), 4);
     assert_eq!((tally.all().contacts, tally.all().warnings), (4, 4));
+}
+
+#[test]
+fn time_counts_for_the_edge_where_it_passed() {
+    let mut detector = detector(0.0, 0.0);
+    // They touch for four seconds on one edge, for two on the next, and come apart on a third.
+    for tick in 0..8_u64 {
+        let edge = [7, 8, 9][usize::from(tick >= 4) + usize::from(tick >= 6)];
+        let robots = queue(if tick < 6 { -0.1 } else { 5.0 }).map(|robot| Robot { edge, ..robot });
+        look(&mut detector, &robots, tick);
+    }
+    let edges = detector.tally().worst_edges(10).into_iter();
+    let edges: Vec<_> = edges.map(|(edge, score)| (edge, score.touching_nanos)).collect();
+    assert_eq!(edges, [(7, 4_000_000_000), (8, 2_000_000_000)]);
 }

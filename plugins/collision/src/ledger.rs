@@ -86,6 +86,11 @@ impl Ledger {
         self.before = before;
     }
 
+    /// The frame has more pairs than are looked at.
+    pub(crate) fn cap(&mut self) {
+        self.tally.cap();
+    }
+
     /// A pair has a level.
     fn note(&mut self, pair: &Found, level: ContactLevel, old: Option<&ContactRecord>, edges: &[u32]) {
         let since = old.filter(|old| old.level == level as u32);
@@ -102,8 +107,10 @@ impl Ledger {
         };
         let list = if level == ContactLevel::Touching { &mut self.contacts } else { &mut self.possible };
         list.push(record);
-        if since.is_none() {
-            self.change(old, record, Some(level));
+        match since {
+            None => self.change(old, record, Some(level)),
+            Some(old) if old.edge != record.edge => self.tally.moved(old, record.edge, self.now.nanos),
+            Some(_) => {}
         }
     }
 

@@ -2,14 +2,17 @@
 
 use std::fmt::Write as _;
 use std::fs::{File, OpenOptions};
-use std::io::{self, Write};
+use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 use regatta_plugin::contact::{ContactChange, ContactEvent, ContactLevel};
 
 /// The file's first line.
 pub const HEADER: &str =
-    "time_secs,tick,change,level,robot_a,robot_b,edge,x_metres,y_metres,relative_speed_metres_per_sec";
+    "time_secs,tick,change,level,robot_a,robot_b,edge,x_metres,y_metres,relative_speed_metres_per_sec,run_id";
+
+/// More bytes than a line has.
+const LONGEST_LINE: u64 = 1024;
 
 /// Why the log can't be written.
 #[derive(Debug, thiserror::Error)]
@@ -41,11 +44,15 @@ pub(crate) struct Log {
 }
 
 impl Log {
-    /// Opens a log that need not exist yet. What stands in it is kept.
+    /// Opens a log that need not exist yet. What stands in it is kept, but for half a line at its end.
     pub(crate) fn open(path: &Path) -> Result<Self, LogError> {
         let failed = |reason| LogError { path: path.to_owned(), reason };
-        let file = OpenOptions::new().append(true).create(true).open(path).map_err(failed)?;
-        let length = file.metadata().map_err(failed)?.len();
+        let mut file = OpenOptions::new().append(true).create(true).open(path).map_err(failed)?;
+        let mut length = file.metadata().map_err(failed)?.len();
+        if length > 0 {
+            length = File::open(path).and_then(|mut there| whole_lines(&mut there, length)).map_err(failed)?;
+            file.set_len(length).and_then(|()| file.seek(SeekFrom::End(0))).map_err(failed)?;
+        }
         let mut log = Self { path: path.to_owned(), file, length, lost: 0, failing: false, text: String::new() };
         if length == 0 {
             log.text = format!("{HEADER}\n");
@@ -55,12 +62,12 @@ impl Log {
     }
 
     /// Adds the events of a tick; `edges` are ids by index. Tells when it begins to fail, and when it ends to.
-    pub(crate) fn add(&mut self, events: &[ContactEvent], edges: &[u32]) -> Option<Change> {
+    pub(crate) fn add(&mut self, run_id: u64, events: &[ContactEvent], edges: &[u32]) -> Option<Change> {
         if events.is_empty() {
             return None;
         }
         self.text.clear();
-        events.iter().for_each(|event| line(&mut self.text, event, edges));
+        events.iter().for_each(|event| line(&mut self.text, run_id, event, edges));
         match self.write() {
             Ok(()) => std::mem::take(&mut self.failing).then_some(Change::Recovered(self.lost)),
             Err(reason) => {
@@ -91,7 +98,21 @@ impl Log {
     }
 }
 
-fn line(text: &mut String, event: &ContactEvent, edges: &[u32]) {
+/// Bytes of a log of so many bytes that are whole lines.
+fn whole_lines(file: &mut File, length: u64) -> io::Result<u64> {
+    let mut start = Vec::new();
+    file.take(HEADER.len() as u64 + 1).read_to_end(&mut start)?;
+    if start != format!("{HEADER}\n").as_bytes() {
+        return Err(io::Error::new(io::ErrorKind::InvalidData, "there is a file that is no such log; name another"));
+    }
+    let mut end = Vec::new();
+    file.seek(SeekFrom::Start(length.saturating_sub(LONGEST_LINE)))?;
+    file.read_to_end(&mut end)?;
+    let half = end.iter().rev().take_while(|byte| **byte != b'\n').count();
+    Ok(length - half as u64)
+}
+
+fn line(text: &mut String, run_id: u64, event: &ContactEvent, edges: &[u32]) {
     let change = match ContactChange::from_number(event.change) {
         Some(ContactChange::Began) => "began",
         Some(ContactChange::Ended) => "ended",
@@ -106,7 +127,10 @@ fn line(text: &mut String, event: &ContactEvent, edges: &[u32]) {
     let ContactEvent { tick, robots: [a, b], x, y, relative_speed, .. } = event;
     let secs = event.sim_time_nanos as f64 * 1e-9;
     // Writing to a string can't fail.
-    let _ = writeln!(text, "{secs:.6},{tick},{change},{level},{a},{b},{edge},{x:.4},{y:.4},{relative_speed:.4}");
+    let _ = writeln!(
+        text,
+        "{secs:.6},{tick},{change},{level},{a},{b},{edge},{x:.4},{y:.4},{relative_speed:.4},{run_id:016x}"
+    );
 }
 
 #[cfg(test)]
@@ -132,17 +156,31 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("log.csv");
         for tick in [7, 8] {
-            assert!(Log::open(&path).unwrap().add(&[event(tick)], &[10, 20]).is_none());
+            assert!(Log::open(&path).unwrap().add(0xab, &[event(tick)], &[10, 20]).is_none());
         }
         let text = std::fs::read_to_string(&path).unwrap();
-        let line = |tick| format!("1.500000,{tick},began,touching,3,8,20,2.5000,-1.0000,0.7500\n");
+        let line = |tick| format!("1.500000,{tick},began,touching,3,8,20,2.5000,-1.0000,0.7500,00000000000000ab\n");
         assert_eq!(text, format!("{HEADER}\n{}{}", line(7), line(8)));
+    }
+
+    #[test]
+    fn half_a_line_at_the_end_goes_and_another_file_is_left_alone() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("log.csv");
+        std::fs::write(&path, format!("{HEADER}\n1.5,7,began")).unwrap();
+        assert!(Log::open(&path).unwrap().add(1, &[event(8)], &[10, 20]).is_none());
+        let text = std::fs::read_to_string(&path).unwrap();
+        assert!(text.starts_with(&format!("{HEADER}\n1.500000,8,began")), "{text}");
+        let other = folder.path().join("plant.yaml");
+        std::fs::write(&other, "Edges: []\n").unwrap();
+        assert!(Log::open(&other).unwrap_err().to_string().contains("no such log"));
+        assert_eq!(std::fs::read_to_string(&other).unwrap(), "Edges: []\n");
     }
 
     #[test]
     fn a_robot_on_no_edge_has_an_empty_field() {
         let mut text = String::new();
-        line(&mut text, &ContactEvent { edge: u32::MAX, ..event(1) }, &[10, 20]);
+        line(&mut text, 1, &ContactEvent { edge: u32::MAX, ..event(1) }, &[10, 20]);
         assert!(text.contains(",3,8,,2.5"), "{text}");
     }
 
@@ -152,10 +190,10 @@ mod tests {
         let file = OpenOptions::new().append(true).open("/dev/full").unwrap();
         let path = PathBuf::from("/dev/full");
         let mut log = Log { path, file, length: 0, lost: 0, failing: false, text: String::new() };
-        assert!(matches!(log.add(&[event(1); 3], &[]), Some(Change::Failed(_))));
-        assert!(log.add(&[event(2); 2], &[]).is_none());
+        assert!(matches!(log.add(1, &[event(1); 3], &[]), Some(Change::Failed(_))));
+        assert!(log.add(1, &[event(2); 2], &[]).is_none());
         assert_eq!(log.lost(), 5);
         log.file = tempfile::tempfile().unwrap();
-        assert!(matches!(log.add(&[event(3)], &[]), Some(Change::Recovered(5))));
+        assert!(matches!(log.add(1, &[event(3)], &[]), Some(Change::Recovered(5))));
     }
 }

@@ -167,7 +167,7 @@ impl Watch {
             ..ContactHeader::default()
         };
         ports.contacts.publish(&header, pairs)?;
-        match log.as_mut().and_then(|log| log.add(detector.events(), edges)) {
+        match log.as_mut().and_then(|log| log.add(frame.run_id(), detector.events(), edges)) {
             Some(Change::Failed(error)) => tell(format_args!("{error}; events are lost until it can be written")),
             Some(Change::Recovered(lost)) => tell(format_args!("the log can be written again; {lost} events are lost")),
             None => {}

@@ -15,8 +15,10 @@ pub(crate) fn of(detector: &Detector, edges: &[u32], now_nanos: u64) -> String {
     detector.contacts().iter().for_each(|contact| tally.lasted(contact, now_nanos));
     let all = tally.all();
     let mut text = format!(
-        "after {:.1} s: {} contacts ({} touch now), {} warnings ({} now)\n",
+        "after {:.1} s: {}{} contacts ({} touch now), {} warnings ({} now)\n",
         now_nanos as f64 * 1e-9,
+        // Of some frames not all pairs were looked at.
+        if tally.is_capped() { "at least " } else { "" },
         all.contacts,
         detector.touching(),
         all.warnings,

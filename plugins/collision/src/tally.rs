@@ -32,8 +32,8 @@ impl Score {
 
     fn lasted(&mut self, level: Option<ContactLevel>, nanos: u64) {
         match level {
-            Some(ContactLevel::Touching) => self.touching_nanos += nanos,
-            Some(ContactLevel::Possible) => self.possible_nanos += nanos,
+            Some(ContactLevel::Touching) => self.touching_nanos = self.touching_nanos.wrapping_add(nanos),
+            Some(ContactLevel::Possible) => self.possible_nanos = self.possible_nanos.wrapping_add(nanos),
             None => {}
         }
     }
@@ -91,9 +91,20 @@ pub struct Tally {
     pairs: Scores<(u32, u32)>,
     robots: Scores<u32>,
     edges: Scores<u32>,
+    is_capped: bool,
 }
 
 impl Tally {
+    /// Of some frame not all pairs were looked at.
+    pub(crate) fn cap(&mut self) {
+        self.is_capped = true;
+    }
+
+    /// Whether there may have been more than is counted here.
+    pub fn is_capped(&self) -> bool {
+        self.is_capped
+    }
+
     /// A pair has come to a level.
     pub(crate) fn began(&mut self, record: &ContactRecord, level: ContactLevel) {
         self.each(record, |score| score.began(level));
@@ -103,6 +114,14 @@ impl Tally {
     pub(crate) fn lasted(&mut self, record: &ContactRecord, now_nanos: u64) {
         let (level, nanos) = (ContactLevel::from_number(record.level), now_nanos.saturating_sub(record.since_nanos));
         self.each(record, |score| score.lasted(level, nanos));
+    }
+
+    /// A pair has come to another edge, at the level that it had. The time until now is taken off the new edge's account,
+    /// to which all of the pair's time is added when it leaves: less than nothing, modulo 2^64, until then.
+    pub(crate) fn moved(&mut self, record: &ContactRecord, edge: u32, now_nanos: u64) {
+        let (level, nanos) = (ContactLevel::from_number(record.level), now_nanos.saturating_sub(record.since_nanos));
+        self.edges.of(record.edge).lasted(level, nanos);
+        self.edges.of(edge).lasted(level, nanos.wrapping_neg());
     }
 
     fn each(&mut self, record: &ContactRecord, note: impl Fn(&mut Score)) {
@@ -128,7 +147,7 @@ impl Tally {
         self.robots.worst(count)
     }
 
-    /// The worst edges, by index: those that the robot with the lower id was on.
+    /// The worst edges, by index: those that the robot with the lower id was on. To be asked for when all pairs have left.
     pub fn worst_edges(&self, count: usize) -> Vec<(u32, Score)> {
         self.edges.worst(count)
     }

@@ -1,5 +1,7 @@
 """Columns: one value per robot, published by a plugin."""
 
+import time
+
 import numpy as np
 import numpy.typing as npt
 
@@ -8,6 +10,10 @@ from regatta._errors import PublishError, ReadError
 from regatta._frame import ColumnValues, Frame
 from regatta._node import Node
 from regatta._ports import Bytes, Sender
+
+
+FIRST_WAIT = 0.25
+"""Seconds in which a publisher hands a new reader what it has published before."""
 
 
 class ColumnPublisher:
@@ -47,6 +53,13 @@ class ColumnReader:
         self._receiver = node.receiver(f"columns/{name}", f"column '{name}'", Line, ColumnHeader)
         self._name = name
         self._newest: ColumnValues | None = None
+
+    def first(self) -> ColumnValues | None:
+        """As :meth:`newest`, but waits for what a publisher that is there has published before."""
+        deadline = time.monotonic() + FIRST_WAIT
+        while (values := self.newest()) is None and time.monotonic() < deadline and self._receiver.has_publisher():
+            time.sleep(0.002)
+        return values
 
     def newest(self) -> ColumnValues | None:
         """The newest values, whether or not they were returned before."""

@@ -101,7 +101,8 @@ class Fleet:
 
     def _column_values(self, name: str) -> ColumnValues | None:
         if name not in self._columns:
-            self._columns[name] = ColumnReader(self._node, checked_name(name))
+            reader = self._columns[name] = ColumnReader(self._node, checked_name(name))
+            return reader.first()
         return self._columns[name].newest()
 
     def _newest_world(self) -> World | None:

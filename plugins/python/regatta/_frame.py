@@ -126,8 +126,8 @@ class Frame:
         """The newest values of a column that a plugin publishes (``collision``, say) or the producer itself (``type``:
         each robot's index into the world's robot types). ``None`` as long as nobody has published any.
 
-        The first look opens the column; values that were published before it come with one of the next frames. Compare
-        the ``tick`` if they have to belong to this very frame.
+        The first look opens the column, and waits a moment for what was published before it. Compare the ``tick`` if the
+        values have to belong to this very frame.
         """
         return self._fleet._column_values(name)
 

@@ -236,3 +236,10 @@ def doctor() -> list[str]:
     environment = {**os.environ, "IOX2_LOG_LEVEL": "Fatal"}
     report = subprocess.run([binary(), "doctor"], capture_output=True, text=True, timeout=PATIENCE, env=environment)
     return report.stdout.splitlines()
+
+
+def test_the_first_look_at_a_column_finds_it(fleet: regatta.Fleet) -> None:
+    let_ticks_pass(fleet, 3)
+    fleet.control().pause()
+    values = next_frame(fleet.frames()).column("type")
+    assert values is not None and len(values.values) == 30

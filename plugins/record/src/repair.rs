@@ -14,6 +14,7 @@ use mcap::{MAGIC, Summary};
 
 use crate::reading;
 use crate::scan::{RECORD_HEADER, Scan, scan};
+use crate::schema::Topic;
 
 /// Why a recording can't be repaired.
 #[derive(Debug, thiserror::Error)]
@@ -49,6 +50,8 @@ pub struct Repair {
     pub removed_chunks: u32,
     /// Times of damaged chunks that had to go: from their first message to their last.
     pub lost: Vec<(Duration, Duration)>,
+    /// Whether it has a world: readers know graph and robot types by it.
+    pub has_world: bool,
     /// It was closed already, all of it is whole, and it has not been touched.
     pub was_closed: bool,
 }
@@ -66,9 +69,10 @@ impl fmt::Display for Repair {
             write!(f, "; damaged and lost: {}", lost.collect::<Vec<_>>().join(", "))?;
         }
         match self.removed_chunks {
-            0 => Ok(()),
-            chunks => write!(f, " ({chunks} chunks among them, because the disk is full)"),
+            0 => {}
+            chunks => write!(f, " ({chunks} chunks among them, because the disk is full)")?,
         }
+        if self.has_world { Ok(()) } else { f.write_str("; the graph and the robot types are not in it") }
     }
 }
 
@@ -92,13 +96,17 @@ pub fn repair(path: &Path) -> Result<Repair, RepairError> {
 }
 
 fn described(summary: &Summary) -> Repair {
-    let stats = summary.stats.as_ref();
+    let (stats, world) = (summary.stats.as_ref(), Topic::World.name());
     Repair {
         messages: stats.map_or(0, |stats| stats.message_count),
         chunks: summary.chunk_indexes.len() as u32,
         removed_bytes: 0,
         removed_chunks: 0,
         lost: Vec::new(),
+        has_world: stats.is_some_and(|stats| {
+            let is_world = |id: &u16| summary.channels.get(id).is_some_and(|channel| channel.topic == world);
+            stats.channel_message_counts.iter().any(|(id, count)| *count > 0 && is_world(id))
+        }),
         was_closed: false,
     }
 }

@@ -98,6 +98,7 @@ impl Robots {
         let draws = BufferUsages::STORAGE | BufferUsages::INDIRECT | BufferUsages::COPY_SRC;
         let bytes = LISTS * size_of::<DrawArguments>();
         let index = BufferUsages::INDEX;
+        let ids = TargetKind { format: IDS, samples: 1, splats_from: u32::MAX };
         let mut robots = Self {
             sort: [0.0, 1.0].map(|splats| {
                 let groups = [view, columns.layout(), &lists_layout];
@@ -120,10 +121,10 @@ impl Robots {
             meshes: [Mesh::amr(), Mesh::round_amr()].iter().map(|mesh| upload(gpu, mesh)).collect(),
             blocks: [Mesh::block(), Mesh::round_block()].map(|mesh| upload(gpu, &mesh)),
             quad: init(gpu, bytemuck::cast_slice(&[0_u32, 1, 2, 2, 1, 3]), index),
-            pipelines: Pipelines::new(gpu, target, view, &mark_ids_layout),
+            pipelines: Pipelines::new(gpu, [target, ids], view, &mark_ids_layout),
             mark_ids_layout,
             any_round: false,
-            splats: Splats::new(gpu, target, view),
+            splats: Splats::new(gpu, [target, ids], view),
             splats_from: target.splats_from,
             are_splats: false,
         };
@@ -164,15 +165,27 @@ impl Robots {
         gpu.queue.write_buffer(&self.shadow_draws, 0, bytemuck::cast_slice(&shadows));
     }
 
-    /// Makes room for as many marks as there may be robots.
-    fn fit(&mut self, gpu: &Gpu, columns: &Columns) {
-        let rows = columns.rows();
-        if self.mark_ids.size() != (rows * size_of::<u32>()) as u64 {
+    /// Makes room for as many marks as there may be robots, or as the adapter has room for.
+    fn fit(&mut self, gpu: &Gpu, columns: &Columns, size: UVec2) {
+        let limit = gpu.device.limits().max_storage_buffer_binding_size;
+        let triangles = 3 * CORNER_BYTES;
+        let has_room = (columns.rows() * triangles) as u64 <= limit;
+        let may_splat = columns.robots()[0] >= self.splats_from || !has_room;
+        self.are_splats = may_splat && Splats::fits(size, limit);
+        let of_a_robot = if self.are_splats { CORNER_BYTES } else { triangles };
+        let marks = columns.rows().min(limit as usize / of_a_robot);
+        let mut renewed = self.are_splats && self.splats.fit(gpu, size);
+        if self.corners.size() != (marks * of_a_robot) as u64 {
             let corners = BufferUsages::STORAGE | BufferUsages::VERTEX;
-            self.corners = buffer(gpu, "corners", rows * 3 * CORNER_BYTES, corners);
-            self.mark_ids = buffer(gpu, "mark ids", rows * size_of::<u32>(), BufferUsages::STORAGE);
+            self.corners = buffer(gpu, "corners", marks * of_a_robot, corners);
+            let ids = if self.are_splats { 1 } else { marks };
+            self.mark_ids = buffer(gpu, "mark ids", ids * size_of::<u32>(), BufferUsages::STORAGE);
+            renewed = true;
+        }
+        if renewed {
             self.lists = None;
             self.mark_ids_group = None;
+            self.splats.bind(gpu, &self.corners);
         }
     }
 
@@ -186,12 +199,8 @@ impl Robots {
         columns: &mut Columns,
         timer: Option<&Timer>,
     ) {
-        self.fit(gpu, columns);
-        self.are_splats = columns.robots()[0] >= self.splats_from;
+        self.fit(gpu, columns, size);
         if self.are_splats {
-            if self.splats.fit(gpu, size) {
-                self.lists = None;
-            }
             self.splats.clear(encoder);
         }
         let buffers = [&self.bodies, &self.corners, &self.mark_ids, &self.draws, self.splats.pixels()];
@@ -244,7 +253,11 @@ impl Robots {
     /// Draws the robots' ids, as they were sorted last.
     pub fn draw_ids(&self, pass: &mut RenderPass<'_>) {
         self.draw_bodies(pass, &self.pipelines.body_id, &self.pipelines.body_id);
-        self.draw_marks(pass, &self.pipelines.mark_id);
+        if self.are_splats {
+            self.splats.draw_ids(pass, &self.draws, draw_at(TILES));
+        } else {
+            self.draw_marks(pass, &self.pipelines.mark_id);
+        }
     }
 
     fn draw_bodies(&self, pass: &mut RenderPass<'_>, body: &RenderPipeline, block: &RenderPipeline) {
@@ -300,7 +313,7 @@ fn upload(gpu: &Gpu, mesh: &Mesh) -> MeshBuffers {
 }
 
 impl Pipelines {
-    fn new(gpu: &Gpu, target: TargetKind, view: &BindGroupLayout, mark_ids: &BindGroupLayout) -> Self {
+    fn new(gpu: &Gpu, [target, ids]: [TargetKind; 2], view: &BindGroupLayout, mark_ids: &BindGroupLayout) -> Self {
         let module = shader(gpu, "robots");
         let instance = |attributes| VertexBufferLayout {
             array_stride: INSTANCE_BYTES,
@@ -328,7 +341,6 @@ impl Pipelines {
             let (layering, blend) = (Layering::Standing, false);
             render(gpu, target, &Draw { module: &module, vertex, fragment, groups, buffers, topology, layering, blend })
         };
-        let ids = TargetKind { format: IDS, samples: 1, splats_from: u32::MAX };
         Self {
             body: standing(target, "body", "shaded", &[view], &body),
             block: standing(target, "block", "plain", &[view], &body),

@@ -20,29 +20,26 @@ pub struct Splats {
     pixels: Buffer,
     size: UVec2,
     layout: BindGroupLayout,
-    group: BindGroup,
-    draw: RenderPipeline,
+    group: Option<BindGroup>,
+    colours: RenderPipeline,
+    ids: RenderPipeline,
 }
 
 impl Splats {
-    pub fn new(gpu: &Gpu, target: TargetKind, view: &BindGroupLayout) -> Self {
-        let layout = bindings(gpu, "splats", ShaderStages::VERTEX_FRAGMENT, &[Kind::Read]);
-        let (pixels, module) = (words(gpu, UVec2::ZERO), shader(gpu, "splats"));
-        let draw = Draw {
-            module: &module,
-            vertex: "tile",
-            fragment: "splat",
-            groups: &[view, &layout],
-            buffers: &[],
-            topology: PrimitiveTopology::TriangleList,
-            layering: Layering::Standing,
-            blend: false,
+    pub fn new(gpu: &Gpu, targets: [TargetKind; 2], view: &BindGroupLayout) -> Self {
+        let layout = bindings(gpu, "splats", ShaderStages::VERTEX_FRAGMENT, &[Kind::Read; 2]);
+        let module = shader(gpu, "splats");
+        let draw = |target, fragment| {
+            let (vertex, groups, buffers) = ("tile", &[view, &layout][..], &[][..]);
+            let (topology, layering, blend) = (PrimitiveTopology::TriangleList, Layering::Standing, false);
+            render(gpu, target, &Draw { module: &module, vertex, fragment, groups, buffers, topology, layering, blend })
         };
         Self {
-            draw: render(gpu, target, &draw),
-            group: bind(gpu, &layout, &[(0, &pixels)]),
-            pixels,
+            colours: draw(targets[0], "splat"),
+            ids: draw(targets[1], "splat_id"),
+            pixels: words(gpu, UVec2::ZERO),
             size: UVec2::ZERO,
+            group: None,
             layout,
         }
     }
@@ -52,15 +49,24 @@ impl Splats {
         &self.pixels
     }
 
+    /// Whether a picture of a size fits into buffers of so many bytes.
+    pub fn fits(size: UVec2, limit: u64) -> bool {
+        words_of(size) * size_of::<u32>() as u64 <= limit
+    }
+
     /// Makes room for a picture of a size. Whether there is another buffer now.
     pub fn fit(&mut self, gpu: &Gpu, size: UVec2) -> bool {
         let grows = words_of(size) > words_of(self.size);
         self.size = size;
         if grows {
             self.pixels = words(gpu, size);
-            self.group = bind(gpu, &self.layout, &[(0, &self.pixels)]);
         }
         grows
+    }
+
+    /// Takes each robot's mark: to be called after either buffer is another.
+    pub fn bind(&mut self, gpu: &Gpu, marks: &Buffer) {
+        self.group = Some(bind(gpu, &self.layout, &[(0, &self.pixels), (1, marks)]));
     }
 
     /// Before a picture: no marks.
@@ -70,7 +76,16 @@ impl Splats {
 
     /// Draws the marks: as many tiles as the sorting shader has counted.
     pub fn draw(&self, pass: &mut RenderPass<'_>, draws: &Buffer, at: u64) {
-        pass.set_pipeline(&self.draw);
+        self.draw_with(&self.colours, pass, draws, at);
+    }
+
+    /// Draws the robots' ids.
+    pub fn draw_ids(&self, pass: &mut RenderPass<'_>, draws: &Buffer, at: u64) {
+        self.draw_with(&self.ids, pass, draws, at);
+    }
+
+    fn draw_with(&self, pipeline: &RenderPipeline, pass: &mut RenderPass<'_>, draws: &Buffer, at: u64) {
+        pass.set_pipeline(pipeline);
         pass.set_bind_group(1, &self.group, &[]);
         pass.draw_indirect(draws, at);
     }

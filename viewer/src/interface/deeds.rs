@@ -33,6 +33,8 @@ impl Interface {
             }
             Deed::Next => self.select_neighbour(facts, true),
             Deed::Previous => self.select_neighbour(facts, false),
+            // What leaves a text field does no more.
+            Deed::Deselect if self.typing => {}
             Deed::Deselect => self.deselect(),
             Deed::Fleet => toggle(&mut self.settings.left, Left::Fleet),
             Deed::Collisions => toggle(&mut self.settings.left, Left::Collisions),

@@ -59,10 +59,10 @@ impl Interface {
             cells(ui, rect, &frame, id, offset, &tones);
         });
         if let Some((id, twice)) = clicked {
-            if ui.input(|input| input.modifiers.command) {
-                self.select_beside(Thing::Robot(id));
-            } else {
+            if !ui.input(|input| input.modifiers.command) {
                 self.select(Some(Thing::Robot(id)));
+            } else if !twice {
+                self.select_beside(Thing::Robot(id));
             }
             if twice {
                 self.fly_to_selected(facts);

@@ -62,6 +62,8 @@ pub struct Interface {
     files: Files,
     help: bool,
     grip: Option<Grip>,
+    /// Whether a text field had the keys in the last picture.
+    typing: bool,
     /// Width over height of the picture.
     aspect: f32,
     /// Messages, and when they go.
@@ -84,6 +86,7 @@ impl Interface {
             drafts: Drafts::default(),
             help: false,
             grip: None,
+            typing: false,
             aspect: 16.0 / 9.0,
             notices: Vec::new(),
             styled: None,
@@ -140,6 +143,7 @@ impl Interface {
         let mut actions = Vec::new();
         self.dress(ui);
         self.keys(ui.ctx(), facts, &mut actions);
+        self.typing = ui.ctx().egui_wants_keyboard_input();
         self.remember(facts);
         let frame = style::panel(self.settings.theme());
         Panel::top("top").exact_size(42.0).resizable(false).frame(frame).show(ui, |ui| self.top_bar(ui, facts));
@@ -193,7 +197,7 @@ impl Interface {
 
     fn left(&mut self, ui: &mut Ui, facts: &Facts<'_>, actions: &mut Vec<Action>) {
         let Some(shown) = self.settings.left else { return };
-        let panel = Panel::left("left").default_size(290.0).size_range(220.0..=460.0);
+        let panel = Panel::left("left").default_size(290.0).size_range(270.0..=460.0);
         panel.frame(style::panel(self.settings.theme())).show(ui, |ui| match shown {
             Left::Fleet => self.fleet_list(ui, facts, actions),
             Left::Collisions => self.collisions(ui, facts),

@@ -59,8 +59,9 @@ pub fn draw_figures(frame: &mut Frame<'_>, area: Rect, view: &View, run: &Run) {
     for (area, figures) in columns.into_iter().zip([time_figures(view, run), way_figures(view, run)]) {
         let width = usize::from(area.width);
         let line = |(name, value): Figure| {
-            let room = width.saturating_sub(value.width());
-            Line::from(vec![Span::styled(format!("{name:<room$}"), theme::quiet()), value])
+            // Rather a name cut short than a number.
+            let room = width.saturating_sub(value.width() + 1);
+            Line::from(vec![Span::styled(format!("{name:<room$.room$} "), theme::quiet()), value])
         };
         frame.render_widget(Paragraph::new(figures.map(line).to_vec()), area);
     }
@@ -87,7 +88,7 @@ fn way_figures(view: &View, run: &Run) -> [Figure; 5] {
         ("mean speed", format!("{:.2} m/s", run.census.mean_speed()).into()),
         ("driven", format::metres(view.snapshot.totals.driven_metres).into()),
         ("frames read", format::count(view.snapshot.totals.frames_read).into()),
-        ("collisions so far", collisions.pairs.map_or_else(unknown, |pairs| alarming(pairs.touching_ever, theme::BAD))),
+        ("collisions ever", collisions.pairs.map_or_else(unknown, |pairs| alarming(pairs.touching_ever, theme::BAD))),
         ("checker lag", lag.map_or_else(unknown, |lag| format::seconds(lag).into())),
     ]
 }

@@ -1,39 +1,40 @@
-// A mark in a pixel, as one number, of which the highest is in front: how near it is, in steps, then its rank, then a
-// number of its own, so that of many marks in one place no colour is seen more than another, then its colour. 0 for none.
+// Marks as the sorting shader hands them on.
 
-const STEP_AT = 25u;
-const STEPS = 128.0;
-const RANK_AT = 22u;
-const RANKS = 8.0;
-const OWN_AT = 18u;
-const OWN = 16.0;
-// Colours are kept as their roots, each in so many bits.
-const ROOT_BITS = 6u;
-const ROOTS = 63.0;
+// A corner of a mark's triangle: ready to be drawn, as instances of three corners keep a GPU's lanes idle and a
+// processor that draws busy. Of a mark that is put into pixels: its middle, in the place of its robot.
+struct Corner {
+    // Place in the whole picture, and depth.
+    x: f32,
+    y: f32,
+    depth: f32,
+    // Red, green, blue (linear), and 1 for a circle, 8 bits each.
+    colour: u32,
+}
+
 // Pixels across of a tile.
 const TILE = 32u;
 
-fn target_distance() -> f32 {
-    return view.spacing.y * view.eye.w;
+// A mark in a pixel is one number, 0 for none, of which the highest is in front: how near and how high it is, in steps,
+// then whose it is. The more robots there are, the more bits their ids need, and the larger the steps are.
+fn id_bits() -> u32 {
+    return 32u - countLeadingZeros(view.robots);
 }
 
-// Half of the steps are nearer than the camera's target. Rank and own number are parts of 1.
-fn key_of(distance: f32, rank: f32, own: f32, colour: vec3f) -> u32 {
-    let target_away = target_distance();
-    let step = u32(clamp(target_away / (target_away + distance) * STEPS, 1.0, STEPS - 1.0));
-    let place = u32(min(rank * RANKS, RANKS - 1.0));
-    let root = vec3u(sqrt(clamp(colour, vec3f(0.0), vec3f(1.0))) * ROOTS + 0.5);
-    let paint = (((root.r << ROOT_BITS) | root.g) << ROOT_BITS) | root.b;
-    return (step << STEP_AT) | (place << RANK_AT) | (u32(own * OWN) << OWN_AT) | paint;
+// A part of 1 in steps of so many bits.
+fn step_of(part: f32, bits: u32) -> u32 {
+    return u32(clamp(part, 0.0, 0.9999) * f32(1u << bits));
 }
 
-// To the middle of a step.
-fn distance_of(key: u32) -> f32 {
-    let near = (f32(key >> STEP_AT) + 0.5) / STEPS;
-    return target_distance() * (1.0 - near) / near;
+// Half of the steps are nearer than the camera's target, and half of them lower than a metre.
+fn key_of(distance: f32, height: f32, id: u32) -> u32 {
+    let target_distance = view.spacing.y * view.eye.w;
+    let height_bits = (32u - id_bits()) / 2u;
+    let near_bits = 32u - id_bits() - height_bits;
+    let near = max(step_of(target_distance / (target_distance + distance), near_bits), 1u);
+    let high = step_of(height / (height + 1.0), height_bits);
+    return (((near << height_bits) | high) << id_bits()) | id;
 }
 
-fn colour_of_key(key: u32) -> vec3f {
-    let root = vec3f((vec3u(key) >> vec3u(2u * ROOT_BITS, ROOT_BITS, 0u)) & vec3u(u32(ROOTS))) / ROOTS;
-    return root * root;
+fn id_of_key(key: u32) -> u32 {
+    return extractBits(key, 0u, id_bits());
 }

@@ -14,17 +14,6 @@ struct Body {
     id: u32,
 }
 
-// A corner of a mark's triangle: ready to be drawn, as instances of three corners keep a GPU's lanes idle and a
-// processor that draws busy.
-struct Corner {
-    // Place in the whole picture, and depth.
-    x: f32,
-    y: f32,
-    depth: f32,
-    // Red, green, blue (linear), and 1 for a circle, 8 bits each.
-    colour: u32,
-}
-
 struct Draw {
     // Of marks three corners for each, of tiles six: drawn as one instance.
     indices: atomic<u32>,
@@ -62,8 +51,8 @@ struct Mark {
     is_round: bool,
 }
 
-// Most pixels across of a mark.
-const MARK_PIXELS = TILE;
+// Most pixels across of a mark: robots that are larger are blocks, unless there are too many of those.
+const MARK_PIXELS = 64;
 
 // Whether a mark covers what is so far from its middle, in axes and sides; as robots.wgsl draws it.
 fn covers(is_round: bool, away: vec2f) -> bool {
@@ -79,7 +68,7 @@ fn splat(mark: Mark, key: u32) {
     // Of the pixels with a middle that it can cover, the first, and after the last.
     let low = max(vec2i(ceil(mark.middle - half_size - 0.5)), vec2i(0));
     let top = vec2i(ceil(mark.middle + half_size - 0.5));
-    let high = min(min(top, size), low + i32(MARK_PIXELS));
+    let high = min(min(top, size), low + MARK_PIXELS);
     if any(high <= low) {
         return;
     }
@@ -141,16 +130,19 @@ fn mark(i: u32, at: vec2f, heading: vec2f, look: RobotType, depth: f32, colour: 
     axis *= max(least / reach, 1.0);
     let side = vec2f(-axis.y, axis.x) / max(length(axis), 1e-6) * width;
     let is_round = (look.look & 1u) != 0u;
-    triangle(i, ndc, axis, side, is_round, colour);
-    if SPLATS {
+    if !SPLATS {
+        triangle(i, ndc, axis, side, is_round, colour);
+        return;
+    }
+    if i < arrayLength(&corners) {
+        corners[i] = Corner(ndc.x, ndc.y, ndc.z, colour);
         let middle = (ndc.xy * vec2f(0.5, -0.5) + 0.5) * view.viewport.xy;
         let down = vec2f(1.0, -1.0);
-        let key = key_of(depth, rank, own, unpack4x8unorm(colour).rgb * 1.25);
-        splat(Mark(middle, axis * down, side * down, is_round), key);
+        splat(Mark(middle, axis * down, side * down, is_round), key_of(depth, layer, i));
     }
 }
 
-// A mark's triangle; around a circle, one that holds it. Picking needs it even where it isn't drawn.
+// A mark's triangle; around a circle, one that holds it.
 fn triangle(i: u32, middle: vec3f, axis: vec2f, side: vec2f, is_round: bool, colour: u32) {
     let per_pixel = 2.0 * view.viewport.zw;
     let aside = side * select(1.0, 1.7320508, is_round);
@@ -159,6 +151,10 @@ fn triangle(i: u32, middle: vec3f, axis: vec2f, side: vec2f, is_round: bool, col
     let front = middle.xy + axis * select(1.0, 2.0, is_round) * per_pixel;
     let paint = colour | select(0u, 0xff000000u, is_round);
     let place = atomicAdd(&draws[MARKS].indices, 3u);
+    if place + 3u > arrayLength(&corners) {
+        atomicSub(&draws[MARKS].indices, 3u);
+        return;
+    }
     corners[place] = Corner(left.x, left.y, middle.z, paint);
     corners[place + 1u] = Corner(right.x, right.y, middle.z, paint);
     corners[place + 2u] = Corner(front.x, front.y, middle.z, paint);
@@ -180,7 +176,7 @@ fn sort(@builtin(global_invocation_id) at: vec3u, @builtin(num_workgroups) group
     let look = types[min(kind_of(i), 63u)];
     let depth = dot(local - view.eye.xyz, view.forward.xyz);
     let scale = view.eye.w / max(depth, 0.05);
-    let pixels = look.length * scale;
+    let pixels = max(look.length, look.width) * scale;
 
     // Not a number compares false: such a robot is nowhere.
     let radius = max(length(vec2f(look.length, look.width)) + look.height, view.detail.z / scale);

@@ -1,7 +1,9 @@
-// Marks that the sorting shader has put into pixels: drawn into the picture, tile by tile.
+// Marks that the sorting shader has put into pixels: drawn into the picture tile by tile.
 
 // A pixel each, in rows; then whether there is a mark in a tile; then the numbers of the tiles with one.
 @group(1) @binding(0) var<storage, read> pixels: array<u32>;
+// Each robot's mark.
+@group(1) @binding(1) var<storage, read> marks: array<Corner>;
 
 struct Tile {
     @builtin(position) clip: vec4f,
@@ -18,7 +20,14 @@ fn tile(@builtin(vertex_index) vertex: u32) -> Tile {
     let corner = (0xda4u >> ((vertex % 6u) * 2u)) & 3u;
     let place = vec2u(number % tiles.x, number / tiles.x) + vec2u(corner & 1u, corner >> 1u);
     let at = vec2f(place * TILE);
-    return Tile(vec4f((at * view.viewport.zw * 2.0 - 1.0) * vec2f(1.0, -1.0), 0.0, 1.0), at);
+    return Tile(framed(vec4f((at * view.viewport.zw * 2.0 - 1.0) * vec2f(1.0, -1.0), 0.0, 1.0)), at);
+}
+
+fn key_at(at: vec2f) -> u32 {
+    let place = vec2u(at);
+    let size = vec2u(view.viewport.xy);
+    let is_inside = all(place < size);
+    return select(0u, pixels[place.y * size.x + place.x], is_inside);
 }
 
 struct Splat {
@@ -28,11 +37,24 @@ struct Splat {
 
 @fragment
 fn splat(in: Tile) -> Splat {
-    let at = vec2u(in.at);
-    let key = pixels[at.y * u32(view.viewport.x) + at.x];
+    let key = key_at(in.at);
     if key == 0u {
         discard;
     }
-    // Depth is reversed, and endless: what is in the matrix is the near plane's distance.
-    return Splat(vec4f(colour_of_key(key), 1.0), view.clip_from_local[3].z / distance_of(key));
+    let mark = marks[id_of_key(key)];
+    return Splat(vec4f(unpack4x8unorm(mark.colour).rgb * 1.25, 1.0), mark.depth);
+}
+
+struct Id {
+    @location(0) id: u32,
+    @builtin(frag_depth) depth: f32,
+}
+
+@fragment
+fn splat_id(in: Tile) -> Id {
+    let key = key_at(in.at);
+    if key == 0u {
+        discard;
+    }
+    return Id(id_of_key(key), marks[id_of_key(key)].depth);
 }
