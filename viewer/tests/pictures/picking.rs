@@ -1,9 +1,14 @@
 //! Picking: what is under the pointer, against where it is known to be.
 
+use std::collections::BTreeMap;
+
 use glam::{Vec2, Vec3};
 use regatta_viewer::camera::{Bounds, Camera};
+use regatta_viewer::gpu::TargetKind;
 use regatta_viewer::gpu::device::Gpu;
 use regatta_viewer::gpu::pick::Picked;
+use regatta_viewer::palette::Colouring;
+use regatta_viewer::picture::FORMAT;
 use regatta_viewer::scene::Scene;
 
 use crate::Test;
@@ -15,6 +20,7 @@ pub const TESTS: &[(&str, Test)] = &[
     ("nodes_and_edges_are_picked", nodes_and_edges),
     ("the_nearer_of_two_robots_is_picked", the_nearer),
     ("with_an_offset_what_is_seen_is_picked", with_an_offset),
+    ("of_many_marks_in_a_place_the_one_that_is_seen_is_picked", of_many_marks),
 ];
 
 fn aspect() -> f32 {
@@ -90,4 +96,35 @@ fn with_an_offset(gpu: &Gpu) {
     studio.shoot(&top(), &scene, 1.0);
     assert_eq!(studio.renderer.pick(pixel(&top(), Vec3::new(5.0, 2.5, 0.2))), Some(Picked::Robot(0)));
     assert_eq!(studio.renderer.pick(pixel(&top(), Vec3::new(3.0, 1.0, 0.2))), None);
+}
+
+/// Robots of two types, so many that their marks cover each other, as triangles and as splats.
+fn of_many_marks(gpu: &Gpu) {
+    let robot = |i: usize| {
+        let place = |factor: f32, span: f32| (i as f32 * factor).fract() * span;
+        Robot { x: place(0.618, 60.0), y: place(0.414, 40.0), theta: i as f32, ..Robot::default() }
+    };
+    let fleet: Vec<_> = (0..1500).map(robot).collect();
+    let camera = Camera::fit(Bounds { low: Vec2::ZERO, high: Vec2::new(60.0, 40.0) }, aspect());
+    let scene = Scene { colouring: Colouring::Type, ..Scene::default() };
+    for splats_from in [u32::MAX, 0] {
+        let mut studio = Studio::drawing_into(gpu, TargetKind { splats_from, ..TargetKind::new(gpu, FORMAT, 1) });
+        studio.push(&fleet);
+        studio.renderer.set_kinds(&[0.0, 1.0].repeat(750));
+        let picture = studio.shoot(&camera, &scene, 1.0);
+        let mut types = BTreeMap::new();
+        let pixels = (20..180).step_by(3).flat_map(|y| (20..300).step_by(7).map(move |x| (x, y)));
+        for (x, y) in pixels {
+            let colour = picture.get_pixel(x, y).0;
+            // The floor is dark; what is near is picked there.
+            let is_robot = colour[..3].iter().any(|part| *part > 120);
+            let picked = studio.renderer.pick(Vec2::new(x as f32, y as f32) + 0.5);
+            if let Some(Picked::Robot(id)) = picked.filter(|_| is_robot) {
+                types.entry(colour).or_insert_with(Vec::new).push(id % 2);
+            }
+        }
+        assert!(types.values().map(Vec::len).sum::<usize>() > 20, "{types:?}");
+        let is_one = |ids: &Vec<u32>| ids.iter().all(|id| *id == ids[0]);
+        assert!(types.values().all(is_one), "{types:?}");
+    }
 }
