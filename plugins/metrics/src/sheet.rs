@@ -1,10 +1,13 @@
 //! The CSV file: a row a second.
 
 use std::fs::{File, OpenOptions};
-use std::io::{self, Read, Write};
+use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 use crate::row::header;
+
+/// More bytes than a row has.
+const LONGEST_ROW: u64 = 1 << 16;
 
 /// How the file has fared.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -108,8 +111,20 @@ fn open(path: &Path) -> Result<Open, SheetError> {
         open.append(&header).map_err(failed)?;
     } else if start_of(path, header.len() + 1).map_err(failed)? != format!("{header}\n").as_bytes() {
         return Err(SheetError::OtherColumns { path: path.to_owned() });
+    } else {
+        open.length = whole_rows(path, open.length).map_err(failed)?;
+        open.file.set_len(open.length).map_err(failed)?;
     }
     Ok(open)
+}
+
+/// Bytes of a file of so many bytes that are whole rows: a crash may have cut the last one.
+fn whole_rows(path: &Path, length: u64) -> io::Result<u64> {
+    let (mut file, mut end) = (File::open(path)?, Vec::new());
+    file.seek(SeekFrom::Start(length.saturating_sub(LONGEST_ROW)))?;
+    file.read_to_end(&mut end)?;
+    let cut = end.iter().rev().take_while(|byte| **byte != b'\n').count();
+    Ok(length - cut as u64)
 }
 
 fn start_of(path: &Path, bytes: usize) -> io::Result<Vec<u8>> {

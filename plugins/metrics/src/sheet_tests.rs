@@ -58,3 +58,11 @@ fn a_full_disk_is_told_and_counted() {
     assert!(error.to_string().contains("/dev/full"), "{error}");
     assert_eq!(sheet.rows(), Rows { written: 0, lost: 1 });
 }
+
+#[test]
+fn a_row_that_a_crash_has_cut_goes() {
+    let file = Temporary(temporary("cut"));
+    fs::write(&file.0, format!("{}\n1\n2,3", header())).expect("written");
+    assert!(Sheet::new(&file.0).add("4").is_none());
+    assert_eq!(fs::read_to_string(&file.0).expect("a file"), format!("{}\n1\n4\n", header()));
+}

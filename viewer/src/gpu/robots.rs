@@ -175,10 +175,11 @@ impl Robots {
         let of_a_robot = if self.are_splats { CORNER_BYTES } else { triangles };
         let marks = columns.rows().min(limit as usize / of_a_robot);
         let mut renewed = self.are_splats && self.splats.fit(gpu, size);
-        if self.corners.size() != (marks * of_a_robot) as u64 {
+        let ids = if self.are_splats { 1 } else { marks };
+        let sizes = [marks * of_a_robot, ids * size_of::<u32>()];
+        if [self.corners.size(), self.mark_ids.size()] != sizes.map(|bytes| bytes as u64) {
             let corners = BufferUsages::STORAGE | BufferUsages::VERTEX;
             self.corners = buffer(gpu, "corners", marks * of_a_robot, corners);
-            let ids = if self.are_splats { 1 } else { marks };
             self.mark_ids = buffer(gpu, "mark ids", ids * size_of::<u32>(), BufferUsages::STORAGE);
             renewed = true;
         }
@@ -203,8 +204,8 @@ impl Robots {
         if self.are_splats {
             self.splats.clear(encoder);
         }
-        let buffers = [&self.bodies, &self.corners, &self.mark_ids, &self.draws, self.splats.pixels()];
-        let buffers: Vec<_> = (0..).zip(buffers).collect();
+        let (marks, pixels) = (&self.corners, self.splats.pixels());
+        let buffers = [(0, &self.bodies), (1, marks), (2, &self.mark_ids), (3, &self.draws), (4, pixels)];
         let lists = self.lists.get_or_insert_with(|| bind(gpu, &self.lists_layout, &buffers)).clone();
         let ids = [(0, &self.mark_ids)];
         self.mark_ids_group.get_or_insert_with(|| bind(gpu, &self.mark_ids_layout, &ids));

@@ -56,7 +56,7 @@ impl Splats {
 
     /// Makes room for a picture of a size. Whether there is another buffer now.
     pub fn fit(&mut self, gpu: &Gpu, size: UVec2) -> bool {
-        let grows = words_of(size) > words_of(self.size);
+        let grows = words_of(size) * size_of::<u32>() as u64 > self.pixels.size();
         self.size = size;
         if grows {
             self.pixels = words(gpu, size);

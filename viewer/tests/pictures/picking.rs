@@ -20,6 +20,7 @@ pub const TESTS: &[(&str, Test)] = &[
     ("nodes_and_edges_are_picked", nodes_and_edges),
     ("the_nearer_of_two_robots_is_picked", the_nearer),
     ("with_an_offset_what_is_seen_is_picked", with_an_offset),
+    ("triangles_are_picked_after_splats", triangles_after_splats),
     ("of_many_marks_in_a_place_the_one_that_is_seen_is_picked", of_many_marks),
 ];
 
@@ -126,5 +127,21 @@ fn of_many_marks(gpu: &Gpu) {
         assert!(types.values().map(Vec::len).sum::<usize>() > 20, "{types:?}");
         let is_one = |ids: &Vec<u32>| ids.iter().all(|id| *id == ids[0]);
         assert!(types.values().all(is_one), "{types:?}");
+    }
+}
+
+/// A fleet shrinks, so that its marks' triangles take just the room that its splats had.
+fn triangles_after_splats(gpu: &Gpu) {
+    let target = TargetKind { splats_from: 600, ..TargetKind::new(gpu, FORMAT, 1) };
+    let mut studio = Studio::drawing_into(gpu, target);
+    let row = |count: u32| -> Vec<_> { (0..count).map(|i| Robot { x: i as f32 * 20.0, ..Robot::default() }).collect() };
+    let camera = Camera::top(Bounds { low: Vec2::new(0.0, -20.0), high: Vec2::new(280.0, 20.0) }, aspect());
+    for robots in [650, 15] {
+        studio.push(&row(robots));
+        studio.shoot(&camera, &Scene::default(), 1.0);
+        for id in [1, 7, 12] {
+            let at = pixel(&camera, Vec3::new(id as f32 * 20.0, 0.0, 0.1));
+            assert_eq!(studio.renderer.pick(at), Some(Picked::Robot(id)), "of {robots}");
+        }
     }
 }
