@@ -118,9 +118,10 @@ def test_the_rate_is_kept(fleet: regatta.Fleet) -> None:
     ticks = []
     for frame in fleet.frames(rate=20):
         ticks.append(frame.tick)
-        if len(ticks) == 6:
+        if len(ticks) == 21:
             break
-    assert min(np.diff(ticks)) >= 3, "20 of 100 frames a second"
+    # One that a busy machine delays comes late, and the next in time: only the mean is sure.
+    assert (ticks[-1] - ticks[0]) / 20 >= 4, "20 of 100 frames a second"
     for rate in (0, -1, float("nan"), 1e7):
         with pytest.raises(ValueError, match="rate"):
             fleet.frames(rate=rate)
