@@ -4,8 +4,8 @@ use std::process::ExitCode;
 
 use clap::{Args, CommandFactory, Parser, Subcommand};
 use clap_complete::Shell;
-use regatta_engine::clock::Speed;
 use regatta_plugin::FleetName;
+use regatta_plugin::producer::Speed;
 
 use crate::{doctor, engine, graph, plugin, report, run};
 

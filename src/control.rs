@@ -3,8 +3,8 @@
 use std::process::ExitCode;
 use std::time::Duration;
 
-use regatta_engine::clock::Speed;
 use regatta_plugin::control::ControlResponse;
+use regatta_plugin::producer::Speed;
 use regatta_plugin::{Control, ControlError};
 
 use crate::Failure;

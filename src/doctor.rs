@@ -5,9 +5,9 @@ use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
 use clap::Args;
+use regatta_plugin::ProducerPorts;
 use regatta_plugin::frame::CONTRACT_VERSION;
 use regatta_plugin::health::{self, Cleaned, Occupant};
-use regatta_plugin::publish::Producer;
 use regatta_plugin::{FleetName, Subscriber};
 
 use crate::Failure;
@@ -177,7 +177,7 @@ fn trial() -> Finding {
 
 fn send_a_frame() -> Result<Duration, Failure> {
     let fleet: FleetName = format!("doctor-{}", std::process::id()).parse()?;
-    let producer = Producer::create(&fleet, 1000)?;
+    let producer = ProducerPorts::create(&fleet, 1000)?;
     let mut reader = Subscriber::open(&fleet)?;
     producer.update();
     let start = Instant::now();

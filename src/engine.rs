@@ -5,11 +5,11 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use clap::Args;
-use regatta_engine::clock::Speed;
 use regatta_engine::engine::{Engine, Options};
 use regatta_engine::graph::Handles;
 use regatta_engine::motion::Isa;
 use regatta_engine::scenario::Overrides;
+use regatta_plugin::producer::Speed;
 use regatta_plugin::{FleetName, Termination};
 
 use crate::{Failure, demo};

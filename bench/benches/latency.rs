@@ -7,7 +7,7 @@ use std::hint::black_box;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
-use regatta_plugin::publish::Producer;
+use regatta_plugin::ProducerPorts;
 use regatta_plugin::{FleetName, Result, Subscriber};
 
 /// Frames before the measured ones.
@@ -28,7 +28,7 @@ fn main() -> Result {
 
 fn publish(robots: usize, hz: usize, frames: usize) -> Result {
     let fleet: FleetName = format!("bench-latency-{}", std::process::id()).parse()?;
-    let producer = Producer::create(&fleet, robots)?;
+    let producer = ProducerPorts::create(&fleet, robots)?;
     let mut reader = Command::new(std::env::current_exe()?)
         .args(["--frames", &frames.to_string()])
         .env("REGATTA_BENCH_FLEET", fleet.as_str())

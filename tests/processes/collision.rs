@@ -4,7 +4,7 @@ use std::fs;
 use std::path::PathBuf;
 
 use regatta_plugin::contact::{ContactChange, ContactEvent, ContactLevel};
-use regatta_plugin::{ContactEventReader, ContactReader, Participant, ReadError};
+use regatta_plugin::{ColumnReader, ContactEventReader, ContactReader, Participant, ReadError};
 use rustix::process::Signal;
 use tempfile::TempDir;
 
@@ -64,7 +64,7 @@ fn robots_that_meet_are_warned_of_marked_logged_and_summed_up() {
     let participant = Participant::join(&fleet.name, "test").expect("joined");
     let mut reader = ContactEventReader::open_on(&participant).expect("opened");
     let mut contacts = ContactReader::open_on(&participant).expect("opened");
-    let mut column = participant.column_reader("collision").expect("opened");
+    let mut column = ColumnReader::open_on(&participant, "collision").expect("opened");
     let name = fleet.name.to_string();
     let args = ["plugin", "collision", "--fleet", &name, "--margin", "0.1", "--horizon", "2", "--summary", "--log"];
     let plugin = Process::start(regatta().args(args).arg(&log));
@@ -116,7 +116,7 @@ fn robots_that_meet_are_warned_of_marked_logged_and_summed_up() {
 fn a_killed_checker_costs_nothing_and_another_takes_its_place() {
     let fleet = Fleet::start("collision-kill", "thirty.yaml", &["--rate", "50"]);
     let participant = Participant::join(&fleet.name, "test").expect("joined");
-    let mut column = participant.column_reader("collision").expect("opened");
+    let mut column = ColumnReader::open_on(&participant, "collision").expect("opened");
     let mut next = || eventually("a column", || column.latest().expect("readable").map(|column| column.header.tick));
     let first = fleet.plugin("collision");
     next();
@@ -141,7 +141,8 @@ fn it_goes_on_with_the_next_engine_and_sums_up_each_run() {
     let fleet = Fleet::start("collision-restart", "thirty.yaml", &[]);
     let name = fleet.name.clone();
     let plugin = Process::start(regatta().args(["plugin", "collision", "--summary", "--fleet", &name.to_string()]));
-    let mut column = Participant::join(&name, "test").expect("joined").column_reader("collision").expect("opened");
+    let participant = Participant::join(&name, "test").expect("joined");
+    let mut column = ColumnReader::open_on(&participant, "collision").expect("opened");
     let mut run = |not: u64| {
         eventually("a column of the run", || {
             let run = column.latest().expect("readable")?.header.run_id;

@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use regatta_plugin::{OrderLogReader, Participant, ReadError};
+use regatta_plugin::{OrderLogReader, Orders, Participant, ReadError};
 
 use crate::fleet::{Fleet, PATIENCE, eventually, regatta, unique};
 
@@ -95,7 +95,7 @@ fn the_order_log_tells_readers_which_orders_the_engine_took() {
     let fleet = Fleet::start("order-log", "thirty.yaml", &[]);
     let participant = Participant::join(&fleet.name, "recorder").unwrap();
     let mut log = OrderLogReader::open_on(&participant).unwrap();
-    let mut orders = participant.orders().unwrap();
+    let mut orders = Orders::open_on(&participant).unwrap();
     let token = orders.hold(3);
     orders.hold(4_000);
     let before = fleet.tick();

@@ -5,8 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
-use regatta_plugin::FleetName;
-use regatta_plugin::subscribe::Subscriber;
+use regatta_plugin::{FleetName, Subscriber};
 use rustix::process::{Pid, Signal, kill_process};
 
 /// Longest wait for anything: these machines may be busy.

@@ -3,8 +3,11 @@
 use std::process::Output;
 use std::time::Duration;
 
-use regatta_plugin::lockstep::Reporter;
-use regatta_plugin::{FleetName, Orders, Participant, Subscriber};
+use regatta_plugin::event::EventKind;
+use regatta_plugin::{
+    ColumnPublisher, ColumnReader, EventReader, FleetName, Frame, Orders, Participant, Plugin, ReadError, Reporter,
+    Result, Subscriber,
+};
 
 use crate::fleet::{PATIENCE, Process, graphs, regatta, unique};
 
@@ -81,4 +84,187 @@ fn a_plugin_that_is_not_there_is_named_when_time_is_up() {
     let output = engine(&unique("lockstep-nobody"), &["--lockstep", "nobody", "--lockstep-timeout", "0.3"]).finish();
     let message = text(&output.stderr);
     assert!(!output.status.success() && message.contains("nobody") && message.lines().count() == 1, "{message}");
+}
+
+/// Holds every robot that reaches a node, and lets the robots that it held a while before drive on: by events alone.
+fn steer_by_events(fleet: &FleetName, ticks: u64) {
+    let participant = Participant::join(fleet, "gatekeeper").expect("joined");
+    let mut frames = Subscriber::open_on(&participant).expect("opened");
+    let mut events = EventReader::open_on(&participant).expect("opened");
+    let mut orders = Orders::open_on(&participant).expect("opened");
+    let reporter = Reporter::open_on(&participant).expect("opened");
+    let mut held = std::collections::VecDeque::new();
+    let mut tick = 0;
+    while tick < ticks {
+        let frame = frames.wait(PATIENCE).expect("readable").expect("a frame in time");
+        tick = frame.tick();
+        let read = events.take(|events| -> Result<(), ReadError> {
+            assert_eq!(events.header.tick, tick, "the events of this frame's tick, and no others");
+            for event in events.records.iter().filter(|event| event.kind() == Some(EventKind::ReachedNode)) {
+                orders.hold(event.robot);
+                held.push_back((tick + 7, event.robot));
+            }
+            Ok(())
+        });
+        read.expect("readable");
+        while held.front().is_some_and(|(until, _)| *until <= tick) {
+            orders.resume(held.pop_front().map_or(0, |(_, robot)| robot));
+        }
+        orders.send().expect("sent");
+        reporter.done(frame.run_id(), tick).expect("reported");
+    }
+}
+
+/// Keeps both cores of a small machine busy.
+struct Busy(std::sync::Arc<std::sync::atomic::AtomicBool>);
+
+impl Busy {
+    fn start() -> Self {
+        let over = std::sync::Arc::new(std::sync::atomic::AtomicBool::new(false));
+        for _ in 0..2 {
+            let over = over.clone();
+            std::thread::spawn(move || while !over.load(std::sync::atomic::Ordering::Relaxed) {});
+        }
+        Self(over)
+    }
+}
+
+impl Drop for Busy {
+    fn drop(&mut self) {
+        self.0.store(true, std::sync::atomic::Ordering::Relaxed);
+    }
+}
+
+#[test]
+fn a_controller_that_reacts_to_events_gives_one_digest_on_a_busy_machine() {
+    const TICKS: u64 = 200;
+    let _busy = Busy::start();
+    let digests: Vec<String> = (0..10)
+        .map(|run| {
+            let fleet = unique(&format!("lockstep-events-{run}"));
+            let ticks = TICKS.to_string();
+            let args = ["--ticks", &ticks, "--speed", "max", "--digest", "--lockstep", "gatekeeper"];
+            let mut command = regatta();
+            command.arg("engine").arg(graphs("warehouse-1000.yaml")).args(["--fleet", fleet.as_str()]).args(args);
+            let engine = Process::start(&mut command);
+            steer_by_events(&fleet, TICKS);
+            let output = engine.finish();
+            assert!(output.status.success(), "{}", text(&output.stderr));
+            text(&output.stdout)
+        })
+        .collect();
+    assert!(!digests[0].is_empty() && digests.iter().all(|digest| *digest == digests[0]), "{digests:?}");
+}
+
+/// Publishes the tick as a column, after a pause that makes it the slower of the two plugins.
+struct First(Option<ColumnPublisher>);
+
+impl Plugin for First {
+    fn on_start(&mut self, fleet: &Participant) -> Result {
+        self.0 = Some(ColumnPublisher::open_on(fleet, "first")?);
+        Ok(())
+    }
+
+    fn on_frame(&mut self, frame: &Frame) -> Result {
+        std::thread::sleep(Duration::from_micros(500));
+        let column = self.0.as_mut().expect("started");
+        Ok(column.publish(frame, &vec![frame.tick() as f32; frame.len()])?)
+    }
+}
+
+/// Checks that the column belongs to the tick of the frame.
+struct Second {
+    column: Option<ColumnReader>,
+    ticks: std::sync::mpsc::Sender<(u64, u64)>,
+}
+
+impl Plugin for Second {
+    fn on_start(&mut self, fleet: &Participant) -> Result {
+        self.column = Some(ColumnReader::open_on(fleet, "first")?);
+        Ok(())
+    }
+
+    fn on_frame(&mut self, frame: &Frame) -> Result {
+        let column = self.column.as_mut().expect("started").latest()?.map_or(u64::MAX, |column| column.header.tick);
+        // The test may have ended.
+        let _ = self.ticks.send((frame.tick(), column));
+        Ok(())
+    }
+
+    fn after(&self) -> Vec<String> {
+        vec!["first".to_owned()]
+    }
+}
+
+#[test]
+fn a_plugin_that_comes_after_another_finds_its_column_of_the_same_tick() {
+    let fleet = unique("lockstep-order");
+    let engine = engine(&fleet, &["--lockstep", "first", "second"]);
+    let (sender, ticks) = std::sync::mpsc::channel();
+    // Plugins run until their process ends.
+    for name in ["second", "first"] {
+        let (fleet, ticks) = (fleet.clone(), sender.clone());
+        std::thread::spawn(move || {
+            let args = [name, "--fleet", fleet.as_str()];
+            let ended = match name {
+                "first" => regatta_plugin::run_from(First(None), args),
+                _ => regatta_plugin::run_from(Second { column: None, ticks }, args),
+            };
+            ended.expect("the plugin runs");
+        });
+    }
+    let seen: Vec<_> = (0..=TICKS).map(|_| ticks.recv_timeout(PATIENCE).expect("a tick in time")).collect();
+    assert!(engine.finish().status.success());
+    assert_eq!(seen, (0..=TICKS).map(|tick| (tick, tick)).collect::<Vec<_>>());
+}
+
+#[test]
+fn a_plugin_cannot_come_after_itself() {
+    let fleet = unique("lockstep-itself");
+    let args = ["plugin", "hello", "--after", "hello", "--fleet", fleet.as_str()];
+    let output = Process::start(regatta().args(args)).finish();
+    let message = text(&output.stderr);
+    assert!(!output.status.success() && message.contains("after itself") && message.lines().count() == 1, "{message}");
+}
+
+/// Counts the ticks with events, and those lost.
+struct Listener(std::sync::mpsc::Sender<(u64, u64, bool)>);
+
+impl Plugin for Listener {
+    fn on_frame(&mut self, frame: &Frame) -> Result {
+        let _ = self.0.send((frame.tick(), 0, true));
+        Ok(())
+    }
+
+    fn on_events(&mut self, events: &regatta_plugin::Events<'_>) -> Result {
+        let _ = self.0.send((events.header.tick, events.missed, false));
+        Ok(())
+    }
+
+    fn wants_events(&self) -> bool {
+        true
+    }
+}
+
+/// At 100 Hz and one frame a second, some 100 ticks with events pass between two frames, and 64 fit the buffer.
+#[test]
+fn a_plugin_at_a_low_rate_loses_no_events() {
+    let fleet = unique("rate-events");
+    let (sender, seen) = std::sync::mpsc::channel();
+    let name = fleet.clone();
+    std::thread::spawn(move || {
+        let args = ["listener", "--rate", "1", "--fleet", name.as_str()];
+        regatta_plugin::run_from(Listener(sender), args).expect("the plugin runs");
+    });
+    let mut command = regatta();
+    command.arg("engine").arg(graphs("warehouse-1000.yaml")).args(["--fleet", fleet.as_str(), "--ticks", "350"]);
+    assert!(Process::start(&mut command).finish().status.success());
+    let (mut frames, mut ticks, mut lost) = (0, 0, 0);
+    while let Ok((_, missed, is_frame)) = seen.recv_timeout(Duration::from_secs(1)) {
+        frames += u64::from(is_frame);
+        ticks += u64::from(!is_frame);
+        lost += missed;
+    }
+    assert!((2..=6).contains(&frames), "about one a second of {ticks} ticks: {frames}");
+    assert!(ticks > 150 && lost == 0, "{ticks} ticks with events, {lost} lost");
 }

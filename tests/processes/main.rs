@@ -9,6 +9,7 @@ mod fleet;
 mod lockstep;
 mod metrics;
 mod own_plugin;
+mod producers;
 mod readers;
 mod record;
 mod replay;

@@ -5,8 +5,8 @@ use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
 use std::path::Path;
 
-use regatta_plugin::contact::{ContactHeader, ContactPublisher};
-use regatta_plugin::{FleetName, Participant};
+use regatta_plugin::contact::ContactHeader;
+use regatta_plugin::{ColumnPublisher, ContactPublisher, FleetName, Participant};
 use rustix::process::Signal;
 
 use crate::fleet::{Fleet, Process, eventually, regatta, unique};
@@ -107,7 +107,7 @@ fn collisions_are_those_of_the_checker() {
     let fleet = Fleet::start("metrics-collisions", "thirty.yaml", &[]);
     let metrics = Metrics::start(&fleet.name, &[]);
     let place = Participant::join(&fleet.name, "checker").expect("joined");
-    let mut column = place.column("collision").expect("a column");
+    let mut column = ColumnPublisher::open_on(&place, "collision").expect("a column");
     let mut contacts = ContactPublisher::open_on(&place).expect("contacts");
     fleet.tell(&["pause"]);
     let (run, tick) = eventually("a frame", || {

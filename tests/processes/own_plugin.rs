@@ -2,7 +2,7 @@
 
 use std::process::Command;
 
-use regatta_plugin::Participant;
+use regatta_plugin::{ColumnReader, Orders, Participant};
 
 use crate::fleet::{Fleet, Process, eventually, root};
 
@@ -23,8 +23,8 @@ fn the_example_plugin_builds_by_itself_and_reads_the_fleet() {
     let program = target.join("debug").join(format!("own-plugin{}", std::env::consts::EXE_SUFFIX));
     let plugin = Process::start(Command::new(program).args(["--fleet", &fleet.name.to_string()]));
     let participant = Participant::join(&fleet.name, "test").expect("joined");
-    let mut column = participant.column_reader("standing").expect("opened");
-    let mut orders = participant.orders().expect("opened");
+    let mut column = ColumnReader::open_on(&participant, "standing").expect("opened");
+    let mut orders = Orders::open_on(&participant).expect("opened");
     orders.hold(7);
     orders.send().expect("sent");
     eventually("robot 7 stands for a second, and others drive on", || {

@@ -2,13 +2,12 @@
 
 use std::path::Path;
 
-use regatta_plugin::contact::ContactReader;
 use regatta_plugin::event::EventKind;
 use regatta_plugin::frame::ClockState;
 use regatta_plugin::order::OrderKind;
-use regatta_plugin::order_log::OrderLogReader;
 use regatta_plugin::{
-    Control, ControlError, EventReader, FleetName, Orders, Participant, ReadError, Subscriber, WorldReader,
+    ColumnReader, ContactReader, Control, ControlError, EventReader, FleetName, OrderLogReader, Orders, Participant,
+    ReadError, Subscriber, WorldReader,
 };
 use regatta_record::{ReadingError, Recording, Topic};
 use tempfile::TempDir;
@@ -184,7 +183,7 @@ fn orders_events_and_columns_are_replayed() {
     let participant = Participant::join(&fleet, "test").expect("joined");
     let mut log = OrderLogReader::open_on(&participant).expect("opened");
     let mut events = EventReader::open_on(&participant).expect("opened");
-    let mut column = participant.column_reader("type").expect("opened");
+    let mut column = ColumnReader::open_on(&participant, "type").expect("opened");
     control.resume().expect("resumed");
     let (mut held, mut accepted) = (None, None);
     eventually("the order and its answer", || {
@@ -265,7 +264,7 @@ fn a_live_collision_checker_works_on_a_recording_that_has_no_contacts() {
     let (fleet, replay, _control) = paused("replay-checker", &file(&folder), &["--hold"]);
     let checker = Process::start(regatta().args(["plugin", "collision", "--fleet", &fleet.to_string()]));
     let participant = Participant::join(&fleet, "test").expect("joined");
-    let mut column = participant.column_reader("collision").expect("opened");
+    let mut column = ColumnReader::open_on(&participant, "collision").expect("opened");
     let mut contacts = ContactReader::open_on(&participant).expect("opened");
     let robots = eventually("the column", || column.latest().expect("readable").map(|column| column.values.len()));
     assert_eq!(robots, 30);

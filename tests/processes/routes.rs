@@ -3,7 +3,7 @@
 use regatta_plugin::event::EventKind;
 use regatta_plugin::order::RouteLeg;
 use regatta_plugin::route::{LegAhead, RouteResponse};
-use regatta_plugin::{EventReader, Participant, ReadError, RouteClient, RouteError, WorldReader};
+use regatta_plugin::{EventReader, Orders, Participant, ReadError, RouteClient, RouteError, WorldReader};
 use tempfile::TempDir;
 
 use crate::fleet::{Fleet, Process, eventually, regatta, unique};
@@ -28,7 +28,7 @@ fn edges(participant: &Participant) -> Vec<u32> {
 }
 
 fn client(participant: &Participant) -> RouteClient {
-    let client = participant.routes().expect("opened");
+    let client = RouteClient::open_on(&participant).expect("opened");
     eventually("somebody who knows routes", || client.has_routes().then_some(client.has_routes()));
     client
 }
@@ -54,7 +54,7 @@ fn an_ordered_route_is_told_with_its_base_and_its_horizon() {
 
     // Held, it takes its route and stays where it is.
     let mut events = EventReader::open_on(&participant).expect("opened");
-    let mut orders = participant.orders().expect("opened");
+    let mut orders = Orders::open_on(&participant).expect("opened");
     orders.hold(0);
     let ahead = [1, 11, 2, 12].map(RouteLeg::forward);
     let token = orders.assign(0, &[ahead[0], ahead[1], ahead[2].horizon(), ahead[3].horizon()]);

@@ -1,7 +1,7 @@
 //! `regatta top` in a pseudo-terminal.
 
-use regatta_plugin::contact::{ContactHeader, ContactPublisher, ContactRecord};
-use regatta_plugin::{FleetName, Participant};
+use regatta_plugin::contact::{ContactHeader, ContactRecord};
+use regatta_plugin::{ContactPublisher, FleetName, Participant};
 use rustix::process::Signal;
 
 use crate::fleet::{Fleet, Process, eventually, regatta, unique};

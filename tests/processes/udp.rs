@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use regatta_plugin::frame::{NO_EDGE, RobotState};
-use regatta_plugin::{Frame, Participant, WorldReader};
+use regatta_plugin::{ColumnReader, Frame, Participant, WorldReader};
 use rustix::process::Signal;
 use serde_json::Value;
 
@@ -112,7 +112,7 @@ fn a_collision_checker_waits_for_the_robots_of_a_source_without_a_word() {
     let second = Second::start("udp-checked", &[]);
     let checker = second.fleet.plugin("collision");
     let participant = Participant::join(&second.fleet.name, "test").expect("joined");
-    let mut column = participant.column_reader("collision").expect("opened");
+    let mut column = ColumnReader::open_on(&participant, "collision").expect("opened");
     let robots = eventually("a column", || column.latest().expect("readable").map(|column| column.values.len()));
     assert_eq!(robots, 0);
     let output = checker.interrupt();
@@ -160,7 +160,7 @@ fn a_second_fleet_has_the_poses_of_the_first() {
         worlds.latest().expect("readable").map(|world| (world.edges().len(), world.robot_types()[0]))
     });
     assert_eq!((edges, kind.length, kind.width), (0, 1.2, 0.8));
-    let mut types = theirs.participant().column_reader("type").expect("a name");
+    let mut types = ColumnReader::open_on(theirs.participant(), "type").expect("a name");
     let types = eventually("types", || types.latest().expect("readable").map(|column| column.values.to_vec()));
     assert_eq!(types, [0.0; 30]);
 }

@@ -3,9 +3,9 @@
 
 use std::time::{Duration, Instant};
 
-use regatta_plugin::contact::Contacts;
 use regatta_plugin::{
-    ColumnName, ColumnReader, ContactReader, Frame, Participant, ReadError, Result, Subscriber, World, WorldReader,
+    ColumnName, ColumnReader, ContactReader, Contacts, Frame, Participant, ReadError, Result, Subscriber, World,
+    WorldReader,
 };
 
 /// How often to ask whether a column still has a publisher, in polls.
@@ -62,7 +62,7 @@ impl Feed {
         Ok(Self {
             frames: Subscriber::open_on(participant)?,
             worlds: WorldReader::open_on(participant)?,
-            kinds: participant.column_reader("type")?,
+            kinds: ColumnReader::open_on(participant, "type")?,
             value: None,
             contacts: ContactReader::open_on(participant)?,
             polls: 0,
@@ -84,7 +84,7 @@ impl Feed {
         self.value = None;
         self.published = false;
         if let Some(name) = column {
-            self.value = Some((name.clone(), ColumnReader::open_on(self.frames.participant(), name)?));
+            self.value = Some((name.clone(), ColumnReader::open_on(self.frames.participant(), name.as_str())?));
         }
         Ok(())
     }

@@ -6,10 +6,11 @@ use std::sync::mpsc::{self, Receiver, RecvTimeoutError, Sender, TryRecvError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use regatta_plugin::column::column_names;
 use regatta_plugin::control::{ControlKind, ControlRequest, ControlResponse};
 use regatta_plugin::route::RouteResponse;
-use regatta_plugin::{ColumnName, ColumnReader, Control, ControlError, FleetName, Participant, Result, Subscriber};
+use regatta_plugin::{
+    ColumnName, ColumnReader, Control, ControlError, FleetName, Participant, Result, Subscriber, column_names,
+};
 
 use crate::interface::rows::{RowQuery, Rows};
 use crate::route::RouteWatch;
@@ -306,7 +307,7 @@ impl Survey {
         self.columns.retain(|(name, _)| self.names.contains(name));
         for name in self.names.iter().filter(|name| name.to_string() != "type").take(MOST_COLUMNS) {
             if !self.columns.iter().any(|(known, _)| known == name) {
-                self.columns.push((name.clone(), ColumnReader::open_on(&self.participant, name)?));
+                self.columns.push((name.clone(), ColumnReader::open_on(&self.participant, name.as_str())?));
             }
         }
         let mut values = Vec::new();

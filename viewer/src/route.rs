@@ -155,7 +155,7 @@ impl RouteWatch {
         self.due = None;
         let client = match &mut self.client {
             Some(client) => client,
-            none => none.insert(participant.routes()?),
+            none => none.insert(RouteClient::open_on(&participant)?),
         };
         let answers = client.routes(&self.robots, patience);
         self.due = Some(Instant::now() + ASK_EVERY);

@@ -1,39 +1,38 @@
-//! How to run a scenario, what a run comes to, and why it may end early.
+//! The options, the summary and the error of a run.
 
 use std::time::Duration;
 
-use regatta_plugin::lockstep::LockstepError;
-use regatta_plugin::{FleetName, OpenError, PublishError, ReadError};
+use regatta_plugin::producer::Speed;
+use regatta_plugin::{FleetName, LockstepError, OpenError, PublishError, ReadError, services};
 
-use crate::clock::Speed;
 use crate::fleet::FleetError;
 use crate::motion::Isa;
 use crate::scenario::MAX_ROBOTS;
 
-/// How to run a scenario.
+/// Options of a run.
 #[derive(Clone, Debug)]
 pub struct Options {
-    /// Name of the fleet: of its services in shared memory.
+    /// The name of the fleet, and so of its services in shared memory.
     pub fleet: FleetName,
-    /// Number of robots, instead of the scenario's.
+    /// The number of robots, instead of the scenario's.
     pub robots: Option<u32>,
-    /// Wanted simulated seconds per wall second.
+    /// Requested simulated seconds per wall second.
     pub speed: Speed,
-    /// Threads that move robots; at least one.
+    /// The number of threads that move robots; at least one.
     pub threads: usize,
-    /// Instruction set of the motion kernel; the best of this machine if `None`.
+    /// The instruction set of the motion kernel; `None` for the best of this machine.
     pub isa: Option<Isa>,
-    /// Stop after so many ticks.
+    /// The number of ticks after which to stop.
     pub ticks: Option<u64>,
-    /// Digest every frame.
+    /// Whether to digest every frame.
     pub digest: bool,
-    /// Plugins to wait for after each tick.
+    /// The names of the plugins to wait for after each frame.
     pub lockstep: Vec<String>,
     /// How long to wait for them.
     pub lockstep_timeout: Duration,
 }
 
-/// What a run came to.
+/// The result of a run.
 #[derive(Clone, Copy, Debug)]
 pub struct Summary {
     /// Ticks since the start.
@@ -42,13 +41,13 @@ pub struct Summary {
     pub sim_time: Duration,
     /// Wall time.
     pub wall_time: Duration,
-    /// Ticks that ended after their deadline.
+    /// The number of ticks that ended after their deadline.
     pub late_ticks: u64,
-    /// Digest of every frame's columns, if it was asked for.
+    /// The digest of every frame's columns, if it was requested.
     pub digest: Option<u128>,
 }
 
-/// Why a run ended before its time.
+/// The error that ends a run.
 #[derive(Debug, thiserror::Error)]
 pub enum EngineError {
     /// The fleet's services can't be opened.
@@ -66,6 +65,12 @@ pub enum EngineError {
     /// The scenario or the options don't fit the machine or each other.
     #[error(transparent)]
     Fleet(#[from] FleetError),
+    /// Readers in lockstep would lose events between two frames.
+    #[error(
+        "with a frame every {0} ticks, plugins in lockstep would lose events; publish one at least every {most} ticks",
+        most = services::EVENT_BUFFER
+    )]
+    TooFewFrames(u32),
     /// More robots than a fleet can hold.
     #[error("{0} robots are too many: a fleet holds at most {max}", max = MAX_ROBOTS)]
     TooManyRobots(u32),

@@ -1,16 +1,16 @@
-//! How many robots there are, and what the world says of them.
+//! The number of robots, and the world and types that the engine publishes.
 
-use regatta_plugin::column::ColumnHeader;
+use regatta_plugin::producer::Session;
 use regatta_plugin::world::{EdgeRecord, NodeRecord, RobotTypeRecord};
 
-use super::{Engine, EngineError};
+use super::{EngineError, Simulation};
 use crate::fleet::{Placement, RobotType, RouteSource};
 use crate::graph::EdgeIndex;
 use crate::scenario::Start;
 
-impl Engine {
-    /// Spawns robots as the scenario says, or removes those with the highest ids.
-    pub(super) fn set_robots(&mut self, wanted: u32) {
+impl Simulation {
+    /// Spawns robots as the scenario defines them, or removes those with the highest ids, until there are `wanted`.
+    pub(super) fn place_robots(&mut self, wanted: u32) {
         let wanted = wanted as usize;
         self.fleet.reserve(wanted);
         while self.fleet.present() > wanted {
@@ -33,7 +33,7 @@ impl Engine {
         }
     }
 
-    /// Any place on any edge, by the scenario's seed and the robot.
+    /// Returns a random place on a random edge, determined by the scenario's seed and the robot.
     fn random_place(&self, robot: u32) -> Placement {
         let random = mix(self.scenario.seed ^ mix(u64::from(robot)));
         let edges = self.scenario.graph.edges().len() as u64;
@@ -43,23 +43,23 @@ impl Engine {
     }
 
     /// Publishes the graph and the robot types.
-    pub(super) fn publish_world(&mut self) -> Result<(), EngineError> {
+    pub(super) fn publish_world(&mut self, session: &mut Session) -> Result<(), EngineError> {
         let graph = &self.scenario.graph;
         let nodes: Vec<_> = graph.nodes().iter().map(node_record).collect();
         let lengths = (0..).map(|index| self.tracks.edge_length(EdgeIndex(index)) as f32);
         let edges: Vec<_> = graph.edges().iter().zip(lengths).map(|(edge, length)| edge_record(edge, length)).collect();
         let types: Vec<_> = self.scenario.robot_types.iter().map(robot_type_record).collect();
-        self.producer.publish_world(&nodes, &edges, &types)?;
+        session.ports().publish_world(&nodes, &edges, &types)?;
         Ok(())
     }
 
     /// Publishes each robot's type as a column.
-    pub(super) fn publish_types(&mut self) -> Result<(), EngineError> {
-        self.kinds.clear();
-        self.kinds.extend_from_slice(self.fleet.kinds());
-        let types: Vec<f32> = self.kinds.iter().map(|&kind| f32::from(kind)).collect();
-        let header = ColumnHeader { tick: self.tick, ..ColumnHeader::default() };
-        self.producer.publish_column("type", header, &types)?;
+    pub(super) fn publish_types(&mut self, session: &mut Session) -> Result<(), EngineError> {
+        self.robot_types.clear();
+        self.robot_types.extend_from_slice(self.fleet.kinds());
+        let types: Vec<f32> = self.robot_types.iter().map(|&robot_type| f32::from(robot_type)).collect();
+        let tick = session.tick();
+        session.ports().publish_column("type", tick, &types)?;
         Ok(())
     }
 }

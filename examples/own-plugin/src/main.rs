@@ -24,7 +24,7 @@ struct Standing {
 
 impl Plugin for Standing {
     fn on_start(&mut self, fleet: &Participant) -> Result {
-        self.column = Some(fleet.column("standing")?);
+        self.column = Some(ColumnPublisher::open_on(fleet, "standing")?);
         Ok(())
     }
 

@@ -1,11 +1,21 @@
-//! The contract between everything that writes a fleet into shared memory and everything that reads it.
+//! The contract between the processes that write a fleet into shared memory and those that read it.
 //!
-//! A *producer* (the engine, a replay, a UDP source) publishes [`frame`]s, the [`world`] and
-//! [`event`]s, and takes [`order`]s and [`control`] requests. An engine tells [`route`]s, too. A *reader* is a [`Plugin`] started with
-//! [`run`], or any program that opens a [`Subscriber`] itself.
+//! A *producer* (the engine, a replay, a UDP source) publishes [`frame`]s, the [`world`] and [`event`]s, and takes
+//! [`order`]s and [`control`] requests. A *reader* is a [`Plugin`] started with [`run`], or any program that opens a
+//! [`Subscriber`] itself. A producer of your own is a [`Producer`](producer::Producer) started with
+//! [`produce`](producer::produce).
+//!
+//! | module | |
+//! |---|---|
+//! | [`records`] | plain data that crosses processes |
+//! | [`ports`] | who sends and who takes each record |
+//! | [`process`] | joining a fleet, running a plugin, ending, the health of shared memory |
+//! | [`producer`] | clock, figures and control for any producer |
+//!
+//! Imports lead from the records up, through ports and processes, to producers.
 
-/// Writes a line to standard error, as `eprintln!` does, but goes on if nobody can read it any more: a plugin whose
-/// terminal or log was closed is still of use to its fleet.
+/// Writes a line to standard error, as `eprintln!` does, but continues if it can't be read any more: a plugin whose
+/// terminal or log was closed still serves its fleet.
 #[macro_export]
 macro_rules! tell {
     ($($line:tt)*) => {{
@@ -14,55 +24,39 @@ macro_rules! tell {
     }};
 }
 
-mod ask;
-pub mod column;
-pub mod contact;
-mod contact_ports;
-pub mod control;
-mod control_client;
 mod error;
-pub mod event;
-mod event_reader;
-mod fleet_name;
-pub mod frame;
-mod frame_loan;
-mod frame_view;
-pub mod health;
-pub mod inbox;
-pub mod lockstep;
-pub mod order;
-pub mod order_log;
-mod order_sender;
-mod participant;
-mod plugin;
-pub mod publish;
-pub mod qos;
-pub mod route;
-mod route_ports;
-mod run;
-pub mod subscribe;
-mod termination;
-mod wake;
-pub mod world;
+pub mod ports;
+pub mod process;
+pub mod producer;
+pub mod records;
 
-/// The plugins' README holds a whole plugin: it compiles.
+/// The plugins' README has a whole plugin: it compiles.
 #[cfg(doctest)]
 #[doc = include_str!("../../README.md")]
 struct Readme;
 
-pub use column::{ColumnPublisher, ColumnReader, ColumnValues, column_names};
-pub use contact::{ContactEventReader, ContactPublisher, ContactReader};
-pub use control_client::{Control, ControlError, TIMEOUT as CONTROL_TIMEOUT};
-pub use error::{Error, OpenError, PublishError, ReadError, Result};
-pub use event_reader::{EventReader, Events};
-pub use fleet_name::{ColumnName, FleetName, MAX_NAME_BYTES, NameError};
-pub use frame::Frame;
-pub use order_log::OrderLogReader;
-pub use order_sender::{OrderError, Orders};
-pub use participant::{Participant, set_verbosity};
-pub use plugin::{Plugin, Rate, RateError};
-pub use route_ports::{RouteClient, RouteError, RouteServer};
-pub use run::{NAME_VARIABLE, Options, run, run_from};
-pub use subscribe::{Subscriber, WorldReader};
-pub use termination::{PARENT_VARIABLE, Termination};
-pub use world::World;
+pub use error::{Error, Result};
+pub use ports::columns::{ColumnPublisher, ColumnReader, ColumnValues, column_names};
+pub use ports::contacts::{ContactEventReader, ContactEvents, ContactPublisher, ContactReader, Contacts};
+pub use ports::control::{Control, ControlError, TIMEOUT as CONTROL_TIMEOUT};
+pub use ports::error::{OpenError, PublishError, ReadError};
+pub use ports::events::{EventReader, Events};
+pub use ports::frames::Subscriber;
+pub use ports::lockstep::{LockstepError, Reporter};
+pub use ports::order_log::{OrderLog, OrderLogReader};
+pub use ports::orders::{OrderError, Orders};
+pub use ports::producer::{FrameLoan, ProducerPorts};
+pub use ports::routes::{RouteClient, RouteError, RouteServer};
+pub use ports::services;
+pub use ports::worlds::WorldReader;
+pub use process::health;
+pub use process::join::{Participant, set_verbosity};
+pub use process::plugin::Plugin;
+pub use process::rate::{Rate, RateError};
+pub use process::run::{AFTER_VARIABLE, NAME_VARIABLE, Options, run, run_from};
+pub use process::termination::{PARENT_VARIABLE, Termination};
+pub use producer::{produce, produce_from};
+pub use records::frame::Frame;
+pub use records::name::{ColumnName, FleetName, MAX_NAME_BYTES, NameError};
+pub use records::world::World;
+pub use records::{column, contact, control, event, frame, order, order_log, route, sequence, world};

@@ -2,12 +2,12 @@
 
 use std::sync::atomic::{AtomicU32, Ordering};
 
+use regatta_plugin::ProducerPorts;
 use regatta_plugin::contact::{ContactChange, ContactEvent, ContactHeader, ContactLevel, ContactRecord};
 use regatta_plugin::order::{OrderKind, OrderRecord};
-use regatta_plugin::publish::Producer;
 use regatta_plugin::{
     ContactEventReader, ContactPublisher, ContactReader, FleetName, OpenError, OrderLogReader, Participant, ReadError,
-    qos,
+    services,
 };
 
 static NEXT: AtomicU32 = AtomicU32::new(0);
@@ -47,7 +47,7 @@ fn changes_arrive_in_order_and_gaps_are_told() {
     let participant = Participant::join(&fleet(), "checker").unwrap();
     let mut publisher = ContactPublisher::open_on(&participant).unwrap();
     let mut reader = ContactEventReader::open_on(&participant).unwrap();
-    let last = 10 + qos::EVENT_BUFFER as u64;
+    let last = 10 + services::EVENT_BUFFER as u64;
     for tick in 1..=last {
         let began = ContactEvent { tick, change: ContactChange::Began as u32, ..ContactEvent::default() };
         publisher.publish_events(3, tick, &[began]).unwrap();
@@ -67,7 +67,7 @@ fn changes_arrive_in_order_and_gaps_are_told() {
 #[test]
 fn the_order_log_tells_what_was_taken_and_when() {
     let fleet = fleet();
-    let mut producer = Producer::create(&fleet, 1).unwrap();
+    let mut producer = ProducerPorts::create(&fleet, 1).unwrap();
     assert!(!producer.has_order_log_readers());
     let mut reader = OrderLogReader::open_on(&Participant::join(&fleet, "recorder").unwrap()).unwrap();
     assert!(producer.has_order_log_readers());
@@ -85,7 +85,7 @@ fn the_order_log_tells_what_was_taken_and_when() {
 
 #[test]
 fn another_run_has_another_id_and_counts_its_worlds_afresh() {
-    let mut producer = Producer::create(&fleet(), 1).unwrap();
+    let mut producer = ProducerPorts::create(&fleet(), 1).unwrap();
     let first = producer.run_id();
     assert_eq!(producer.publish_world(&[], &[], &[]).unwrap(), 1);
     producer.begin_run();

@@ -4,9 +4,9 @@ mod common;
 
 use std::time::{Duration, Instant};
 
+use regatta_plugin::ProducerPorts;
 use regatta_plugin::frame::{BYTES_PER_LINE, frame_lines};
 use regatta_plugin::health::occupants;
-use regatta_plugin::publish::Producer;
 use regatta_plugin::world::{EdgeRecord, NodeRecord};
 use regatta_plugin::{OpenError, Subscriber, WorldReader};
 
@@ -22,7 +22,7 @@ fn check(subscriber: &mut Subscriber, tick: u64, robots: usize) {
 #[test]
 fn a_reader_gets_the_newest_frame_once() {
     let fleet = fleet();
-    let producer = Producer::create(&fleet, 10).unwrap();
+    let producer = ProducerPorts::create(&fleet, 10).unwrap();
     let mut subscriber = Subscriber::open(&fleet).unwrap();
     assert!(subscriber.latest().unwrap().is_none());
     publish(&producer, 1, 10);
@@ -37,7 +37,7 @@ fn a_reader_gets_the_newest_frame_once() {
 #[test]
 fn a_late_joiner_gets_the_last_frame_and_the_world_while_the_clock_stands() {
     let fleet = fleet();
-    let mut producer = Producer::create(&fleet, 3).unwrap();
+    let mut producer = ProducerPorts::create(&fleet, 3).unwrap();
     let nodes = [NodeRecord { id: 4, x: 1.5, ..NodeRecord::default() }; 7];
     let edges = [EdgeRecord { id: 9, ..EdgeRecord::default() }; 2];
     assert_eq!(producer.publish_world(&nodes, &edges, &[]).unwrap(), 1);
@@ -55,7 +55,7 @@ fn a_late_joiner_gets_the_last_frame_and_the_world_while_the_clock_stands() {
 #[test]
 fn a_fleet_grows_from_ten_to_a_million_under_old_readers_and_new() {
     let fleet = fleet();
-    let producer = Producer::create(&fleet, 10).unwrap();
+    let producer = ProducerPorts::create(&fleet, 10).unwrap();
     let mut reading = Subscriber::open(&fleet).unwrap();
     let mut holding = Subscriber::open(&fleet).unwrap();
     publish(&producer, 0, 10);
@@ -75,7 +75,7 @@ fn a_fleet_grows_from_ten_to_a_million_under_old_readers_and_new() {
 #[test]
 fn one_robot_more_at_a_time_does_not_use_up_the_segments() {
     let fleet = fleet();
-    let producer = Producer::create(&fleet, 1).unwrap();
+    let producer = ProducerPorts::create(&fleet, 1).unwrap();
     let mut subscriber = Subscriber::open(&fleet).unwrap();
     for robots in 1..6_000 {
         publish(&producer, robots as u64, robots);
@@ -86,25 +86,25 @@ fn one_robot_more_at_a_time_does_not_use_up_the_segments() {
 #[test]
 fn a_second_producer_is_refused_and_told_by_whom() {
     let fleet = fleet();
-    let first = Producer::create(&fleet, 1).unwrap();
-    let error = Producer::create(&fleet, 1).unwrap_err();
+    let first = ProducerPorts::create(&fleet, 1).unwrap();
+    let error = ProducerPorts::create(&fleet, 1).unwrap_err();
     assert!(matches!(error, OpenError::AlreadyRunning { .. }), "{error}");
     assert!(error.to_string().contains(&format!("process {}", std::process::id())), "{error}");
     publish(&first, 1, 1);
     drop(first);
-    Producer::create(&fleet, 1).unwrap();
+    ProducerPorts::create(&fleet, 1).unwrap();
 }
 
 #[test]
 fn readers_live_on_when_the_producer_is_replaced() {
     let fleet = fleet();
-    let first = Producer::create(&fleet, 4).unwrap();
+    let first = ProducerPorts::create(&fleet, 4).unwrap();
     let mut subscriber = Subscriber::open(&fleet).unwrap();
     publish(&first, 8, 4);
     let run = first.run_id();
     drop(first);
     assert!(!subscriber.has_producer());
-    let second = Producer::create(&fleet, 4).unwrap();
+    let second = ProducerPorts::create(&fleet, 4).unwrap();
     assert_ne!(run, second.run_id());
     publish(&second, 0, 4);
     check(&mut subscriber, 0, 4);
@@ -114,7 +114,7 @@ fn readers_live_on_when_the_producer_is_replaced() {
 #[test]
 fn a_reader_sleeps_until_it_is_woken() {
     let fleet = fleet();
-    let producer = Producer::create(&fleet, 2).unwrap();
+    let producer = ProducerPorts::create(&fleet, 2).unwrap();
     let name = fleet.clone();
     let reader = std::thread::spawn(move || {
         let mut subscriber = Subscriber::open(&name).unwrap();
@@ -140,7 +140,7 @@ fn a_reader_before_the_producer_gets_its_first_frame() {
     let fleet = fleet();
     let mut subscriber = Subscriber::open(&fleet).unwrap();
     assert!(!subscriber.has_producer());
-    let producer = Producer::create(&fleet, 2).unwrap();
+    let producer = ProducerPorts::create(&fleet, 2).unwrap();
     publish(&producer, 0, 2);
     check(&mut subscriber, 0, 2);
 }
@@ -148,7 +148,7 @@ fn a_reader_before_the_producer_gets_its_first_frame() {
 #[test]
 fn an_unsent_loan_is_never_seen_and_frees_its_place() {
     let fleet = fleet();
-    let producer = Producer::create(&fleet, 2).unwrap();
+    let producer = ProducerPorts::create(&fleet, 2).unwrap();
     let mut subscriber = Subscriber::open(&fleet).unwrap();
     for _ in 0..100 {
         drop(producer.loan(2).unwrap());
@@ -163,7 +163,7 @@ fn an_unsent_loan_is_never_seen_and_frees_its_place() {
 fn a_million_robots_take_the_memory_of_two_frames_and_one_per_reader_that_lags() {
     const ROBOTS: usize = 1_000_000;
     let fleet = fleet();
-    let producer = Producer::create(&fleet, ROBOTS).unwrap();
+    let producer = ProducerPorts::create(&fleet, ROBOTS).unwrap();
     let mut reader = Subscriber::open(&fleet).unwrap();
     let mut lagging = Subscriber::open(&fleet).unwrap();
     let frames = || {
@@ -200,7 +200,7 @@ fn a_million_robots_take_the_memory_of_two_frames_and_one_per_reader_that_lags()
 fn more_robots_than_shared_memory_can_hold_are_refused_before_it_is_too_late() {
     let fleet = fleet();
     let too_many = 4_000_000_000;
-    let producer = Producer::create(&fleet, 10).unwrap();
+    let producer = ProducerPorts::create(&fleet, 10).unwrap();
     let error = producer.loan(too_many).unwrap_err();
     assert!(error.to_string().contains("MB are left"), "{error}");
     publish(&producer, 1, 10);

@@ -11,21 +11,23 @@ use std::path::Path;
 
 use iceoryx2::prelude::*;
 use iceoryx2::service::Service;
+use regatta_plugin::ProducerPorts;
 use regatta_plugin::column::ColumnHeader;
 use regatta_plugin::contact::{
-    ContactChange, ContactEvent, ContactEventHeader, ContactEventReader, ContactHeader, ContactLevel, ContactReader,
-    ContactRecord,
+    ContactChange, ContactEvent, ContactEventHeader, ContactHeader, ContactLevel, ContactRecord,
 };
 use regatta_plugin::control::{ControlKind, ControlRequest, ControlResponse};
 use regatta_plugin::event::{EventHeader, EventKind, EventRecord, Refusal};
 use regatta_plugin::frame::{CONTRACT_VERSION, ClockState, FrameHeader, NO_EDGE, RobotState};
-use regatta_plugin::lockstep::Done;
 use regatta_plugin::order::{OrderHeader, OrderKind, OrderRecord};
-use regatta_plugin::order_log::{OrderLogHeader, OrderLogReader};
-use regatta_plugin::publish::Producer;
+use regatta_plugin::order_log::OrderLogHeader;
+use regatta_plugin::records::lockstep::Done;
 use regatta_plugin::route::{RouteRequest, RouteResponse};
 use regatta_plugin::world::{EdgeRecord, NodeRecord, RobotTypeRecord, Shape, WorldHeader};
-use regatta_plugin::{FleetName, Participant, Result, RouteServer, qos};
+use regatta_plugin::{
+    ColumnReader, ContactEventReader, ContactReader, FleetName, OrderLogReader, Participant, Result, RouteServer,
+    services,
+};
 use serde_json::{Map, Value, json};
 
 const FILE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../python/regatta/layout.json");
@@ -60,20 +62,20 @@ fn kind<T, F>(_: fn(&T) -> &F) -> &'static str {
 
 fn all_records() -> Map<String, Value> {
     records! {
-        FrameHeader { run_id, tick, sim_time_nanos, wall_time_nanos, late_ticks, world_revision, tick_cost_nanos,
+        FrameHeader { run_id, tick, sequence, sim_time_nanos, wall_time_nanos, late_ticks, world_revision, tick_cost_nanos,
             tick_period_nanos, speed, robots, stride_lines, clock, lockstep, reserved }
         WorldHeader { run_id, revision, nodes, edges, robot_types, reserved }
         NodeRecord { id, x, y, theta }
         EdgeRecord { id, origin, destination, length, control_points, velocity_forward, velocity_backwards, reserved }
         RobotTypeRecord { name, shape, length, width, max_speed, max_acceleration }
-        ColumnHeader { run_id, tick, robots, sequence }
+        ColumnHeader { run_id, tick, sequence, robots, reserved }
         OrderHeader { sender }
         OrderRecord { token, kind, robot, legs, id, reverse, released, robot_type, s }
         OrderLogHeader { run_id, tick, sequence }
         EventHeader { run_id, tick, dropped, sequence }
         EventRecord { token, kind, robot, id, detail }
-        ContactHeader { run_id, tick, sim_time_nanos, touching_ever, possible_ever, frames_skipped, touching, possible,
-            capped, sequence }
+        ContactHeader { run_id, tick, sim_time_nanos, touching_ever, possible_ever, frames_skipped, sequence, touching,
+            possible, capped, reserved }
         ContactRecord { since_tick, since_nanos, robots, level, edge, x, y, relative_speed, reserved }
         ContactEventHeader { run_id, tick, sequence }
         ContactEvent { tick, sim_time_nanos, robots, level, change, edge, x, y, relative_speed }
@@ -104,11 +106,12 @@ fn all_enums() -> Map<String, Value> {
 
 /// What iceoryx2 compares when a service is opened, for every service of a fleet: by pattern and name.
 fn all_services(fleet: &FleetName) -> Result<Map<String, Value>> {
-    let producer = Producer::create(fleet, 1)?;
+    let producer = ProducerPorts::create(fleet, 1)?;
     let other = Participant::join(fleet, "layout")?;
-    let _open = (other.column_reader("NAME")?, ContactReader::open_on(&other)?, ContactEventReader::open_on(&other)?);
+    let _open =
+        (ColumnReader::open_on(&other, "NAME")?, ContactReader::open_on(&other)?, ContactEventReader::open_on(&other)?);
     let (_log, _routes) = (OrderLogReader::open_on(&other)?, RouteServer::open_on(&other)?);
-    let prefix = qos::service_name(fleet, "");
+    let prefix = services::service_name(fleet, "");
     let mut services = Map::new();
     ipc::Service::list(Config::global_config(), |service| {
         let service = &service.static_details;
@@ -142,10 +145,10 @@ fn the_layout_file_is_true() {
     let fleet = format!("test-layout-{}", std::process::id()).parse().expect("a name");
     let layout = json!({
         "contract_version": CONTRACT_VERSION,
-        "version_attribute": qos::VERSION_ATTRIBUTE,
+        "version_attribute": services::VERSION_ATTRIBUTE,
         "no_edge": NO_EDGE,
-        "order_buffer": qos::ORDER_BUFFER,
-        "event_buffer": qos::EVENT_BUFFER,
+        "order_buffer": services::ORDER_BUFFER,
+        "event_buffer": services::EVENT_BUFFER,
         "records": all_records(),
         "enums": all_enums(),
         "services": all_services(&fleet).expect("services"),

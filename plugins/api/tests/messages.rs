@@ -6,23 +6,21 @@ use std::time::{Duration, Instant};
 
 use iceoryx2::prelude::*;
 use iceoryx2::service::attribute::{AttributeKey, AttributeValue};
-use regatta_plugin::column::ColumnHeader;
+use regatta_plugin::ProducerPorts;
 use regatta_plugin::control::{ControlKind, ControlResponse};
-use regatta_plugin::event::{EventHeader, EventKind, EventRecord};
+use regatta_plugin::event::{EventKind, EventRecord};
 use regatta_plugin::frame::{CONTRACT_VERSION, FrameHeader, Line};
-use regatta_plugin::inbox::Answer;
-use regatta_plugin::lockstep::{LockstepError, Reporter};
 use regatta_plugin::order::{OrderKind, OrderRecord, RouteLeg};
-use regatta_plugin::publish::Producer;
 use regatta_plugin::route::{LegAhead, RouteRequest, RouteResponse};
 use regatta_plugin::{
-    ColumnPublisher, ColumnReader, Control, ControlError, EventReader, OpenError, OrderError, Orders, Participant,
-    PublishError, ReadError, RouteClient, RouteError, RouteServer, Subscriber, column_names, qos,
+    ColumnPublisher, ColumnReader, Control, ControlError, EventReader, LockstepError, OpenError, OrderError, Orders,
+    Participant, PublishError, ReadError, Reporter, RouteClient, RouteError, RouteServer, Subscriber, column_names,
+    services,
 };
 
 use common::{fleet, publish};
 
-fn taken(producer: &mut Producer) -> Vec<Vec<OrderRecord>> {
+fn taken(producer: &mut ProducerPorts) -> Vec<Vec<OrderRecord>> {
     let mut samples = Vec::new();
     producer.take_orders(|_, records| samples.push(records.to_vec())).unwrap();
     samples
@@ -34,7 +32,7 @@ fn orders_arrive_as_sent() {
     let mut orders = Orders::open(&fleet).unwrap();
     orders.hold(1);
     assert_eq!(orders.send(), Err(OrderError::NoEngine { fleet: fleet.clone() }));
-    let mut producer = Producer::create(&fleet, 1).unwrap();
+    let mut producer = ProducerPorts::create(&fleet, 1).unwrap();
     let token = orders.assign(3, &[RouteLeg::forward(7), RouteLeg::reverse(8).horizon()]);
     let spawn = orders.spawn_on_edge(2, 9, 1.5);
     assert_ne!(token, spawn);
@@ -53,15 +51,15 @@ fn orders_arrive_as_sent() {
 #[test]
 fn orders_that_nobody_takes_are_refused_rather_than_lost() {
     let fleet = fleet();
-    let mut producer = Producer::create(&fleet, 1).unwrap();
+    let mut producer = ProducerPorts::create(&fleet, 1).unwrap();
     let mut orders = Orders::open(&fleet).unwrap();
-    for _ in 0..qos::ORDER_BUFFER {
+    for _ in 0..services::ORDER_BUFFER {
         orders.hold(1);
         orders.send().unwrap();
     }
     orders.hold(2);
     assert_eq!(orders.send(), Err(OrderError::Full { fleet }));
-    assert_eq!(taken(&mut producer).len(), qos::ORDER_BUFFER);
+    assert_eq!(taken(&mut producer).len(), services::ORDER_BUFFER);
     orders.send().unwrap();
     assert_eq!(taken(&mut producer)[0][0].robot, 2);
 }
@@ -69,7 +67,7 @@ fn orders_that_nobody_takes_are_refused_rather_than_lost() {
 #[test]
 fn ten_thousand_orders_fit_one_sample() {
     let fleet = fleet();
-    let mut producer = Producer::create(&fleet, 1).unwrap();
+    let mut producer = ProducerPorts::create(&fleet, 1).unwrap();
     let mut orders = Orders::open(&fleet).unwrap();
     for robot in 0..10_000 {
         orders.hold(robot);
@@ -90,13 +88,13 @@ fn tokens_of_different_senders_differ_and_repeat_from_run_to_run() {
 #[test]
 fn events_arrive_tick_by_tick_and_a_slow_reader_knows_what_it_missed() {
     let fleet = fleet();
-    let mut producer = Producer::create(&fleet, 1).unwrap();
+    let mut producer = ProducerPorts::create(&fleet, 1).unwrap();
     assert!(!producer.has_event_readers());
     let mut reader = EventReader::open(&fleet).unwrap();
     assert!(producer.has_event_readers());
     let mut send = |tick| {
         let event = EventRecord { kind: EventKind::RouteDone as u32, robot: tick as u32, ..EventRecord::default() };
-        producer.publish_events(&EventHeader { tick, ..EventHeader::default() }, &[event; 300]).unwrap();
+        producer.publish_events(tick, 0, &[event; 300]).unwrap();
     };
     let mut take = || {
         let mut seen = Vec::new();
@@ -112,10 +110,10 @@ fn events_arrive_tick_by_tick_and_a_slow_reader_knows_what_it_missed() {
     send(1);
     send(2);
     assert_eq!(take(), [(1, 0), (2, 0)]);
-    let buffer = qos::EVENT_BUFFER as u64;
+    let buffer = services::EVENT_BUFFER as u64;
     (3..=12 + buffer).for_each(&mut send);
     let seen = take();
-    assert_eq!((seen[0], seen.len()), ((13, 10), qos::EVENT_BUFFER));
+    assert_eq!((seen[0], seen.len()), ((13, 10), services::EVENT_BUFFER));
 }
 
 #[test]
@@ -125,26 +123,22 @@ fn requests_are_answered_now_later_or_never() {
     assert_eq!(control.status(), Err(ControlError::NoEngine { fleet: fleet.clone() }));
     let name = fleet.clone();
     let engine = std::thread::spawn(move || {
-        let mut producer = Producer::create(&name, 1).unwrap();
-        let mut tick = 0;
+        let mut producer = ProducerPorts::create(&name, 1).unwrap();
+        let (mut tick, mut later) = (0, Vec::new());
         let start = Instant::now();
         while start.elapsed() < Duration::from_secs(60) {
             tick += 1;
             let status = ControlResponse { tick, ..ControlResponse::default() };
-            let mut end = false;
-            let answer = |request: &regatta_plugin::control::ControlRequest| match request.kind() {
-                Some(ControlKind::Status) => Answer::Now(status.accept()),
-                Some(ControlKind::Step) => Answer::Later(tick + request.count),
-                Some(ControlKind::Resume) => {
-                    end = true;
-                    Answer::Later(u64::MAX)
+            while let Some((ticket, request)) = producer.take_request().unwrap() {
+                match request.kind() {
+                    Some(ControlKind::Status) => producer.answer(ticket, status.accept()),
+                    Some(ControlKind::Step) => later.push((tick + request.count, ticket)),
+                    Some(ControlKind::Resume) => return,
+                    _ => producer.answer(ticket, status.refuse("not today")),
                 }
-                _ => Answer::Now(status.refuse("not today")),
-            };
-            producer.take_requests(answer).unwrap();
-            producer.answer_waiting(|due| (tick >= due).then(|| status.accept()));
-            if end {
-                return;
+            }
+            for (_, ticket) in later.extract_if(.., |(due, _)| tick >= *due) {
+                producer.answer(ticket, status.accept());
             }
             std::thread::sleep(Duration::from_millis(1));
         }
@@ -168,14 +162,14 @@ fn requests_are_answered_now_later_or_never() {
 fn routes_are_told_by_whoever_knows_them() {
     let fleet = fleet();
     let mut client = RouteClient::open(&fleet).unwrap();
-    let producer = Producer::create(&fleet, 1).unwrap();
+    let producer = ProducerPorts::create(&fleet, 1).unwrap();
     assert_eq!(client.route(0), Err(RouteError::NoRoutes { fleet: fleet.clone() }), "a producer that has none");
     let mut server = RouteServer::open_on(producer.participant()).unwrap();
     let (again, limit) = (RouteServer::open_on(producer.participant()).map(|_| ()), 1);
-    assert_eq!(again, Err(OpenError::Full { service: qos::service_name(&fleet, "routes"), limit }));
+    assert_eq!(again, Err(OpenError::Full { service: services::service_name(&fleet, "routes"), limit }));
     let timeout = Duration::from_millis(20);
     for _ in 0..3 {
-        let robots = [0; qos::MAX_OPEN_ROUTES];
+        let robots = [0; services::MAX_OPEN_ROUTES];
         assert_eq!(client.routes(&robots, timeout), Err(RouteError::Timeout { fleet: fleet.clone(), timeout }));
     }
     let asker = std::thread::spawn({
@@ -208,11 +202,11 @@ fn routes_are_told_by_whoever_knows_them() {
 #[test]
 fn an_engine_that_stands_still_times_out() {
     let fleet = fleet();
-    let _producer = Producer::create(&fleet, 1).unwrap();
+    let _producer = ProducerPorts::create(&fleet, 1).unwrap();
     let mut control = Control::open(&fleet).unwrap();
     let timeout = Duration::from_millis(50);
     let request = regatta_plugin::control::ControlRequest::new(ControlKind::Status);
-    for _ in 0..2 * qos::MAX_OPEN_REQUESTS {
+    for _ in 0..2 * services::MAX_OPEN_REQUESTS {
         assert_eq!(control.request(request, timeout), Err(ControlError::Timeout { fleet: fleet.clone(), timeout }));
     }
 }
@@ -220,12 +214,11 @@ fn an_engine_that_stands_still_times_out() {
 #[test]
 fn columns_belong_to_a_frame_and_grow_with_the_fleet() {
     let fleet = fleet();
-    let mut producer = Producer::create(&fleet, 3).unwrap();
+    let mut producer = ProducerPorts::create(&fleet, 3).unwrap();
     let mut subscriber = Subscriber::open(&fleet).unwrap();
     let plugin = Participant::join(&fleet, "plugin").unwrap();
-    let name = "risk".parse().unwrap();
-    let mut column = ColumnPublisher::open_on(&plugin, &name).unwrap();
-    let error = plugin.column("risk").unwrap_err().to_string();
+    let mut column = ColumnPublisher::open_on(&plugin, "risk").unwrap();
+    let error = ColumnPublisher::open_on(&plugin, "risk").unwrap_err().to_string();
     assert!(error.contains("already published"), "{error}");
     for (tick, robots) in [(1, 3), (2, 40_000)] {
         publish(&producer, tick, robots);
@@ -235,13 +228,13 @@ fn columns_belong_to_a_frame_and_grow_with_the_fleet() {
         assert_eq!(error, PublishError::ColumnLength { values: robots - 1, robots });
         column.publish(&frame, &values).unwrap();
         // One that joins late, too.
-        let mut reader = ColumnReader::open_on(&plugin, &name).unwrap();
+        let mut reader = ColumnReader::open_on(&plugin, "risk").unwrap();
         column.update();
         let read = reader.latest().unwrap().unwrap();
         assert_eq!((read.header.tick, read.header.run_id, read.values), (tick, frame.run_id(), &values[..]));
     }
-    producer.publish_column("type", Default::default(), &[0.0, 1.0, 0.0]).unwrap();
-    let mut types = plugin.column_reader("type").unwrap();
+    producer.publish_column("type", 0, &[0.0, 1.0, 0.0]).unwrap();
+    let mut types = ColumnReader::open_on(&plugin, "type").unwrap();
     producer.update();
     assert_eq!(types.latest().unwrap().unwrap().values, [0.0, 1.0, 0.0]);
     let names: Vec<_> = column_names(&fleet).iter().map(ToString::to_string).collect();
@@ -251,14 +244,13 @@ fn columns_belong_to_a_frame_and_grow_with_the_fleet() {
 #[test]
 fn a_reader_for_all_gets_every_column_and_is_told_what_it_missed() {
     let fleet = fleet();
-    let mut producer = Producer::create(&fleet, 1).unwrap();
+    let mut producer = ProducerPorts::create(&fleet, 1).unwrap();
     let plugin = Participant::join(&fleet, "plugin").unwrap();
-    let name = "type".parse().unwrap();
-    let mut all = ColumnReader::open_for_all_on(&plugin, &name).unwrap();
-    let mut newest = ColumnReader::open_on(&plugin, &name).unwrap();
+    let mut all = ColumnReader::open_for_all_on(&plugin, "type").unwrap();
+    let mut newest = ColumnReader::open_on(&plugin, "type").unwrap();
     let mut publish = |ticks: std::ops::RangeInclusive<u64>| {
         for tick in ticks {
-            producer.publish_column("type", ColumnHeader { tick, ..Default::default() }, &[0.5]).unwrap();
+            producer.publish_column("type", tick, &[0.5]).unwrap();
         }
     };
     let mut take_all = || {
@@ -270,19 +262,19 @@ fn a_reader_for_all_gets_every_column_and_is_told_what_it_missed() {
     };
     publish(1..=3);
     assert_eq!(take_all(), [(1, 0), (2, 0), (3, 0)]);
-    let late = 4 + qos::COLUMN_BUFFER as u64 + 5;
+    let late = 4 + services::COLUMN_BUFFER as u64 + 5;
     publish(4..=late);
     let taken = take_all();
-    assert_eq!((taken.len(), taken[0], taken.last()), (qos::COLUMN_BUFFER, (late - 7, 6), Some(&(late, 0))));
+    assert_eq!((taken.len(), taken[0], taken.last()), (services::COLUMN_BUFFER, (late - 7, 6), Some(&(late, 0))));
     let column = newest.latest().unwrap().unwrap();
-    assert_eq!((column.header.tick, column.header.sequence), (late, late as u32));
+    assert_eq!((column.header.tick, column.header.sequence), (late, late));
     assert!(newest.latest().unwrap().is_none());
 }
 
 #[test]
 fn lockstep_waits_for_those_named_and_names_those_missing() {
     let fleet = fleet();
-    let mut producer = Producer::create(&fleet, 1).unwrap();
+    let mut producer = ProducerPorts::create(&fleet, 1).unwrap();
     let names = ["planner".to_owned(), "recorder".to_owned()];
     let planner = Reporter::open_on(&Participant::join(&fleet, "planner").unwrap()).unwrap();
     planner.done(producer.run_id(), 1).unwrap();
@@ -303,9 +295,12 @@ fn a_fleet_of_another_contract_version_is_refused_naming_both() {
     let fleet = fleet();
     let node = NodeBuilder::new().create::<ipc::Service>().unwrap();
     let version = AttributeSpecifier::new()
-        .define(&AttributeKey::new(qos::VERSION_ATTRIBUTE.as_bytes()).unwrap(), &AttributeValue::new(b"999").unwrap())
+        .define(
+            &AttributeKey::new(services::VERSION_ATTRIBUTE.as_bytes()).unwrap(),
+            &AttributeValue::new(b"999").unwrap(),
+        )
         .unwrap();
-    let name = |service: &str| ServiceName::new(&qos::service_name(&fleet, service)).unwrap();
+    let name = |service: &str| ServiceName::new(&services::service_name(&fleet, service)).unwrap();
     // The same types, so that only the attribute differs; and another type, which iceoryx2 finds by itself.
     let _frames = node
         .service_builder(&name("frames"))
@@ -316,7 +311,7 @@ fn a_fleet_of_another_contract_version_is_refused_naming_both() {
     let _orders =
         node.service_builder(&name("orders")).publish_subscribe::<u64>().create_with_attributes(&version).unwrap();
     let errors = [
-        Producer::create(&fleet, 1).unwrap_err(),
+        ProducerPorts::create(&fleet, 1).unwrap_err(),
         Subscriber::open(&fleet).unwrap_err(),
         Orders::open(&fleet).unwrap_err(),
     ];

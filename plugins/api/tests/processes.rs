@@ -7,8 +7,8 @@ use std::process::{Child, Command, Stdio};
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant};
 
+use regatta_plugin::ProducerPorts;
 use regatta_plugin::health::{occupants, services_of};
-use regatta_plugin::publish::Producer;
 use regatta_plugin::{FleetName, Frame, OpenError, Plugin, Result, Subscriber, World};
 use rustix::process::{Pid, Signal, kill_process};
 
@@ -31,7 +31,7 @@ fn child() {
 }
 
 fn produce(fleet: &FleetName) {
-    let mut producer = Producer::create(fleet, 5_000).unwrap();
+    let mut producer = ProducerPorts::create(fleet, 5_000).unwrap();
     producer.publish_world(&[], &[], &[]).unwrap();
     for tick in 0.. {
         publish(&producer, tick, 5_000);
@@ -154,7 +154,7 @@ fn eventually(what: &str, mut check: impl FnMut() -> bool) {
 }
 
 /// Publishes frames and returns the longest time that one took.
-fn publish_many(producer: &Producer, ticks: std::ops::Range<u64>) -> Duration {
+fn publish_many(producer: &ProducerPorts, ticks: std::ops::Range<u64>) -> Duration {
     let mut longest = Duration::ZERO;
     for tick in ticks {
         let start = Instant::now();
@@ -168,7 +168,7 @@ fn publish_many(producer: &Producer, ticks: std::ops::Range<u64>) -> Duration {
 #[test]
 fn a_stopped_reader_does_not_hold_up_anybody() {
     let fleet = fleet();
-    let producer = Producer::create(&fleet, 1_000).unwrap();
+    let producer = ProducerPorts::create(&fleet, 1_000).unwrap();
     let mut stopped = Role::start("plugin", &fleet);
     let mut reading = Subscriber::open(&fleet).unwrap();
     stopped.wait_for("frame", || publish(&producer, 0, 1_000));
@@ -202,7 +202,7 @@ fn a_plugin_hears_that_no_frame_comes_and_whether_there_is_a_producer() {
 #[test]
 fn killed_readers_leave_room_for_more() {
     let fleet = fleet();
-    let producer = Producer::create(&fleet, 1_000).unwrap();
+    let producer = ProducerPorts::create(&fleet, 1_000).unwrap();
     for round in 0..20 {
         let mut role = Role::start("holder", &fleet);
         role.wait_for("ready", || publish(&producer, round, 1_000));
@@ -222,7 +222,7 @@ fn a_killed_producer_is_replaced_while_its_readers_live_on() {
     let mut witness = Role::start("plugin", &fleet);
     let first = Role::start("producer", &fleet);
     let run = reader.wait(PATIENCE).unwrap().expect("a frame").run_id();
-    assert!(matches!(Producer::create(&fleet, 1), Err(OpenError::AlreadyRunning { .. })), "it is alive");
+    assert!(matches!(ProducerPorts::create(&fleet, 1), Err(OpenError::AlreadyRunning { .. })), "it is alive");
     witness.wait_for("frame", || ());
     first.kill();
     assert_eq!(reader.current().unwrap().unwrap().run_id(), run, "a frame in hand stays");
@@ -247,7 +247,7 @@ fn a_killed_producer_is_replaced_while_its_readers_live_on() {
 #[test]
 fn ten_readers_come_and_go() {
     let fleet = fleet();
-    let producer = Producer::create(&fleet, 100).unwrap();
+    let producer = ProducerPorts::create(&fleet, 100).unwrap();
     let mut readers: Vec<_> = (0..10).map(|_| Role::start("plugin", &fleet)).collect();
     eventually("ten read", || {
         publish(&producer, 1, 100);

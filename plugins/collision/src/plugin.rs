@@ -189,9 +189,9 @@ impl Watch {
 
 impl Plugin for Watch {
     fn on_start(&mut self, fleet: &Participant) -> Result {
-        let column = fleet.column(COLUMN)?;
+        let column = ColumnPublisher::open_on(fleet, COLUMN)?;
         let contacts = ContactPublisher::open_on(fleet)?;
-        self.ports = Some(Ports { types: fleet.column_reader("type")?, column, contacts });
+        self.ports = Some(Ports { types: ColumnReader::open_on(fleet, "type")?, column, contacts });
         Ok(())
     }
 

@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use regatta_plugin::contact::{ContactHeader, ContactLevel, ContactReader, ContactRecord};
-use regatta_plugin::{ColumnReader, Participant, ReadError, Result};
+use regatta_plugin::contact::{ContactHeader, ContactLevel, ContactRecord};
+use regatta_plugin::{ColumnReader, ContactReader, Participant, ReadError, Result};
 
 use crate::fold::Fold;
 use crate::snapshot::{Collisions, RobotLevels};
@@ -45,7 +45,7 @@ impl CollisionReader {
     /// If the fleet speaks another contract, or has no place for another reader.
     pub fn open_on(participant: &Participant) -> Result<Self> {
         let contacts = ContactReader::open_on(participant)?;
-        Ok(Self { column: participant.column_reader("collision")?, contacts, levels: None, pairs: None })
+        Ok(Self { column: ColumnReader::open_on(participant, "collision")?, contacts, levels: None, pairs: None })
     }
 
     /// Takes in what is new at the wall time `now`, in nanoseconds. What can't be read is counted: it is another
@@ -93,8 +93,7 @@ fn count_levels(tick: u64, values: &[f32]) -> RobotLevels {
 
 #[cfg(test)]
 mod tests {
-    use regatta_plugin::contact::ContactPublisher;
-    use regatta_plugin::{ColumnPublisher, FleetName};
+    use regatta_plugin::{ColumnPublisher, ContactPublisher, FleetName};
 
     use super::*;
 
@@ -105,7 +104,7 @@ mod tests {
     fn fleet(test: &str) -> (ColumnPublisher, ContactPublisher, CollisionReader) {
         let name: FleetName = format!("unit-metrics-{test}-{}", std::process::id()).parse().expect("a name");
         let participant = Participant::join(&name, "test").expect("joined");
-        let column = participant.column("collision").expect("a column");
+        let column = ColumnPublisher::open_on(&participant, "collision").expect("a column");
         let contacts = ContactPublisher::open_on(&participant).expect("contacts");
         (column, contacts, CollisionReader::open_on(&participant).expect("a reader"))
     }

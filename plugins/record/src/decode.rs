@@ -115,7 +115,7 @@ pub(crate) fn contacts(message: &[u8]) -> Result<(ContactHeader, Vec<ContactReco
         touching: contacts.touching,
         possible: contacts.possible,
         capped: contacts.capped,
-        sequence: 0,
+        ..ContactHeader::default()
     };
     let pair = |pair: &regatta::Contact| ContactRecord {
         since_tick: pair.since_tick,

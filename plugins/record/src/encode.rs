@@ -6,13 +6,12 @@
 use bytemuck::Pod;
 use prost::Message;
 use prost::encoding::{WireType, encode_key, encode_varint};
-use regatta_plugin::contact::{ContactEvents, ContactRecord, Contacts};
+use regatta_plugin::contact::ContactRecord;
 use regatta_plugin::event::EventRecord;
 use regatta_plugin::frame::FrameHeader;
 use regatta_plugin::order::OrderRecord;
-use regatta_plugin::order_log::OrderLog;
 use regatta_plugin::world::{EdgeRecord, NodeRecord, RobotTypeRecord};
-use regatta_plugin::{ColumnValues, Events, Frame, World};
+use regatta_plugin::{ColumnValues, ContactEvents, Contacts, Events, Frame, OrderLog, World};
 
 use crate::schema::regatta;
 
@@ -62,6 +61,7 @@ fn frame_scalars(header: &FrameHeader) -> regatta::Frame {
         robots: header.robots,
         clock: header.clock as i32,
         lockstep: header.lockstep,
+        sequence: header.sequence,
         ..regatta::Frame::default()
     }
 }

@@ -38,7 +38,7 @@ fn recording(folder: &Path) -> PathBuf {
     for tick in 0..TICKS {
         out.write(&Topic::Frames, at(tick), &frame(tick)).unwrap();
         if tick.is_multiple_of(2) {
-            let header = ColumnHeader { run_id: 1, tick, robots: ROBOTS as u32, sequence: 0 };
+            let header = ColumnHeader { run_id: 1, tick, robots: ROBOTS as u32, ..ColumnHeader::default() };
             let values: Vec<_> = (0..ROBOTS).map(|robot| tick as f32 + robot as f32 / 7.0).collect();
             let column = encode::column(&ColumnValues { header: &header, values: &values, missed: 0 });
             out.write(&Topic::Column("state".parse().unwrap()), at(tick), &column).unwrap();

@@ -3,14 +3,12 @@
 use proptest::prelude::*;
 use prost::Message;
 use regatta_plugin::column::ColumnHeader;
-use regatta_plugin::contact::{
-    ContactEvent, ContactEventHeader, ContactEvents, ContactHeader, ContactRecord, Contacts,
-};
+use regatta_plugin::contact::{ContactEvent, ContactEventHeader, ContactHeader, ContactRecord};
 use regatta_plugin::event::{EventHeader, EventRecord};
 use regatta_plugin::frame::{ColumnsMut, FrameHeader, Line, frame_lines, stride_lines};
 use regatta_plugin::order::OrderRecord;
-use regatta_plugin::order_log::{OrderLog, OrderLogHeader};
-use regatta_plugin::{ColumnValues, Events, Frame};
+use regatta_plugin::order_log::OrderLogHeader;
+use regatta_plugin::{ColumnValues, ContactEvents, Contacts, Events, Frame, OrderLog};
 
 use crate::decode::{self, MessageError};
 use crate::encode;
@@ -98,7 +96,7 @@ proptest! {
     #[test]
     fn columns_come_back_bit_for_bit(words in prop::collection::vec(any::<u32>(), 0..300)) {
         let values: Vec<_> = words.iter().map(|word| f32::from_bits(*word)).collect();
-        let header = ColumnHeader { run_id: 3, tick: 8, robots: values.len() as u32, sequence: 0 };
+        let header = ColumnHeader { run_id: 3, tick: 8, robots: values.len() as u32, ..ColumnHeader::default() };
         let message = encode::column(&ColumnValues { header: &header, values: &values, missed: 0 });
         let column = RecordedColumn::parse(&message).unwrap();
         prop_assert_eq!((column.tick, bits(&column.values())), (8, words.clone()));

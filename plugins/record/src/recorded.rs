@@ -106,6 +106,7 @@ fn frame_header(frame: &regatta::Frame) -> FrameHeader {
         robots: frame.robots,
         clock: frame.clock as u32,
         lockstep: frame.lockstep,
+        sequence: frame.sequence,
         ..FrameHeader::default()
     }
 }

@@ -5,10 +5,11 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Weak};
 use std::time::Duration;
 
-use regatta_plugin::contact::{ContactEventReader, ContactReader};
-use regatta_plugin::order_log::OrderLogReader;
-use regatta_plugin::qos::COLUMN_BUFFER;
-use regatta_plugin::{ColumnName, ColumnReader, FleetName, Participant, Result, column_names};
+use regatta_plugin::services::COLUMN_BUFFER;
+use regatta_plugin::{
+    ColumnName, ColumnReader, ContactEventReader, ContactReader, FleetName, OrderLogReader, Participant, Result,
+    column_names,
+};
 
 use crate::encode;
 use crate::schema::{PRODUCERS_COLUMN, Topic};
@@ -102,7 +103,7 @@ impl Sources {
 
     fn open_column(&mut self, name: ColumnName) -> Result {
         if !self.columns.iter().any(|(known, _)| *known == name) {
-            let reader = ColumnReader::open_for_all_on(&self.participant, &name)?;
+            let reader = ColumnReader::open_for_all_on(&self.participant, name.as_str())?;
             self.columns.push((name, reader));
         }
         Ok(())

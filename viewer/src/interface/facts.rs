@@ -1,11 +1,10 @@
 //! What the interface shows, and what it asks for in return. It knows nothing of windows and graphics cards.
 
 use glam::Vec2;
-use regatta_plugin::ColumnName;
-use regatta_plugin::contact::Contacts;
 use regatta_plugin::control::{ControlRequest, ControlResponse};
 use regatta_plugin::frame::{ClockState, Frame};
 use regatta_plugin::world::{EdgeRecord, NodeRecord, RobotTypeRecord};
+use regatta_plugin::{ColumnName, Contacts};
 
 use super::labels::Labels;
 use super::performance::Timing;

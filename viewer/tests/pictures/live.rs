@@ -10,8 +10,7 @@ use clap::{Args, FromArgMatches};
 use glam::Vec3;
 use image::RgbaImage;
 use regatta_plugin::FleetName;
-use regatta_plugin::column::ColumnHeader;
-use regatta_plugin::publish::Producer;
+use regatta_plugin::ProducerPorts;
 use regatta_viewer::Options;
 use regatta_viewer::camera::Camera;
 use regatta_viewer::gpu::device::Gpu;
@@ -69,15 +68,14 @@ impl Drop for Live {
 
 fn publish(fleet: &FleetName, stop: &AtomicBool) {
     let rows = robots();
-    let mut producer = Producer::create(fleet, rows.len()).expect("a producer");
+    let mut producer = ProducerPorts::create(fleet, rows.len()).expect("a producer");
     let (nodes, edges) = graph();
     producer.publish_world(&nodes, &edges, &types()).expect("a world");
     for tick in 0.. {
         if stop.load(Ordering::Relaxed) {
             return;
         }
-        let column = ColumnHeader { run_id: producer.run_id(), tick, robots: rows.len() as u32, sequence: 0 };
-        producer.publish_column("collision", column, &collisions()).expect("a column");
+        producer.publish_column("collision", tick, &collisions()).expect("a column");
         let mut frame = producer.loan(rows.len()).expect("a frame");
         frame.header_mut().tick = tick;
         frame.header_mut().sim_time_nanos = tick * 10_000_000;

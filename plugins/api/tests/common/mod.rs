@@ -3,7 +3,7 @@
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use regatta_plugin::FleetName;
-use regatta_plugin::publish::Producer;
+use regatta_plugin::ProducerPorts;
 
 /// A fleet name that no other test has.
 pub fn fleet() -> FleetName {
@@ -12,7 +12,7 @@ pub fn fleet() -> FleetName {
 }
 
 /// Publishes a frame in which `x[i] = tick + i`, and `state` of the last robot is 3.
-pub fn publish(producer: &Producer, tick: u64, robots: usize) {
+pub fn publish(producer: &ProducerPorts, tick: u64, robots: usize) {
     let mut frame = producer.loan(robots).unwrap();
     frame.header_mut().tick = tick;
     let columns = frame.columns_mut();

@@ -1,14 +1,15 @@
-//! What a replay is asked for, and why it can't be had.
+//! The options and the error of a replay.
 
 use std::path::PathBuf;
+use std::time::Duration;
 
 use clap::Args;
-use regatta_plugin::lockstep::LockstepError;
-use regatta_plugin::{FleetName, OpenError, PublishError, ReadError};
+use regatta_plugin::producer::Speed;
+use regatta_plugin::{FleetName, LockstepError, OpenError, PublishError, ReadError};
 
 use crate::reading::ReadingError;
 
-/// What to replay, and how.
+/// Options of `regatta replay`.
 #[derive(Args, Clone, Debug)]
 pub struct ReplayArgs {
     /// The recording
@@ -22,48 +23,32 @@ pub struct ReplayArgs {
     /// Start at this time of the recording: 12.5s, 3min …
     #[arg(long, value_name = "TIME")]
     pub(super) from: Option<humantime::Duration>,
-    /// Start again from the beginning when it is over
+    /// Start again from the beginning at the end
     #[arg(long = "loop")]
     pub(super) repeat: bool,
-    /// Stay when it is over, for `regatta seek`
+    /// Stay at the end, for `regatta seek`
     #[arg(long, conflicts_with = "repeat")]
     pub(super) hold: bool,
     /// Start paused
     #[arg(long)]
     pub(super) paused: bool,
-    /// Leave out the recorded columns and contacts, for plugins that work them out anew
+    /// Leave out the recorded columns and contacts, for plugins that compute them again
     #[arg(long)]
     pub(super) no_columns: bool,
     /// Wait for these plugins to finish each frame, so that they see every one
     #[arg(long, value_name = "NAME", num_args = 1..)]
     pub(super) lockstep: Vec<String>,
     /// How many seconds to wait for a plugin in lockstep
-    #[arg(long, value_name = "SECONDS", default_value = "10")]
-    pub(super) lockstep_timeout: f64,
+    #[arg(long, value_name = "SECONDS", default_value = "10", value_parser = parse_seconds)]
+    pub(super) lockstep_timeout: Duration,
 }
 
-/// Recorded seconds per wall second, infinite for as fast as possible.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Speed(pub(super) f32);
-
-impl Speed {
-    pub(super) fn from_f32(factor: f32) -> Option<Self> {
-        (factor == f32::INFINITY || (0.001..=1000.0).contains(&factor)).then_some(Self(factor))
-    }
+fn parse_seconds(text: &str) -> Result<Duration, String> {
+    let seconds = text.parse().ok().and_then(|seconds| Duration::try_from_secs_f64(seconds).ok());
+    seconds.ok_or_else(|| "give seconds, for example 10".to_owned())
 }
 
-impl std::str::FromStr for Speed {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, Self::Err> {
-        let factor = if text.eq_ignore_ascii_case("max") { Some(f32::INFINITY) } else { text.parse().ok() };
-        factor
-            .and_then(Self::from_f32)
-            .ok_or_else(|| format!("'{text}' is no speed: give a factor from 0.001 to 1000, or max"))
-    }
-}
-
-/// Why a replay ended before its time.
+/// The error that ends a replay.
 #[derive(Debug, thiserror::Error)]
 pub enum ReplayError {
     /// The recording can't be read.
@@ -72,7 +57,7 @@ pub enum ReplayError {
     /// The fleet's services can't be opened.
     #[error(transparent)]
     Open(#[from] OpenError),
-    /// Something can't be published.
+    /// A message can't be published.
     #[error(transparent)]
     Publish(#[from] PublishError),
     /// Requests can't be read.
@@ -81,24 +66,10 @@ pub enum ReplayError {
     /// A plugin in lockstep didn't finish a frame.
     #[error(transparent)]
     Lockstep(#[from] LockstepError),
-    /// A time outside of the recording.
+    /// A time is outside of the recording.
     #[error("{0}")]
     Time(String),
     /// Signals can't be watched.
     #[error("can't watch for Ctrl-C ({0})")]
     Signals(String),
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn speeds_are_factors_or_max() {
-        assert_eq!("2.5".parse(), Ok(Speed(2.5)));
-        assert_eq!("max".parse(), Ok(Speed(f32::INFINITY)));
-        for bad in ["0", "-1", "nan", "1001", "fast"] {
-            assert!(bad.parse::<Speed>().is_err(), "{bad}");
-        }
-    }
 }

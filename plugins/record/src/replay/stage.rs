@@ -1,43 +1,32 @@
-//! Publishes recorded messages as a producer.
+//! Publishes recorded messages through the ports of a producer.
 
 use std::collections::BTreeSet;
 
-use regatta_plugin::column::ColumnHeader;
-use regatta_plugin::contact::{ContactHeader, ContactPublisher};
-use regatta_plugin::frame::{ClockState, FrameHeader, RobotState};
-use regatta_plugin::publish::Producer;
-use regatta_plugin::{ColumnName, OpenError, Participant, PublishError};
+use regatta_plugin::contact::ContactHeader;
+use regatta_plugin::frame::{FrameHeader, RobotState};
+use regatta_plugin::producer::Session;
+use regatta_plugin::{ColumnName, ContactPublisher, ProducerPorts, PublishError};
 
 use super::ReplayError;
 use crate::decode::{self, MessageError, RecordedWorld};
 use crate::recorded::{RecordedColumn, RecordedFrame};
 use crate::schema::Topic;
 
-/// What a frame says about the replay rather than about the recording.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Show {
-    pub clock: ClockState,
-    pub speed: f32,
-    pub lockstep: bool,
-}
-
-/// The producer, and what it showed last.
+/// The state of a replay's services.
 #[derive(Debug)]
 pub(super) struct Stage {
-    pub producer: Producer,
-    /// A recording without any leaves them to a live checker.
+    /// `None` if the recording has no contacts, so that a live checker can publish them.
     contacts: Option<ContactPublisher>,
-    /// Those that are published: none that somebody else publishes.
+    /// The columns that are published: none that another process publishes.
     columns: BTreeSet<ColumnName>,
-    /// The run that was recorded, of which this shows a part.
+    /// The recorded run that is being shown.
     recorded_run: Option<u64>,
     world: RecordedWorld,
-    /// Header and states of the frame shown last.
-    header: FrameHeader,
+    /// The states of the frame shown last.
     states: Vec<u8>,
 }
 
-/// What went wrong with one message.
+/// The error of publishing one message.
 pub(super) enum StageError {
     Message(MessageError),
     Replay(ReplayError),
@@ -56,47 +45,32 @@ impl From<MessageError> for StageError {
 }
 
 impl Stage {
-    /// Opens a fleet to publish these topics on, all before the first frame: so readers that wait for a fleet are there
+    /// Opens the services of these topics, all before the first frame, so that readers that wait for a fleet are there
     /// in time.
-    pub fn open(participant: Participant, topics: &[Topic]) -> Result<Self, OpenError> {
-        let mut producer = Producer::create_on(participant, 0)?;
+    pub fn open(ports: &mut ProducerPorts, topics: &[Topic]) -> Self {
         let mut columns = BTreeSet::new();
         for name in topics.iter().filter_map(Topic::column) {
-            match producer.open_column(name.clone()) {
+            match ports.open_column(name.clone()) {
                 Ok(_) => drop(columns.insert(name.clone())),
                 Err(error) => regatta_plugin::tell!("replay: the recorded column is left out: {error}"),
             }
         }
         let has_contacts = topics.iter().any(|topic| matches!(topic, Topic::Contacts | Topic::ContactEvents));
-        let contacts = has_contacts.then(|| ContactPublisher::open_on(producer.participant()));
+        let contacts = has_contacts.then(|| ContactPublisher::open_on(ports.participant()));
         let contacts = contacts.and_then(|opened| {
             opened.inspect_err(|error| regatta_plugin::tell!("replay: contacts are left out: {error}")).ok()
         });
-        Ok(Self {
-            producer,
-            contacts,
-            columns,
-            recorded_run: None,
-            world: RecordedWorld::default(),
-            header: FrameHeader::default(),
-            states: Vec::new(),
-        })
+        Self { contacts, columns, recorded_run: None, world: RecordedWorld::default(), states: Vec::new() }
     }
 
-    /// Gives what was published last to readers that have joined since.
+    /// Gives the newest contacts to readers that have joined since.
     pub fn update(&self) {
-        self.producer.update();
         if let Some(contacts) = &self.contacts {
             contacts.update();
         }
     }
 
-    /// Header of the frame shown last.
-    pub fn header(&self) -> &FrameHeader {
-        &self.header
-    }
-
-    /// Robots of the frame shown last, by state.
+    /// The number of robots of the frame shown last, by state.
     pub fn robots_by_state(&self) -> [u32; 5] {
         let mut counts = [0; 256];
         self.states.iter().for_each(|state| counts[usize::from(*state)] += 1);
@@ -105,95 +79,84 @@ impl Stage {
         [idle, driving, waiting, held, faulted]
     }
 
-    /// Starts another run, for going back in time.
-    pub fn begin_run(&mut self) -> Result<(), PublishError> {
-        self.producer.begin_run();
-        self.publish_world()
+    /// Begins another run, to go back in time.
+    pub fn begin_run(&mut self, session: &mut Session) -> Result<(), PublishError> {
+        session.ports().begin_run();
+        self.publish_world(session)
     }
 
-    /// Publishes one message. Whether it was a frame.
-    pub fn publish(&mut self, topic: &Topic, message: &[u8], show: Show) -> Result<bool, StageError> {
+    /// Publishes one message.
+    pub fn publish(&mut self, session: &mut Session, topic: &Topic, message: &[u8]) -> Result<(), StageError> {
         match topic {
-            Topic::Frames => return self.frame(&RecordedFrame::parse(message)?, show).map(|()| true),
-            Topic::World => self.take_world(decode::world(message)?)?,
+            Topic::Frames => self.frame(session, &RecordedFrame::parse(message)?)?,
+            Topic::World => self.take_world(session, decode::world(message)?)?,
             Topic::Column(name) if self.columns.contains(name) => {
-                self.column(name, &RecordedColumn::parse(message)?)?
+                let column = RecordedColumn::parse(message)?;
+                session.ports().publish_column(name.as_str(), column.tick, &column.values())?;
             }
-            Topic::Events if self.producer.has_event_readers() => {
+            Topic::Events if session.ports().has_event_readers() => {
                 let (header, events) = decode::events(message)?;
-                self.producer.publish_events(&header, &events)?;
+                session.ports().publish_events(header.tick, header.dropped, &events)?;
             }
-            Topic::Orders if self.producer.has_order_log_readers() => {
+            Topic::Orders if session.ports().has_order_log_readers() => {
                 let (tick, orders) = decode::orders(message)?;
-                self.producer.publish_order_log(tick, &orders)?;
+                session.ports().publish_order_log(tick, &orders)?;
             }
-            Topic::Contacts => self.contacts(message)?,
-            Topic::ContactEvents => self.contact_events(message)?,
-            // What nobody reads or wants, and what is for other programs.
+            Topic::Contacts => self.contacts(session.run_id(), message)?,
+            Topic::ContactEvents => self.contact_events(session.run_id(), message)?,
+            // Without readers, or for other programs.
             _ => {}
         }
-        Ok(false)
+        Ok(())
     }
 
-    fn frame(&mut self, frame: &RecordedFrame<'_>, show: Show) -> Result<(), StageError> {
-        self.follow_run(frame.header.run_id)?;
-        self.producer.check_room(frame.len())?;
-        let mut loan = self.producer.loan(frame.len())?;
+    fn frame(&mut self, session: &mut Session, frame: &RecordedFrame<'_>) -> Result<(), StageError> {
+        self.follow_run(session, frame.header.run_id)?;
+        session.set_tick(frame.header.tick);
+        let mut loan = session.loan(frame.len())?;
         let header = loan.header_mut();
-        let FrameHeader { run_id, world_revision, robots, stride_lines, .. } = *header;
+        // What the frame says about the recording rather than about the replay.
         *header = FrameHeader {
-            run_id,
-            world_revision,
-            robots,
-            stride_lines,
-            clock: show.clock as u32,
-            speed: show.speed,
-            lockstep: u32::from(show.lockstep),
-            ..frame.header
+            sim_time_nanos: frame.header.sim_time_nanos,
+            late_ticks: frame.header.late_ticks,
+            tick_cost_nanos: frame.header.tick_cost_nanos,
+            tick_period_nanos: frame.header.tick_period_nanos,
+            ..*header
         };
-        self.header = *header;
         frame.copy_to(&mut loan.columns_mut());
-        loan.send()?;
-        self.producer.notify();
+        session.send(loan)?;
         self.update();
         self.states.clear();
         self.states.extend_from_slice(frame.states());
         Ok(())
     }
 
-    fn take_world(&mut self, world: RecordedWorld) -> Result<(), StageError> {
+    fn take_world(&mut self, session: &mut Session, world: RecordedWorld) -> Result<(), StageError> {
         let run_id = world.run_id;
         let shown = (self.recorded_run == Some(run_id)) && world == self.world;
         self.world = world;
-        if !shown && !self.follow_run(run_id)? {
-            self.publish_world()?;
+        if !shown && !self.follow_run(session, run_id)? {
+            self.publish_world(session)?;
         }
         Ok(())
     }
 
-    /// A run of the recording is a run of the replay. Whether it is another than before, so that the world was
-    /// published anew.
-    fn follow_run(&mut self, recorded_run: u64) -> Result<bool, PublishError> {
+    /// Begins a run of the replay for each run of the recording. Returns whether it did, and so published the world.
+    fn follow_run(&mut self, session: &mut Session, recorded_run: u64) -> Result<bool, PublishError> {
         let before = self.recorded_run.replace(recorded_run);
         let changed = before.is_some_and(|before| before != recorded_run);
         if changed {
-            self.begin_run()?;
+            self.begin_run(session)?;
         }
         Ok(changed)
     }
 
-    fn publish_world(&mut self) -> Result<(), PublishError> {
+    fn publish_world(&mut self, session: &mut Session) -> Result<(), PublishError> {
         let RecordedWorld { nodes, edges, robot_types, .. } = &self.world;
-        self.producer.publish_world(nodes, edges, robot_types).map(drop)
+        session.ports().publish_world(nodes, edges, robot_types).map(drop)
     }
 
-    fn column(&mut self, name: &ColumnName, column: &RecordedColumn<'_>) -> Result<(), StageError> {
-        let header = ColumnHeader { tick: column.tick, ..ColumnHeader::default() };
-        Ok(self.producer.publish_column(name.as_str(), header, &column.values())?)
-    }
-
-    fn contacts(&mut self, message: &[u8]) -> Result<(), StageError> {
-        let run_id = self.producer.run_id();
+    fn contacts(&mut self, run_id: u64, message: &[u8]) -> Result<(), StageError> {
         if let Some(publisher) = &mut self.contacts {
             let (header, pairs) = decode::contacts(message)?;
             publisher.publish(&ContactHeader { run_id, ..header }, &pairs)?;
@@ -201,8 +164,7 @@ impl Stage {
         Ok(())
     }
 
-    fn contact_events(&mut self, message: &[u8]) -> Result<(), StageError> {
-        let run_id = self.producer.run_id();
+    fn contact_events(&mut self, run_id: u64, message: &[u8]) -> Result<(), StageError> {
         if let Some(publisher) = &mut self.contacts {
             let (tick, events) = decode::contact_events(message)?;
             publisher.publish_events(run_id, tick, &events)?;

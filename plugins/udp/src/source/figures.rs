@@ -1,12 +1,14 @@
-//! What the source tells of itself.
+//! The figures that the source reports.
 
 use std::time::Instant;
+
+use regatta_plugin::producer::Session;
 
 use super::Source;
 use super::intake::Intake;
 use crate::tally::Faults;
 
-/// What a user should know of.
+/// Counts of what was ignored or failed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Trouble {
     pub faults: Faults,
@@ -17,31 +19,31 @@ pub struct Trouble {
 }
 
 impl Source {
-    /// Tells once a second what is going on: always what is wrong, the rest if asked to.
-    pub(super) fn tell(&mut self) {
+    /// Reports once a second: trouble always, other figures with `--verbose`.
+    pub(super) fn report(&mut self, session: &Session) {
         if !self.second.has_passed(Instant::now()) {
             return;
         }
-        let trouble = self.trouble();
+        let trouble = self.trouble(session);
         if self.verbose {
-            regatta_plugin::tell!("udp-source: {}", self.summary());
-        } else if trouble != self.told {
+            regatta_plugin::tell!("udp-source: {}", self.summary(session));
+        } else if trouble != self.reported {
             regatta_plugin::tell!("udp-source: ignored so far: {}", trouble.text());
         }
-        self.told = trouble;
+        self.reported = trouble;
     }
 
-    fn trouble(&self) -> Trouble {
+    fn trouble(&self, session: &Session) -> Trouble {
         Trouble {
             faults: self.intake.faults,
             dropped: self.socket.dropped().unwrap_or(0),
-            orders_refused: self.orders_refused,
+            orders_refused: session.orders_refused(),
             answers_refused: self.answers.as_ref().map_or(0, |answers| answers.outlet.sent.refused),
             receive_errors: self.receive_errors,
         }
     }
 
-    fn summary(&self) -> String {
+    fn summary(&self, session: &Session) -> String {
         let Intake { lines, datagrams, bytes, .. } = self.intake;
         let [standing, driving] = self.intake.robots.standing_and_driving(self.now());
         let answered =
@@ -51,15 +53,15 @@ impl Source {
              {} late; ignored: {}",
             standing + driving,
             self.effort,
-            self.ticker.tick,
-            self.ticker.late_ticks,
-            self.trouble().text()
+            session.tick(),
+            session.late_ticks(),
+            self.trouble(session).text()
         )
     }
 
-    /// Tells the closing figures.
-    pub(super) fn close(&self, json: bool) {
-        regatta_plugin::tell!("udp-source: {}", self.summary());
+    /// Reports the closing figures.
+    pub(super) fn report_end(&self, session: &Session, json: bool) {
+        regatta_plugin::tell!("udp-source: {}", self.summary(session));
         if !json {
             return;
         }
@@ -69,8 +71,8 @@ impl Source {
             "receive_buffer_bytes": self.socket.receive_buffer_bytes(),
             "malformed": faults.malformed, "negative_ids": faults.negative_id, "ids_too_large": faults.id_too_large,
             "not_finite": faults.not_finite, "oversized_datagrams": faults.oversized,
-            "answers": self.answers.as_ref().map(|answers| answers.outlet.sent.lines), "orders_refused": self.orders_refused,
-            "frames": self.ticker.tick, "late_ticks": self.ticker.late_ticks,
+            "answers": self.answers.as_ref().map(|answers| answers.outlet.sent.lines), "orders_refused": session.orders_refused(),
+            "frames": session.tick(), "late_ticks": session.late_ticks(),
             "wall_secs": self.effort.wall_secs(), "cpu_secs": self.effort.cpu_secs(),
         });
         println!("{json}");
@@ -82,7 +84,7 @@ impl Trouble {
         let mut text = self.faults.to_string();
         for (count, what) in [
             (self.dropped, "packets dropped by the system, of up to 64 datagrams each (the receive buffer was full)"),
-            (self.orders_refused, "orders refused (robots are driven by whoever sends the poses)"),
+            (self.orders_refused, "orders refused (the sender of the poses drives the robots)"),
             (self.answers_refused, "answers not sent"),
             (self.receive_errors, "errors of the socket"),
         ] {

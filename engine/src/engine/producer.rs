@@ -1,0 +1,71 @@
+//! The engine as a [`Producer`]: its clock, control service and lockstep are those of every producer.
+
+use regatta_plugin::control::ControlKind;
+use regatta_plugin::producer::{Moment, Producer, Refusal, Session};
+
+use super::{EngineError, Simulation};
+use crate::scenario::MAX_ROBOTS;
+
+impl Producer for Simulation {
+    type Error = EngineError;
+
+    fn start(&mut self, session: &mut Session) -> Result<(), EngineError> {
+        self.publish_world(session)?;
+        self.publish_types(session)?;
+        self.write_frame(session, true)
+    }
+
+    fn next_moment(&mut self, session: &Session) -> Result<Option<Moment>, EngineError> {
+        let next = session.next_tick();
+        Ok(self.last_tick.is_none_or(|last| next.tick <= last).then_some(next))
+    }
+
+    fn tick(&mut self, session: &mut Session) -> Result<(), EngineError> {
+        self.events.set_wanted(session.ports().has_event_readers());
+        self.take_orders(session)?;
+        if self.has_frame(session.tick()) {
+            let mut frame = session.loan(self.fleet.robots())?;
+            self.fleet.step(Some(frame.columns_mut()), &mut self.events);
+            self.publish_events(session)?;
+            self.send(session, frame, true)
+        } else {
+            self.fleet.step(None, &mut self.events);
+            self.publish_events(session)?;
+            self.announce_events(session);
+            session.ports().update();
+            Ok(())
+        }
+    }
+
+    fn show(&mut self, session: &mut Session) -> Result<(), EngineError> {
+        self.write_frame(session, false)
+    }
+
+    fn robots_by_state(&self) -> [u32; 5] {
+        self.fleet.robots_by_state()
+    }
+
+    /// Orders wait for the next tick; routes are reported between two.
+    fn between_ticks(&mut self, session: &mut Session) -> Result<(), EngineError> {
+        self.answer_routes(session)
+    }
+
+    fn refuses(&self, kind: ControlKind) -> Option<Refusal> {
+        (kind == ControlKind::Seek).then(|| "an engine can't go to another time; a replay can".to_owned())
+    }
+
+    fn set_robots(&mut self, session: &mut Session, robots: u64) -> Result<Result<(), Refusal>, EngineError> {
+        let robots = match u32::try_from(robots) {
+            Ok(robots) if robots <= MAX_ROBOTS => robots,
+            _ => return Ok(Err(format!("{robots} robots are too many: a fleet holds at most {MAX_ROBOTS}"))),
+        };
+        if let Err(error) = session.ports().check_room(robots as usize) {
+            return Ok(Err(error.to_string()));
+        }
+        self.events.set_wanted(session.ports().has_event_readers());
+        self.place_robots(robots);
+        self.publish_types(session)?;
+        self.publish_events(session)?;
+        Ok(Ok(()))
+    }
+}

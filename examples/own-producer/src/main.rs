@@ -1,0 +1,78 @@
+//! A producer outside Regatta's repository: a gateway that publishes robots which it doesn't drive itself.
+//!
+//! These robots circle a square. Replace [`Gateway::read`] by whatever tells you where yours are: a bus, a driver, another
+//! simulator. Every reader of Regatta works with it: the viewer, the collision checker, recorders, plugins of your own.
+//!
+//!     cargo run --release -- --fleet gateway --rate 20
+//!     regatta viewer --fleet gateway
+
+use regatta_plugin::frame::{NO_EDGE, RobotState};
+use regatta_plugin::producer::{Producer, Refusal, Session};
+use regatta_plugin::world::{NodeRecord, RobotTypeRecord, Shape};
+use regatta_plugin::{Error, Result};
+
+struct Gateway {
+    /// Per robot: x and y in metres, theta in radians.
+    poses: Vec<[f32; 3]>,
+}
+
+impl Gateway {
+    /// Reads where the robots are at a simulated time in seconds.
+    fn read(&mut self, time: f32) {
+        let robots = self.poses.len() as f32;
+        for (robot, pose) in self.poses.iter_mut().enumerate() {
+            let angle = 0.2 * time + std::f32::consts::TAU * robot as f32 / robots;
+            *pose = [10.0 * angle.cos(), 10.0 * angle.sin(), (angle + 1.5).sin().atan2((angle + 1.5).cos())];
+        }
+    }
+}
+
+impl Producer for Gateway {
+    type Error = Error;
+
+    fn start(&mut self, session: &mut Session) -> Result {
+        let charger = NodeRecord { id: 1, ..NodeRecord::default() };
+        let name = RobotTypeRecord::padded_name("tugger");
+        let (shape, limit) = (Shape::Rectangle as u32, f32::INFINITY);
+        let tugger = RobotTypeRecord { name, shape, length: 1.2, width: 0.8, max_speed: 2.0, max_acceleration: limit };
+        session.ports().publish_world(&[charger], &[], &[tugger])?;
+        self.tick(session)
+    }
+
+    fn tick(&mut self, session: &mut Session) -> Result {
+        self.read(session.sim_time().as_secs_f32());
+        self.show(session)
+    }
+
+    fn show(&mut self, session: &mut Session) -> Result {
+        Ok(session.publish(self.poses.len(), |columns| {
+            for (robot, pose) in self.poses.iter().enumerate() {
+                [columns.x[robot], columns.y[robot], columns.theta[robot]] = *pose;
+                (columns.speed[robot], columns.s[robot]) = (2.0, 0.0);
+                (columns.edge[robot], columns.state[robot]) = (NO_EDGE, RobotState::Driving as u8);
+            }
+        })?)
+    }
+
+    fn robots_by_state(&self) -> [u32; 5] {
+        [0, self.poses.len() as u32, 0, 0, 0]
+    }
+
+    fn refuses(&self, kind: regatta_plugin::control::ControlKind) -> Option<Refusal> {
+        let seeks = kind == regatta_plugin::control::ControlKind::Seek;
+        seeks.then(|| "real robots can't go to another time".to_owned())
+    }
+
+    fn set_robots(&mut self, session: &mut Session, robots: u64) -> Result<Result<(), Refusal>> {
+        if !(1..=100).contains(&robots) {
+            return Ok(Err(format!("{robots} robots: this gateway has 1 to 100")));
+        }
+        self.poses.resize(robots as usize, [0.0; 3]);
+        self.read(session.sim_time().as_secs_f32());
+        Ok(Ok(()))
+    }
+}
+
+fn main() -> Result {
+    regatta_plugin::produce(Gateway { poses: vec![[0.0; 3]; 12] })
+}

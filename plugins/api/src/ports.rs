@@ -1,0 +1,28 @@
+//! Ports: who sends and who takes each record.
+//!
+//! Three generic ports do the work, and the others only give them names and types: [`slices`] sends slices of records,
+//! [`newest`] takes the newest sample, [`every_tick`] takes all of them in order. Request-response services have
+//! [`ask`] on the client's side. [`services`] holds the name and the quality of service of each.
+//!
+//! Imports lead from the services up to the ports and on to [`process`](crate::process), never back.
+
+mod ask;
+pub mod columns;
+pub mod contacts;
+pub mod control;
+pub mod error;
+pub mod events;
+mod every_tick;
+mod frame_loan;
+pub mod frames;
+mod inbox;
+pub mod lockstep;
+mod newest;
+pub mod order_log;
+pub mod orders;
+pub mod producer;
+pub mod routes;
+pub mod services;
+mod slices;
+mod wake;
+pub mod worlds;

@@ -1,0 +1,160 @@
+//! Both sides of columns: a plugin publishes one, any process reads it.
+
+use iceoryx2::prelude::*;
+
+use super::error::{OpenError, PublishError, ReadError};
+use super::newest::Newest;
+use super::services::{self, Ipc};
+use super::slices::SliceSender;
+use crate::process::join::{Participant, config};
+use crate::records::column::ColumnHeader;
+use crate::records::frame::{Frame, Line, stride_lines};
+use crate::records::name::{ColumnName, FleetName};
+
+/// Publishes a column: one value per robot, for the frame that they were computed from.
+#[derive(Debug)]
+pub struct ColumnPublisher {
+    sender: SliceSender<Line, ColumnHeader>,
+}
+
+impl ColumnPublisher {
+    /// Opens a column of a fleet for writing.
+    ///
+    /// # Errors
+    /// [`OpenError::Name`] if the name is invalid, [`OpenError::ColumnTaken`] if a live process publishes it, [`OpenError::OtherVersion`] if the fleet
+    /// uses another contract, else [`OpenError::SharedMemory`].
+    pub fn open_on(participant: &Participant, name: &str) -> Result<Self, OpenError> {
+        let name: ColumnName = name.parse()?;
+        let (node, fleet) = (participant.node(), participant.fleet());
+        let service = services::column(node, fleet, &name)?;
+        let taken = |owner| OpenError::ColumnTaken { fleet: fleet.clone(), column: name.clone(), owner };
+        Ok(Self { sender: SliceSender::open_only(service, "a column", 1, node, taken)? })
+    }
+
+    /// Publishes `values`, one per robot of the frame.
+    ///
+    /// # Errors
+    /// [`PublishError`].
+    pub fn publish(&mut self, frame: &Frame<'_>, values: &[f32]) -> Result<(), PublishError> {
+        if values.len() != frame.len() {
+            return Err(PublishError::ColumnLength { values: values.len(), robots: frame.len() });
+        }
+        self.write(frame.run_id(), frame.tick(), frame.len(), |column| column.copy_from_slice(values))
+    }
+
+    /// Publishes the values that `fill` writes straight into shared memory. They are left over from an older column
+    /// before that.
+    ///
+    /// # Errors
+    /// [`PublishError`].
+    pub fn write(
+        &mut self,
+        run_id: u64,
+        tick: u64,
+        robots: usize,
+        fill: impl FnOnce(&mut [f32]),
+    ) -> Result<(), PublishError> {
+        let mut sample = self.sender.loan(stride_lines(robots))?;
+        fill(&mut bytemuck::cast_slice_mut(sample.payload_mut())[..robots]);
+        let sequence = self.sender.sequence().next(run_id);
+        *sample.user_header_mut() = ColumnHeader { run_id, tick, sequence, robots: robots as u32, reserved: 0 };
+        sample.send().map_err(|e| PublishError::Send { what: "a column", reason: e.to_string() })?;
+        Ok(())
+    }
+
+    /// Gives the newest values to readers that have joined since. Publishing does so as well.
+    pub fn update(&self) {
+        self.sender.update();
+    }
+}
+
+/// A reader's view of a column.
+#[derive(Clone, Copy, Debug)]
+pub struct ColumnValues<'sample> {
+    /// The run and tick that the values belong to.
+    pub header: &'sample ColumnHeader,
+    /// One value per robot of that tick.
+    pub values: &'sample [f32],
+    /// The number of samples that were published between the one that this reader returned before and this one.
+    pub missed: u64,
+}
+
+/// Reads a column: the newest values, or [all of them](Self::take_next).
+#[derive(Debug)]
+pub struct ColumnReader {
+    columns: Newest<Line, ColumnHeader>,
+    service: services::Column,
+}
+
+impl ColumnReader {
+    /// Opens a column of a fleet, whether or not a process publishes it yet.
+    ///
+    /// # Errors
+    /// As [`Subscriber::open`](crate::Subscriber::open).
+    pub fn open_on(participant: &Participant, name: &str) -> Result<Self, OpenError> {
+        Self::open(participant, name, 1)
+    }
+
+    /// Opens a column for a reader that wants all values: the last [`COLUMN_BUFFER`](services::COLUMN_BUFFER)
+    /// samples wait for [`take_next`](Self::take_next).
+    ///
+    /// # Errors
+    /// As [`Subscriber::open`](crate::Subscriber::open).
+    pub fn open_for_all_on(participant: &Participant, name: &str) -> Result<Self, OpenError> {
+        Self::open(participant, name, services::COLUMN_BUFFER)
+    }
+
+    fn open(participant: &Participant, name: &str, buffer: usize) -> Result<Self, OpenError> {
+        let service = services::column(participant.node(), participant.fleet(), &name.parse()?)?;
+        Ok(Self { columns: Newest::open(&service, "a column", buffer)?, service })
+    }
+
+    /// Returns the oldest values that this hasn't returned yet.
+    ///
+    /// # Errors
+    /// [`ReadError`] if the connection is broken, or the values contradict their header.
+    pub fn take_next(&mut self) -> Result<Option<ColumnValues<'_>>, ReadError> {
+        if self.columns.take_next()? { self.current() } else { Ok(None) }
+    }
+
+    /// Returns the newest values, if there are some that this hasn't returned yet.
+    ///
+    /// # Errors
+    /// [`ReadError`] if the connection is broken, or the values contradict their header.
+    pub fn latest(&mut self) -> Result<Option<ColumnValues<'_>>, ReadError> {
+        if self.columns.take_newest()? { self.current() } else { Ok(None) }
+    }
+
+    /// The values that [`latest`](Self::latest) or [`take_next`](Self::take_next) returned last.
+    ///
+    /// # Errors
+    /// [`ReadError::Malformed`] if they contradict their header.
+    pub fn current(&self) -> Result<Option<ColumnValues<'_>>, ReadError> {
+        let Some((header, lines)) = self.columns.held() else { return Ok(None) };
+        let missed = self.columns.missed();
+        match bytemuck::cast_slice(lines).get(..header.robots as usize) {
+            Some(values) => Ok(Some(ColumnValues { header, values, missed })),
+            None => Err(ReadError::Malformed { what: "a column", lines: lines.len() }),
+        }
+    }
+
+    /// Whether a process publishes it. One that was killed counts until another process joins the fleet.
+    pub fn has_publisher(&self) -> bool {
+        self.service.dynamic_config().number_of_publishers() > 0
+    }
+}
+
+/// Returns the columns of a fleet that a process publishes or reads, sorted. Lists all services of the machine, which
+/// is too slow to do for every frame.
+pub fn column_names(fleet: &FleetName) -> Vec<ColumnName> {
+    let prefix = services::service_name(fleet, "columns/");
+    let mut names = Vec::new();
+    // A service that this user can't list can't be read either.
+    let _ = Ipc::list(config(), |service| {
+        let name = service.static_details.name().as_str();
+        names.extend(name.strip_prefix(&prefix).and_then(|name| name.parse().ok()));
+        CallbackProgression::Continue
+    });
+    names.sort();
+    names
+}

@@ -1,0 +1,134 @@
+//! The errors of ports: one closed enum per operation.
+
+use crate::records::frame::CONTRACT_VERSION;
+use crate::records::name::{ColumnName, FleetName, NameError};
+
+/// The error of opening a fleet's services.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum OpenError {
+    /// A process with another contract version has the service open.
+    #[error(
+        "fleet '{fleet}' uses contract version {theirs}, this program uses version {CONTRACT_VERSION} \
+         ({service}); build both from the same release, or use another fleet name"
+    )]
+    OtherVersion {
+        /// The fleet.
+        fleet: FleetName,
+        /// The service.
+        service: String,
+        /// The version found, or `unknown`.
+        theirs: String,
+    },
+    /// The name of a column is invalid.
+    #[error(transparent)]
+    Name(#[from] NameError),
+    /// Another producer of the fleet is alive.
+    #[error(
+        "fleet '{fleet}' is already running: {owner} publishes it; stop that one, or choose another name with --fleet"
+    )]
+    AlreadyRunning {
+        /// The fleet.
+        fleet: FleetName,
+        /// Its producer: executable and process id.
+        owner: String,
+    },
+    /// Another plugin publishes a column of that name.
+    #[error(
+        "column '{column}' of fleet '{fleet}' is already published by {owner}; stop that one, or choose another name"
+    )]
+    ColumnTaken {
+        /// The fleet.
+        fleet: FleetName,
+        /// The column.
+        column: ColumnName,
+        /// Its publisher: executable and process id.
+        owner: String,
+    },
+    /// Another plugin publishes the fleet's contacts.
+    #[error("contacts of fleet '{fleet}' are already published by {owner}; stop that one first")]
+    ContactsTaken {
+        /// The fleet.
+        fleet: FleetName,
+        /// Their publisher: executable and process id.
+        owner: String,
+    },
+    /// A service has no free place.
+    #[error(
+        "{service} has all of its {limit} places taken; stop a reader, or run `regatta doctor --clean` if some have died"
+    )]
+    Full {
+        /// The service.
+        service: String,
+        /// The number of places.
+        limit: usize,
+    },
+    /// iceoryx2 failed.
+    #[error("can't open {what} in shared memory ({reason}); `regatta doctor` says what is wrong with it")]
+    SharedMemory {
+        /// The service or fleet that was to be opened.
+        what: String,
+        /// iceoryx2's reason.
+        reason: String,
+    },
+}
+
+/// The error of publishing a sample.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum PublishError {
+    /// Shared memory has no room for the sample.
+    #[error("no shared memory for {what} ({reason}); `regatta doctor` shows how much there is")]
+    Loan {
+        /// The sample that was to be published.
+        what: &'static str,
+        /// iceoryx2's reason.
+        reason: String,
+    },
+    /// The sample can't be delivered.
+    #[error("can't publish {what} ({reason})")]
+    Send {
+        /// The sample that was to be published.
+        what: &'static str,
+        /// iceoryx2's reason.
+        reason: String,
+    },
+    /// The column can't be opened.
+    #[error(transparent)]
+    Open(#[from] OpenError),
+    /// The column's name is invalid.
+    #[error(transparent)]
+    Name(#[from] NameError),
+    /// The values of the column are not one per robot.
+    #[error("a column of {values} values doesn't fit a frame of {robots} robots; it needs one value per robot")]
+    ColumnLength {
+        /// The number of values given.
+        values: usize,
+        /// The number of robots in the frame.
+        robots: usize,
+    },
+}
+
+/// The error of reading a sample.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum ReadError {
+    /// iceoryx2 can't deliver the sample.
+    #[error("can't read {what} ({reason}); is its producer still alive? `regatta doctor` says")]
+    Receive {
+        /// The sample that was to be read.
+        what: &'static str,
+        /// iceoryx2's reason.
+        reason: String,
+    },
+    /// The producer sent something that contradicts its own header.
+    #[error("{what} of {lines} lines is shorter than its header says; its producer is at fault")]
+    Malformed {
+        /// The sample.
+        what: &'static str,
+        /// Its length in [`Line`](crate::frame::Line)s.
+        lines: usize,
+    },
+}
+
+/// The error of receiving `what`.
+pub(super) fn receive_error(what: &'static str, error: impl core::fmt::Display) -> ReadError {
+    ReadError::Receive { what, reason: error.to_string() }
+}

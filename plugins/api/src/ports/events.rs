@@ -1,0 +1,32 @@
+//! The reader's side of events.
+
+use super::error::OpenError;
+use super::every_tick::{TickReader, TickRecords};
+use super::services;
+use crate::process::join::Participant;
+use crate::records::event::{EventHeader, EventRecord};
+use crate::records::name::FleetName;
+
+/// The events of one tick, borrowed from shared memory, in the order of their robots' ids.
+pub type Events<'sample> = TickRecords<'sample, EventHeader, EventRecord>;
+
+/// Reads a fleet's events.
+pub type EventReader = TickReader<EventHeader, EventRecord>;
+
+impl EventReader {
+    /// Opens the events of a fleet, whether or not it has a producer yet.
+    ///
+    /// # Errors
+    /// As [`Subscriber::open`](crate::Subscriber::open).
+    pub fn open(fleet: &FleetName) -> Result<Self, OpenError> {
+        Self::open_on(&Participant::join(fleet, "events")?)
+    }
+
+    /// Opens the events for a process that has joined the fleet.
+    ///
+    /// # Errors
+    /// As [`Subscriber::open`](crate::Subscriber::open).
+    pub fn open_on(participant: &Participant) -> Result<Self, OpenError> {
+        Self::of(&services::events(participant.node(), participant.fleet())?, "events")
+    }
+}

@@ -1,0 +1,58 @@
+//! A frame under construction.
+
+use std::time::{SystemTime, UNIX_EPOCH};
+
+use iceoryx2::sample_mut::SampleMut;
+
+use super::error::PublishError;
+use super::services::Ipc;
+use super::slices::Sequence;
+use crate::records::frame::{ColumnsMut, FrameHeader, Line};
+
+/// A frame under construction, in shared memory. Dropped without [`send`](Self::send), it is never seen.
+pub struct FrameLoan {
+    sample: SampleMut<Ipc, [Line], FrameHeader>,
+    robots: usize,
+    sequence: Sequence,
+}
+
+impl FrameLoan {
+    pub(super) fn new(sample: SampleMut<Ipc, [Line], FrameHeader>, robots: usize, sequence: Sequence) -> Self {
+        Self { sample, robots, sequence }
+    }
+
+    /// The header. `robots` and `stride_lines` describe the columns and must not be changed; `sequence` and
+    /// `wall_time_nanos` are filled in by [`send`](Self::send).
+    pub fn header_mut(&mut self) -> &mut FrameHeader {
+        self.sample.user_header_mut()
+    }
+
+    /// The columns, to be written in full for all robots.
+    pub fn columns_mut(&mut self) -> ColumnsMut<'_> {
+        ColumnsMut::split(self.sample.payload_mut(), self.robots)
+    }
+
+    /// Publishes the frame, with its sequence number and the time of day in its header. From here on readers have it:
+    /// whatever belongs to its tick (events, the order log, columns) must be published before.
+    ///
+    /// # Errors
+    /// [`PublishError::Send`] if a connection is broken; the readers on the others have it.
+    pub fn send(mut self) -> Result<(), PublishError> {
+        let header = self.sample.user_header_mut();
+        header.sequence = self.sequence.next(header.run_id);
+        header.wall_time_nanos = wall_time_nanos();
+        self.sample.send().map_err(|e| PublishError::Send { what: "a frame", reason: e.to_string() })?;
+        Ok(())
+    }
+}
+
+impl core::fmt::Debug for FrameLoan {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.debug_struct("FrameLoan").field("robots", &self.robots).finish_non_exhaustive()
+    }
+}
+
+/// The time of day, in nanoseconds since the Unix epoch.
+pub(super) fn wall_time_nanos() -> u64 {
+    SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |time| time.as_nanos() as u64)
+}

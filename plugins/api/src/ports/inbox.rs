@@ -1,0 +1,86 @@
+//! The producer's side of orders and of the control service.
+
+use iceoryx2::active_request::ActiveRequest;
+use iceoryx2::port::server::Server;
+use iceoryx2::port::subscriber::Subscriber;
+use iceoryx2::prelude::*;
+
+use super::error::{OpenError, ReadError, receive_error};
+use super::services::{self, Ipc};
+use crate::process::join::Participant;
+use crate::records::control::{ControlRequest, ControlResponse};
+use crate::records::order::{OrderHeader, OrderRecord};
+
+type Request = ActiveRequest<Ipc, ControlRequest, (), ControlResponse, ()>;
+
+/// Takes the orders of all senders.
+#[derive(Debug)]
+pub(super) struct OrderInbox {
+    samples: Subscriber<Ipc, [OrderRecord], OrderHeader>,
+}
+
+impl OrderInbox {
+    pub(super) fn open(participant: &Participant) -> Result<Self, OpenError> {
+        let service = services::orders(participant.node(), participant.fleet())?;
+        let samples = service.subscriber_builder().create().map_err(|e| services::full_or(service.name(), 1, e))?;
+        Ok(Self { samples })
+    }
+
+    /// Passes all orders that have arrived to `each`, sample by sample.
+    pub(super) fn take(&mut self, mut each: impl FnMut(&OrderHeader, &[OrderRecord])) -> Result<(), ReadError> {
+        // Bounded, so that a sender that never stops can't keep a tick from ending.
+        for _ in 0..services::ORDER_BUFFER * services::MAX_ORDER_SENDERS {
+            let Some(sample) = self.samples.receive().map_err(|e| receive_error("orders", e))? else { break };
+            each(sample.user_header(), sample.payload());
+        }
+        Ok(())
+    }
+}
+
+/// Takes control requests, and keeps them until they are answered.
+#[derive(Debug)]
+pub(super) struct RequestInbox {
+    server: Server<Ipc, ControlRequest, (), ControlResponse, ()>,
+    /// Unanswered requests by their tickets.
+    waiting: Vec<(u64, Request)>,
+    last_ticket: u64,
+}
+
+impl RequestInbox {
+    pub(super) fn open(participant: &Participant) -> Result<Self, OpenError> {
+        let service = services::control(participant.node(), participant.fleet())?;
+        let server = service
+            .server_builder()
+            .backpressure_strategy(BackpressureStrategy::DiscardData)
+            .max_loaned_responses_per_request(1)
+            .create()
+            .map_err(|e| services::full_or(service.name(), 1, e))?;
+        Ok(Self { server, waiting: Vec::new(), last_ticket: 0 })
+    }
+
+    /// Takes the oldest request that has arrived, with the ticket by which to answer it.
+    pub(super) fn take(&mut self) -> Result<Option<(u64, ControlRequest)>, ReadError> {
+        let Some(request) = self.server.receive().map_err(|e| receive_error("control requests", e))? else {
+            return Ok(None);
+        };
+        self.last_ticket += 1;
+        let payload = *request.payload();
+        self.waiting.push((self.last_ticket, request));
+        Ok(Some((self.last_ticket, payload)))
+    }
+
+    /// Answers a request. A client that has gone away, or is stopped, misses its answer; the producer doesn't wait.
+    pub(super) fn answer(&mut self, ticket: u64, response: ControlResponse) {
+        for (_, request) in self.waiting.extract_if(.., |(waiting, _)| *waiting == ticket) {
+            if let Err(error) = request.send_copy(response) {
+                tracing::debug!(%error, "answering a control request");
+            }
+        }
+    }
+
+    /// Drops the requests of clients that have gone away, and returns whether the one with this ticket is among them.
+    pub(super) fn is_abandoned(&mut self, ticket: u64) -> bool {
+        self.waiting.retain(|(_, request)| request.is_connected());
+        !self.waiting.iter().any(|(waiting, _)| *waiting == ticket)
+    }
+}

@@ -1,0 +1,148 @@
+//! Lockstep: the one case in which a producer waits for readers, because it was asked to by name.
+//!
+//! While a frame's `lockstep` is nonzero, each reader reports on `regatta/F/done` which tick it has finished, after it has
+//! sent its orders and columns for it. [`run`](crate::run) does so for every plugin. The producer waits for the reports of
+//! the readers that it was told to wait for. A reader that comes *after* others waits for their reports, too, before it
+//! handles the frame: then it finds their columns of the same tick.
+
+use core::time::Duration;
+
+use iceoryx2::port::notifier::Notifier;
+use iceoryx2::port::publisher::Publisher;
+use iceoryx2::port::subscriber::Subscriber;
+use iceoryx2::port::update_connections::UpdateConnections;
+use iceoryx2::prelude::*;
+
+use super::error::{OpenError, PublishError, ReadError, receive_error};
+use super::services::{self, Ipc};
+use super::wake::Wake;
+use crate::process::join::Participant;
+pub use crate::records::lockstep::Done;
+use crate::records::{padded, text};
+
+/// The error of waiting for readers in lockstep.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum LockstepError {
+    /// Not all readers have finished the tick in time.
+    #[error("tick {tick}: no report within {:.1} s from {}; are they running, under these names?", timeout.as_secs_f32(), missing.join(", "))]
+    Timeout {
+        /// The tick.
+        tick: u64,
+        /// How long the producer waited.
+        timeout: Duration,
+        /// The names of the readers that haven't reported the tick.
+        missing: Vec<String>,
+    },
+    /// A signal has arrived. The caller checks whether it is to stop, or else waits again.
+    #[error("waiting for tick {tick} was interrupted by a signal")]
+    Interrupted {
+        /// The tick.
+        tick: u64,
+    },
+    /// Reports can't be read.
+    #[error(transparent)]
+    Read(#[from] ReadError),
+}
+
+/// The receiving end of reports: the last tick that each reader has finished.
+#[derive(Debug)]
+pub(crate) struct DoneReports {
+    reports: Subscriber<Ipc, Done, ()>,
+    wake: Wake,
+    finished: Vec<Done>,
+}
+
+impl DoneReports {
+    /// Opens the reports of a fleet. Readers that have reported before report their last tick again.
+    pub(crate) fn open(participant: &Participant) -> Result<Self, OpenError> {
+        let service = services::done(participant.node(), participant.fleet())?;
+        let reports = service.subscriber_builder().create();
+        Ok(Self {
+            reports: reports.map_err(|e| services::full_or(service.name(), services::MAX_READERS, e))?,
+            wake: Wake::open(participant, "done")?,
+            finished: Vec::new(),
+        })
+    }
+
+    /// Returns the readers among `names` that haven't finished a tick of a run yet.
+    pub(crate) fn missing<'a>(
+        &mut self,
+        names: &'a [String],
+        run_id: u64,
+        tick: u64,
+    ) -> Result<impl Iterator<Item = &'a String>, ReadError> {
+        while let Some(done) = self.reports.receive().map_err(|e| receive_error("lockstep reports", e))? {
+            match self.finished.iter_mut().find(|before| before.name == done.name) {
+                Some(before) => *before = *done,
+                None => self.finished.push(*done),
+            }
+        }
+        let has_finished = move |name: &str| {
+            let is_of = |done: &&Done| text(&done.name) == name && done.run_id == run_id;
+            self.finished.iter().find(is_of).is_some_and(|done| done.tick >= tick)
+        };
+        Ok(names.iter().filter(move |name| !has_finished(name)))
+    }
+
+    /// Forgets the wake-ups so far. Must be followed by a check of what is [missing](Self::missing).
+    pub(crate) fn forget_wake_ups(&self) -> Result<(), ReadError> {
+        self.wake.forget()
+    }
+
+    /// Sleeps until a reader reports, for about a tenth of a second or `left` at most. Returns `false` if a signal
+    /// ended it.
+    pub(crate) fn sleep(&self, left: Duration) -> Result<bool, ReadError> {
+        self.wake.sleep(left)
+    }
+}
+
+/// A reader's sending end: reports ticks under the reader's name.
+#[derive(Debug)]
+pub struct Reporter {
+    reports: Publisher<Ipc, Done, ()>,
+    wake: Notifier<Ipc>,
+    name: [u8; 64],
+}
+
+impl Reporter {
+    /// Opens the reports of a fleet, under the name by which the process joined.
+    ///
+    /// # Errors
+    /// [`OpenError::OtherVersion`] if the fleet uses another contract, [`OpenError::Full`] if it has
+    /// [`MAX_READERS`](services::MAX_READERS) reporters, else [`OpenError::SharedMemory`].
+    pub fn open_on(participant: &Participant) -> Result<Self, OpenError> {
+        let service = services::done(participant.node(), participant.fleet())?;
+        Ok(Self {
+            reports: service
+                .publisher_builder()
+                .max_loaned_samples(1)
+                .backpressure_strategy(BackpressureStrategy::DiscardData)
+                .create()
+                .map_err(|e| services::full_or(service.name(), services::MAX_READERS, e))?,
+            wake: services::notifier(&services::event(participant.node(), participant.fleet(), "done")?)?,
+            name: padded(participant.name()),
+        })
+    }
+
+    /// Reports that a tick is finished. All orders and columns for it must have been sent before.
+    ///
+    /// # Errors
+    /// [`PublishError`] if the report can't be delivered.
+    pub fn done(&self, run_id: u64, tick: u64) -> Result<(), PublishError> {
+        self.reports
+            .send_copy(Done { run_id, tick, name: self.name })
+            .map_err(|e| PublishError::Send { what: "a lockstep report", reason: e.to_string() })?;
+        if let Err(error) = self.wake.notify() {
+            tracing::debug!(%error, "waking the producer");
+        }
+        Ok(())
+    }
+
+    /// Gives the last report to readers that have joined since and come after this one. To be called every now and then
+    /// while no frame comes.
+    pub fn update(&self) {
+        if let Err(error) = self.reports.update_connections() {
+            tracing::debug!(%error, "connecting readers of lockstep reports");
+        }
+    }
+}

@@ -1,0 +1,99 @@
+//! Newest in: the receiving end of a service of which a reader wants the newest sample, or all of the last few.
+
+use core::fmt::Debug;
+
+use iceoryx2::port::subscriber::Subscriber;
+use iceoryx2::prelude::*;
+use iceoryx2::sample::Sample;
+use iceoryx2::service::port_factory::publish_subscribe;
+
+use super::error::{OpenError, ReadError, receive_error};
+use super::services::{self, Ipc};
+use crate::records::sequence::{LostSamples, Sequenced};
+
+/// The largest number of samples that one search for the newest goes through: samples that dead publishers left unread
+/// come before those of the living one. It is bounded so that a publisher faster than the reader can't keep it busy.
+const MAX_ROUNDS: u64 = 2 * services::COLUMN_BUFFER as u64;
+
+/// Takes samples of records `T` under headers `H`, and holds the last one, so that what is handed out only borrows.
+#[derive(Debug)]
+pub(super) struct Newest<T, H>
+where
+    T: Debug + ZeroCopySend + 'static,
+    H: Debug + Sequenced + ZeroCopySend + 'static,
+{
+    port: Subscriber<Ipc, [T], H>,
+    held: Option<Sample<Ipc, [T], H>>,
+    lost: LostSamples,
+    /// Samples between the one that was handed out before and the held one.
+    missed: u64,
+    /// The subject of error messages.
+    what: &'static str,
+}
+
+impl<T, H> Newest<T, H>
+where
+    T: Debug + ZeroCopySend + 'static,
+    H: Debug + Sequenced + ZeroCopySend + 'static,
+{
+    /// Opens the receiving end of a service. The last `buffer` samples wait to be taken.
+    pub(super) fn open(
+        service: &publish_subscribe::PortFactory<Ipc, [T], H>,
+        what: &'static str,
+        buffer: usize,
+    ) -> Result<Self, OpenError> {
+        let port = service.subscriber_builder().buffer_size(buffer).create();
+        let port = port.map_err(|e| services::full_or(service.name(), services::MAX_READERS, e))?;
+        Ok(Self { port, held: None, lost: LostSamples::default(), missed: 0, what })
+    }
+
+    /// Whether a sample waits to be taken.
+    pub(super) fn has_newer(&self) -> Result<bool, ReadError> {
+        self.port.has_samples().map_err(|e| receive_error(self.what, e))
+    }
+
+    /// Holds the oldest sample that waits, and returns whether there was one.
+    pub(super) fn take_next(&mut self) -> Result<bool, ReadError> {
+        self.missed = 0;
+        self.receive()
+    }
+
+    /// Holds the newest sample, and returns whether there was one that wasn't taken yet.
+    pub(super) fn take_newest(&mut self) -> Result<bool, ReadError> {
+        let mut received = 0;
+        self.missed = 0;
+        while received < MAX_ROUNDS && self.receive()? {
+            received += 1;
+        }
+        self.missed += received.saturating_sub(1);
+        Ok(received > 0)
+    }
+
+    fn receive(&mut self) -> Result<bool, ReadError> {
+        if !self.has_newer()? {
+            return Ok(false);
+        }
+        // Given back first: a reader may hold few samples at a time.
+        self.held = None;
+        self.held = self.port.receive().map_err(|e| receive_error(self.what, e))?;
+        if let Some(sample) = &self.held {
+            self.missed += self.lost.before(sample.user_header());
+        }
+        Ok(self.held.is_some())
+    }
+
+    /// The held sample.
+    pub(super) fn held(&self) -> Option<(&H, &[T])> {
+        self.held.as_ref().map(|sample| (sample.user_header(), sample.payload()))
+    }
+
+    /// How many samples were published between the one that was handed out before and the held one.
+    pub(super) fn missed(&self) -> u64 {
+        self.missed
+    }
+
+    /// Gives the held sample back, so that its memory can serve another.
+    pub(super) fn release(&mut self) {
+        self.held = None;
+    }
+}

@@ -1,0 +1,187 @@
+//! The sender's side of orders.
+
+use super::error::{OpenError, PublishError};
+use super::services;
+use super::slices::SliceSender;
+use crate::process::join::Participant;
+use crate::records::name::FleetName;
+use crate::records::order::{OrderHeader, OrderKind, OrderRecord, RouteLeg};
+
+/// The error of sending orders. They are kept, to be sent again.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum OrderError {
+    /// The fleet has no engine.
+    #[error("fleet '{fleet}' has no engine to take orders; start one, or name another fleet with --fleet")]
+    NoEngine {
+        /// The fleet.
+        fleet: FleetName,
+    },
+    /// [`ORDER_BUFFER`](services::ORDER_BUFFER) samples wait already.
+    #[error(
+        "fleet '{fleet}' has not taken the last {} samples of orders (is it paused?); send fewer, or wait",
+        services::ORDER_BUFFER
+    )]
+    Full {
+        /// The fleet.
+        fleet: FleetName,
+    },
+    /// iceoryx2 can't deliver the orders.
+    #[error("can't send orders ({reason}); `regatta doctor` says what is wrong")]
+    Send {
+        /// iceoryx2's reason.
+        reason: String,
+    },
+}
+
+/// Sends orders: collects them, then sends them as one sample, so that all take effect in the same tick.
+///
+/// Each order gets a token, which the events that answer it carry. Tokens of senders of different names differ.
+///
+/// ```no_run
+/// use regatta_plugin::order::RouteLeg;
+/// use regatta_plugin::{FleetName, Orders, Result};
+///
+/// # fn main() -> Result {
+/// let mut orders = Orders::open(&FleetName::default())?;
+/// orders.hold(4);
+/// orders.assign(7, &[RouteLeg::forward(12), RouteLeg::forward(13).horizon()]);
+/// orders.send()?;
+/// # Ok(())
+/// # }
+/// ```
+#[derive(Debug)]
+pub struct Orders {
+    sender: SliceSender<OrderRecord, OrderHeader>,
+    fleet: FleetName,
+    sender_hash: u64,
+    last_token: u64,
+    records: Vec<OrderRecord>,
+}
+
+impl Orders {
+    /// Opens the orders of a fleet, whether or not it has an engine yet.
+    ///
+    /// # Errors
+    /// [`OpenError::OtherVersion`] if the fleet uses another contract, [`OpenError::Full`] if it has
+    /// [`MAX_ORDER_SENDERS`](services::MAX_ORDER_SENDERS) senders, else [`OpenError::SharedMemory`].
+    pub fn open(fleet: &FleetName) -> Result<Self, OpenError> {
+        Self::open_on(&Participant::join(fleet, &format!("orders-{}", std::process::id()))?)
+    }
+
+    /// Opens the orders for a process that has joined the fleet. The participant's name is the sender's.
+    ///
+    /// # Errors
+    /// As [`open`](Self::open).
+    pub fn open_on(participant: &Participant) -> Result<Self, OpenError> {
+        let service = services::orders(participant.node(), participant.fleet())?;
+        let sender_hash = fnv1a(participant.name().as_bytes());
+        Ok(Self {
+            sender: SliceSender::open(service, "orders", services::FIRST_RECORDS, services::MAX_ORDER_SENDERS)?,
+            fleet: participant.fleet().clone(),
+            sender_hash,
+            last_token: sender_hash << 32,
+            records: Vec::new(),
+        })
+    }
+
+    /// Gives a robot a new route. Returns the order's token.
+    pub fn assign(&mut self, robot: u32, legs: &[RouteLeg]) -> u64 {
+        self.route(OrderKind::Assign, robot, legs)
+    }
+
+    /// Drops a robot's horizon and appends legs to its released base. Returns the order's token.
+    pub fn extend(&mut self, robot: u32, legs: &[RouteLeg]) -> u64 {
+        self.route(OrderKind::Extend, robot, legs)
+    }
+
+    /// Drops a robot's route beyond its current edge. Returns the order's token.
+    pub fn cancel(&mut self, robot: u32) -> u64 {
+        self.push(OrderKind::Cancel, OrderRecord { robot, ..OrderRecord::default() })
+    }
+
+    /// Makes a robot brake and stop. Returns the order's token.
+    pub fn hold(&mut self, robot: u32) -> u64 {
+        self.push(OrderKind::Hold, OrderRecord { robot, ..OrderRecord::default() })
+    }
+
+    /// Ends a hold. Returns the order's token.
+    pub fn resume(&mut self, robot: u32) -> u64 {
+        self.push(OrderKind::Resume, OrderRecord { robot, ..OrderRecord::default() })
+    }
+
+    /// Adds a robot on a node, by the node's id. Returns the order's token; the `Spawned` event has the
+    /// robot's id.
+    pub fn spawn_at_node(&mut self, robot_type: u32, node: u32) -> u64 {
+        self.push(OrderKind::SpawnAtNode, OrderRecord { robot_type, id: node, ..OrderRecord::default() })
+    }
+
+    /// Adds a robot on an edge, by the edge's id, `s` metres from its origin. Returns the order's token.
+    pub fn spawn_on_edge(&mut self, robot_type: u32, edge: u32, s: f32) -> u64 {
+        self.push(OrderKind::SpawnOnEdge, OrderRecord { robot_type, id: edge, s, ..OrderRecord::default() })
+    }
+
+    /// Removes a robot from the fleet. Returns the order's token.
+    pub fn remove(&mut self, robot: u32) -> u64 {
+        self.push(OrderKind::Remove, OrderRecord { robot, ..OrderRecord::default() })
+    }
+
+    /// The records collected so far.
+    pub fn pending(&self) -> &[OrderRecord] {
+        &self.records
+    }
+
+    /// Discards the collected records.
+    pub fn clear(&mut self) {
+        self.records.clear();
+    }
+
+    /// Sends the collected records, for the next tick. Does nothing if there are none.
+    ///
+    /// # Errors
+    /// [`OrderError`]; the orders are kept, to be sent again or [cleared](Self::clear).
+    pub fn send(&mut self) -> Result<(), OrderError> {
+        if self.records.is_empty() {
+            return Ok(());
+        }
+        let header = OrderHeader { sender: self.sender_hash };
+        let receivers = self.sender.send(header, &self.records).map_err(|error| OrderError::Send {
+            reason: match error {
+                PublishError::Loan { reason, .. } | PublishError::Send { reason, .. } => reason,
+                other => other.to_string(),
+            },
+        })?;
+        if receivers == 0 {
+            let fleet = self.fleet.clone();
+            return Err(match self.sender.readers() {
+                0 => OrderError::NoEngine { fleet },
+                _ => OrderError::Full { fleet },
+            });
+        }
+        self.records.clear();
+        Ok(())
+    }
+
+    fn route(&mut self, kind: OrderKind, robot: u32, legs: &[RouteLeg]) -> u64 {
+        let token = self.push(kind, OrderRecord { robot, legs: legs.len() as u32, ..OrderRecord::default() });
+        self.records.extend(legs.iter().map(|leg| OrderRecord {
+            token,
+            kind: OrderKind::Leg as u32,
+            id: leg.edge,
+            reverse: leg.reverse.into(),
+            released: leg.released.into(),
+            ..OrderRecord::default()
+        }));
+        token
+    }
+
+    fn push(&mut self, kind: OrderKind, record: OrderRecord) -> u64 {
+        self.last_token += 1;
+        self.records.push(OrderRecord { token: self.last_token, kind: kind as u32, ..record });
+        self.last_token
+    }
+}
+
+/// The FNV-1a hash, 64 bits: the same name gives the same tokens in every run.
+fn fnv1a(bytes: &[u8]) -> u64 {
+    bytes.iter().fold(0xcbf2_9ce4_8422_2325, |hash, &byte| (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3))
+}

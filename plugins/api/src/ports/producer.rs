@@ -1,0 +1,341 @@
+//! The producer's side of all services: frames, the world, events, columns and the order log go out; orders and requests
+//! come in.
+
+use std::cell::Cell;
+use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
+use std::time::{Duration, Instant};
+
+use iceoryx2::port::notifier::Notifier;
+
+use super::columns::ColumnPublisher;
+use super::error::{OpenError, PublishError, ReadError};
+pub use super::frame_loan::FrameLoan;
+use super::frame_loan::wall_time_nanos;
+use super::inbox::{OrderInbox, RequestInbox};
+use super::lockstep::{DoneReports, LockstepError};
+use super::services::{self, Ipc};
+use super::slices::SliceSender;
+use crate::process::health;
+use crate::process::join::Participant;
+use crate::process::termination::Termination;
+use crate::records::control::{ControlRequest, ControlResponse};
+use crate::records::event::{EventHeader, EventRecord};
+use crate::records::frame::{BYTES_PER_LINE, FrameHeader, Line, frame_lines, stride_lines};
+use crate::records::name::{ColumnName, FleetName};
+use crate::records::order::{OrderHeader, OrderRecord};
+use crate::records::order_log::OrderLogHeader;
+use crate::records::world::{EdgeRecord, NodeRecord, RobotTypeRecord, WorldHeader, WorldLayout};
+
+/// All ports of a producer. A fleet has one live producer at a time.
+///
+/// What belongs to a tick is published before its frame: first [events](Self::publish_events), the [order
+/// log](Self::publish_order_log) and [columns](Self::publish_column), then the frame. So a reader that has the frame has
+/// all of it. A [`Session`](crate::producer::Session) adds a clock, figures and the control service.
+///
+/// ```
+/// use regatta_plugin::{FleetName, ProducerPorts, Result, Subscriber};
+///
+/// # fn main() -> Result {
+/// # let fleet: FleetName = format!("doc-producer-{}", std::process::id()).parse()?;
+/// let mut producer = ProducerPorts::create(&fleet, 2)?;
+/// let mut subscriber = Subscriber::open(&fleet)?;
+///
+/// let mut frame = producer.loan(2)?;
+/// frame.header_mut().tick = 1;
+/// let columns = frame.columns_mut();
+/// columns.x[..2].copy_from_slice(&[1.0, 3.0]);
+/// frame.send()?;
+/// producer.notify();
+///
+/// let frame = subscriber.latest()?.expect("a frame");
+/// assert_eq!(frame.x(), [1.0, 3.0]);
+/// # Ok(())
+/// # }
+/// ```
+#[derive(Debug)]
+pub struct ProducerPorts {
+    run_id: u64,
+    revision: u64,
+    frames: SliceSender<Line, FrameHeader>,
+    wake: Notifier<Ipc>,
+    world: SliceSender<Line, WorldHeader>,
+    events: SliceSender<EventRecord, EventHeader>,
+    order_log: SliceSender<OrderRecord, OrderLogHeader>,
+    columns: BTreeMap<ColumnName, ColumnPublisher>,
+    orders: OrderInbox,
+    requests: RequestInbox,
+    reports: DoneReports,
+    participant: Participant,
+    /// The largest frame, in lines, that shared memory was found to have room for.
+    roomy_lines: Cell<usize>,
+}
+
+impl ProducerPorts {
+    /// Opens all services of a fleet, with room for frames of `robots` robots (they can grow later).
+    ///
+    /// # Errors
+    /// [`OpenError::AlreadyRunning`] if the fleet has a live producer, [`OpenError::OtherVersion`] if a process
+    /// with another contract has a service open, else [`OpenError::SharedMemory`].
+    pub fn create(fleet: &FleetName, robots: usize) -> Result<Self, OpenError> {
+        Self::create_on(Participant::join(fleet, "producer")?, robots)
+    }
+
+    /// Opens all services for a process that has joined the fleet.
+    ///
+    /// # Errors
+    /// As [`create`](Self::create).
+    pub fn create_on(participant: Participant, robots: usize) -> Result<Self, OpenError> {
+        let (node, fleet) = (participant.node(), participant.fleet());
+        let taken = |owner| OpenError::AlreadyRunning { fleet: fleet.clone(), owner };
+        let lines = frame_lines(robots.max(1));
+        // First, because this publisher is the lock against a second producer.
+        let frames = SliceSender::open_only(services::frames(node, fleet)?, "a frame", lines, node, taken)?;
+        let few = services::FIRST_RECORDS;
+        Ok(Self {
+            run_id: new_run_id(),
+            revision: 0,
+            frames,
+            wake: services::notifier(&services::event(node, fleet, "wake")?)?,
+            world: SliceSender::open(services::world(node, fleet)?, "the world", 1, 1)?,
+            events: SliceSender::open(services::events(node, fleet)?, "events", few, 1)?,
+            order_log: SliceSender::open(services::order_log(node, fleet)?, "the order log", few, 1)?,
+            columns: BTreeMap::new(),
+            orders: OrderInbox::open(&participant)?,
+            requests: RequestInbox::open(&participant)?,
+            reports: DoneReports::open(&participant)?,
+            participant,
+            roomy_lines: Cell::new(0),
+        })
+    }
+
+    /// The id of the run: it differs between any two starts of a producer. Every header that this one sends carries it.
+    pub fn run_id(&self) -> u64 {
+        self.run_id
+    }
+
+    /// Begins another run: what is sent from here on carries a new [run id](Self::run_id). A replay that goes back in
+    /// time does this, for example: readers then start afresh. The world must be published again.
+    pub fn begin_run(&mut self) {
+        self.run_id = new_run_id();
+        self.revision = 0;
+    }
+
+    /// The fleet that this producer publishes, and the name of this process in it.
+    pub fn participant(&self) -> &Participant {
+        &self.participant
+    }
+
+    /// Loans the chunk for the next frame. `run_id`, `world_revision`, `robots` and `stride_lines` are set in
+    /// its header, the rest is zero; the values of the columns are left over from an older frame.
+    ///
+    /// Copies nothing and takes no lock. (iceoryx2 allocates one small reference count per loan, and a larger
+    /// segment when the fleet has outgrown the last.)
+    ///
+    /// # Errors
+    /// [`PublishError::Loan`] when shared memory is full, or while another loan is alive.
+    pub fn loan(&self, robots: usize) -> Result<FrameLoan, PublishError> {
+        self.check_room(robots)?;
+        let mut sample = self.frames.loan(frame_lines(robots))?;
+        *sample.user_header_mut() = FrameHeader {
+            run_id: self.run_id,
+            world_revision: self.revision,
+            robots: robots as u32,
+            stride_lines: stride_lines(robots) as u32,
+            ..FrameHeader::default()
+        };
+        Ok(FrameLoan::new(sample, robots, self.frames.sequence().clone()))
+    }
+
+    /// Checks that frames of `robots` robots have room. The operating system hands out shared memory that it doesn't
+    /// have, and kills the process that writes to it (`SIGBUS`): hence the check before the first frame of a size.
+    ///
+    /// # Errors
+    /// [`PublishError::Loan`] says how much is missing.
+    pub fn check_room(&self, robots: usize) -> Result<(), PublishError> {
+        let lines = frame_lines(robots);
+        if lines <= self.roomy_lines.get() {
+            return Ok(());
+        }
+        let needed = (lines * BYTES_PER_LINE * services::CHUNKS_IN_USE) as u64;
+        // If the system doesn't say how much there is, there is nothing to check.
+        let available = health::space().map_or(u64::MAX, |space| space.available);
+        if available < needed {
+            let [needed, available] = [needed, available].map(|bytes| bytes as f64 * 1e-6);
+            return Err(PublishError::Loan {
+                what: "a frame",
+                reason: format!("{available:.1} MB are left and {needed:.1} MB are needed"),
+            });
+        }
+        self.roomy_lines.set(lines);
+        Ok(())
+    }
+
+    /// Wakes the readers that wait for a frame or for events. Never blocks: see `services::event`.
+    pub fn notify(&self) {
+        // A reader that can't be woken polls; that is no reason to stop the fleet.
+        if let Err(error) = self.wake.notify() {
+            tracing::debug!(%error, "waking readers");
+        }
+    }
+
+    /// Publishes the route graph and the robot types, in place of those before. Returns the new revision,
+    /// which later frames carry.
+    ///
+    /// # Errors
+    /// [`PublishError`] when shared memory is full.
+    pub fn publish_world(
+        &mut self,
+        nodes: &[NodeRecord],
+        edges: &[EdgeRecord],
+        robot_types: &[RobotTypeRecord],
+    ) -> Result<u64, PublishError> {
+        let layout = WorldLayout { nodes: nodes.len(), edges: edges.len(), robot_types: robot_types.len() };
+        let mut sample = self.world.loan(layout.lines())?;
+        layout.write(sample.payload_mut(), nodes, edges, robot_types);
+        *sample.user_header_mut() = layout.header(self.run_id, self.revision + 1);
+        sample.send().map_err(|e| PublishError::Send { what: "the world", reason: e.to_string() })?;
+        self.revision += 1;
+        Ok(self.revision)
+    }
+
+    /// Publishes a column of the producer's own for a tick.
+    ///
+    /// # Errors
+    /// [`PublishError`]; among them that another process publishes a column of that name.
+    pub fn publish_column(&mut self, name: &str, tick: u64, values: &[f32]) -> Result<(), PublishError> {
+        let run_id = self.run_id;
+        let column = self.open_column(name.parse()?)?;
+        column.write(run_id, tick, values.len(), |chunk| chunk.copy_from_slice(values))
+    }
+
+    /// Opens a column of the producer's own, for readers to find before there are values.
+    ///
+    /// # Errors
+    /// As [`ColumnPublisher::open_on`].
+    pub fn open_column(&mut self, name: ColumnName) -> Result<&mut ColumnPublisher, OpenError> {
+        Ok(match self.columns.entry(name) {
+            Entry::Occupied(entry) => entry.into_mut(),
+            Entry::Vacant(entry) => {
+                let column = ColumnPublisher::open_on(&self.participant, entry.key().as_str())?;
+                entry.insert(column)
+            }
+        })
+    }
+
+    /// Publishes the events of a tick, `dropped` of which were left out because there were too many.
+    ///
+    /// # Errors
+    /// [`PublishError`] when shared memory is full.
+    pub fn publish_events(&mut self, tick: u64, dropped: u64, events: &[EventRecord]) -> Result<(), PublishError> {
+        let sequence = self.events.sequence().next(self.run_id);
+        self.events.send(EventHeader { run_id: self.run_id, tick, dropped, sequence }, events).map(drop)
+    }
+
+    /// Publishes the orders that took effect in a tick, for readers of the order log.
+    ///
+    /// # Errors
+    /// [`PublishError`] when shared memory is full.
+    pub fn publish_order_log(&mut self, tick: u64, orders: &[OrderRecord]) -> Result<(), PublishError> {
+        let sequence = self.order_log.sequence().next(self.run_id);
+        self.order_log.send(OrderLogHeader { run_id: self.run_id, tick, sequence }, orders).map(drop)
+    }
+
+    /// Connects readers that have joined since, and gives them the newest frame, world and columns. To be called every
+    /// tick, and every now and then while the clock is paused. Cheap if no reader has joined.
+    pub fn update(&self) {
+        self.columns.values().for_each(ColumnPublisher::update);
+        self.order_log.update();
+        self.world.update();
+        self.frames.update();
+        self.events.update();
+    }
+
+    /// Whether a process reads events; if not, there is no need to collect any.
+    pub fn has_event_readers(&self) -> bool {
+        self.events.readers() > 0
+    }
+
+    /// Whether a process reads the order log; if not, there is no need to keep one.
+    pub fn has_order_log_readers(&self) -> bool {
+        self.order_log.readers() > 0
+    }
+
+    /// The number of processes that read frames.
+    pub fn frame_readers(&self) -> usize {
+        self.frames.readers()
+    }
+
+    /// Passes all orders that have arrived to `each`, sample by sample; those of one sender in the order in which it
+    /// sent them. At most [`ORDER_BUFFER`](services::ORDER_BUFFER) samples per sender and call.
+    ///
+    /// # Errors
+    /// [`ReadError::Receive`] if a connection is broken.
+    pub fn take_orders(&mut self, each: impl FnMut(&OrderHeader, &[OrderRecord])) -> Result<(), ReadError> {
+        self.orders.take(each)
+    }
+
+    /// Takes the oldest control request that has arrived, with the ticket by which to [answer](Self::answer) it, at
+    /// once or later.
+    ///
+    /// # Errors
+    /// [`ReadError::Receive`] if a connection is broken.
+    pub fn take_request(&mut self) -> Result<Option<(u64, ControlRequest)>, ReadError> {
+        self.requests.take()
+    }
+
+    /// Answers the request with a ticket.
+    pub fn answer(&mut self, ticket: u64, response: ControlResponse) {
+        self.requests.answer(ticket, response);
+    }
+
+    /// Whether the client of the request with a ticket has gone away.
+    pub fn is_abandoned(&mut self, ticket: u64) -> bool {
+        self.requests.is_abandoned(ticket)
+    }
+
+    /// Waits until each of the named readers has reported that it has finished `tick`.
+    ///
+    /// # Errors
+    /// [`LockstepError::Timeout`] names those that haven't when `timeout` has passed;
+    /// [`LockstepError::Interrupted`] when a signal arrives, or this process was asked to end.
+    pub fn wait_done(&mut self, names: &[String], tick: u64, timeout: Duration) -> Result<(), LockstepError> {
+        /// How long to spin before sleeping: a reader that is nearly done then costs no wake-up.
+        const SPIN: Duration = Duration::from_micros(20);
+        let start = Instant::now();
+        loop {
+            let waited = start.elapsed();
+            let sleeps = waited >= SPIN;
+            if sleeps {
+                // A reader that joins now has to get the frame that the producer waits for.
+                self.update();
+                self.reports.forget_wake_ups()?;
+            }
+            let mut missing = self.reports.missing(names, self.run_id, tick)?.peekable();
+            if missing.peek().is_none() {
+                return Ok(());
+            }
+            if waited >= timeout {
+                return Err(LockstepError::Timeout { tick, timeout, missing: missing.cloned().collect() });
+            }
+            drop(missing);
+            // The signal may have come before the sleep, which it then doesn't end.
+            if Termination::was_requested() {
+                return Err(LockstepError::Interrupted { tick });
+            }
+            if !sleeps {
+                core::hint::spin_loop();
+            } else if !self.reports.sleep(timeout - waited)? {
+                return Err(LockstepError::Interrupted { tick });
+            }
+        }
+    }
+}
+
+/// A new run id: the time and the process id, mixed (splitmix64) so that runs that start together differ in every digit.
+fn new_run_id() -> u64 {
+    let mut z = wall_time_nanos() ^ (u64::from(std::process::id()) << 48);
+    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    z ^ (z >> 31)
+}

@@ -1,0 +1,59 @@
+//! Sleeping until another process has news.
+
+use std::os::fd::BorrowedFd;
+use std::time::Duration;
+
+use iceoryx2::port::listener::{Listener, ListenerWaitError};
+use iceoryx2::prelude::*;
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::io::Errno;
+
+use super::error::{OpenError, ReadError, receive_error};
+use super::services::{self, Ipc};
+use crate::process::join::Participant;
+
+/// The longest sleep, which bounds the cost of a lost wake-up.
+const NAP: Duration = Duration::from_millis(100);
+
+/// The listening end of one of a fleet's event services.
+///
+/// It polls the listener's socket rather than waiting on the listener, which empties the socket by a dozen
+/// system calls before it returns: here they come after the news has been read, before the next sleep.
+#[derive(Debug)]
+pub(super) struct Wake {
+    listener: Listener<Ipc>,
+}
+
+impl Wake {
+    /// Opens the event service of a name.
+    pub(super) fn open(participant: &Participant, service: &str) -> Result<Self, OpenError> {
+        let service = services::event(participant.node(), participant.fleet(), service)?;
+        Ok(Self { listener: services::listener(&service)? })
+    }
+
+    /// Forgets the wake-ups so far. Must be followed by a check for the news that they announced: what is sent
+    /// after this check wakes again.
+    pub(super) fn forget(&self) -> Result<(), ReadError> {
+        match self.listener.try_wait(|_| ()) {
+            Ok(_) | Err(ListenerWaitError::InterruptSignal) => Ok(()),
+            Err(error) => Err(wake_error(error)),
+        }
+    }
+
+    /// Sleeps until woken, but no longer than `left` or a [`NAP`]. Returns `false` if a signal ended the sleep.
+    #[expect(unsafe_code, reason = "iceoryx2's descriptor has no safe conversion to the standard library's")]
+    pub(super) fn sleep(&self, left: Duration) -> Result<bool, ReadError> {
+        // SAFETY: the listener owns the descriptor, and outlives this borrow of it, which ends with the function.
+        let socket = unsafe { BorrowedFd::borrow_raw(self.listener.file_descriptor().native_handle()) };
+        let timeout = Timespec { tv_sec: 0, tv_nsec: left.min(NAP).as_nanos() as i64 };
+        match poll(&mut [PollFd::new(&socket, PollFlags::IN)], Some(&timeout)) {
+            Ok(_) => Ok(true),
+            Err(Errno::INTR) => Ok(false),
+            Err(error) => Err(wake_error(error)),
+        }
+    }
+}
+
+fn wake_error(error: impl core::fmt::Display) -> ReadError {
+    receive_error("a wake-up", error)
+}

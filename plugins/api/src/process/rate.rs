@@ -1,0 +1,104 @@
+//! How often a plugin wants a frame.
+
+use core::str::FromStr;
+use std::time::{Duration, Instant};
+
+use crate::records::frame::Frame;
+
+/// How often a plugin wants a frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Rate {
+    /// Every frame, as soon as it is there.
+    EveryFrame,
+    /// This many per second of wall time (of simulated time in lockstep), or fewer if there are fewer.
+    PerSecond(f64),
+}
+
+/// The error of parsing a [`Rate`].
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("invalid rate {text:?}; give frames per second, greater than 0 and at most 1000000, or 'all'")]
+pub struct RateError {
+    /// The text.
+    text: String,
+}
+
+impl Rate {
+    /// The time between two frames.
+    fn period(self) -> Duration {
+        match self {
+            Self::EveryFrame => Duration::ZERO,
+            // A rate can be constructed without parsing: a meaningless one counts as every frame.
+            Self::PerSecond(rate) => Duration::try_from_secs_f64(1.0 / rate).unwrap_or_default(),
+        }
+    }
+}
+
+impl FromStr for Rate {
+    type Err = RateError;
+
+    fn from_str(text: &str) -> Result<Self, RateError> {
+        if text == "all" {
+            return Ok(Self::EveryFrame);
+        }
+        match text.parse() {
+            Ok(rate) if rate > 0.0 && rate <= 1e6 => Ok(Self::PerSecond(rate)),
+            _ => Err(RateError { text: text.to_owned() }),
+        }
+    }
+}
+
+/// Limits how often a plugin gets a frame: by the wall clock, or in lockstep by simulated time so that runs repeat.
+#[derive(Debug)]
+pub(super) struct RateLimiter {
+    period: Duration,
+    /// When the next frame is due, unless in lockstep.
+    wall: Instant,
+    lockstep: bool,
+    run_id: u64,
+    /// Simulated time at which the next frame is due, in lockstep.
+    simulated: Duration,
+}
+
+impl RateLimiter {
+    pub(super) fn new(rate: Rate) -> Self {
+        let (wall, simulated) = (Instant::now(), Duration::ZERO);
+        Self { period: rate.period(), wall, lockstep: false, run_id: 0, simulated }
+    }
+
+    /// How long until a frame is due; zero in lockstep, where each frame must be received.
+    pub(super) fn left(&self) -> Duration {
+        if self.lockstep { Duration::ZERO } else { self.wall.saturating_duration_since(Instant::now()) }
+    }
+
+    /// Takes note of a received frame, and returns whether the plugin gets it.
+    pub(super) fn admits(&mut self, frame: &Frame<'_>) -> bool {
+        self.lockstep = frame.header().lockstep != 0;
+        let now = Instant::now();
+        // Behind by more than a period: don't hurry to catch up.
+        self.wall = (self.wall + self.period).max(now.checked_sub(self.period).unwrap_or(now));
+        if frame.run_id() != self.run_id {
+            (self.run_id, self.simulated) = (frame.run_id(), frame.sim_time());
+        }
+        if self.lockstep && frame.sim_time() < self.simulated {
+            return false;
+        }
+        self.simulated = (self.simulated + self.period).max(frame.sim_time().saturating_sub(self.period));
+        true
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rates_are_parsed() {
+        assert_eq!("all".parse(), Ok(Rate::EveryFrame));
+        assert_eq!("2.5".parse(), Ok(Rate::PerSecond(2.5)));
+        for bad in ["", "0", "-1", "nan", "inf", "1e7", "fast"] {
+            assert!(bad.parse::<Rate>().is_err(), "{bad}");
+        }
+        assert_eq!(Rate::PerSecond(4.0).period(), Duration::from_millis(250));
+        assert_eq!(Rate::PerSecond(0.0).period(), Duration::ZERO);
+    }
+}

@@ -1,0 +1,318 @@
+//! The life of a plugin's process.
+
+use std::ffi::OsString;
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use clap::error::ErrorKind;
+use clap::{Args, CommandFactory, FromArgMatches, Parser};
+
+use super::join::{Participant, set_verbosity};
+use super::plugin::Plugin;
+use super::rate::{Rate, RateLimiter};
+use super::silence::{SILENCE, Silence};
+use super::termination::Termination;
+use crate::error::{Error, Result};
+use crate::ports::events::EventReader;
+use crate::ports::frames::Subscriber;
+use crate::ports::lockstep::{DoneReports, Reporter};
+use crate::ports::worlds::WorldReader;
+use crate::records::frame::Frame;
+use crate::records::name::FleetName;
+
+/// The command-line options of every plugin. A plugin with options of its own flattens these into them
+/// (`#[command(flatten)]`) and calls [`run`](Self::run).
+#[derive(Args, Clone, Debug)]
+pub struct Options {
+    /// The fleet to read
+    #[arg(long, value_name = "NAME", default_value_t)]
+    pub fleet: FleetName,
+    /// Frames per second to read, or 'all' [default: the plugin's own]
+    #[arg(long, value_name = "N")]
+    pub rate: Option<Rate>,
+    /// The name to go by, in lockstep and in `regatta doctor` [default: the program's name]
+    #[arg(long, value_name = "NAME")]
+    pub name: Option<String>,
+    /// In lockstep, handle each tick after this plugin has; may be repeated
+    #[arg(long, value_name = "NAME")]
+    pub after: Vec<String>,
+    /// Show warnings of shared memory (iceoryx2); twice for all of its log
+    #[arg(short, long, action = clap::ArgAction::Count)]
+    pub verbose: u8,
+}
+
+#[derive(Parser)]
+struct Cli {
+    #[command(flatten)]
+    options: Options,
+}
+
+/// Runs a plugin until Ctrl-C or `SIGTERM`, with the options on this process's command line.
+///
+/// Waits for an engine if there is none yet, and continues when the engine is replaced.
+///
+/// # Errors
+/// If an option is invalid, shared memory can't be used, the fleet uses another version of the contract, or
+/// one of the plugin's functions returns an error.
+pub fn run(plugin: impl Plugin) -> Result {
+    run_from(plugin, std::env::args_os())
+}
+
+/// Runs a plugin with a given command line. Its first argument is the program (`regatta plugin hello`, for example),
+/// whose last word is the plugin's name unless `--name` gives one.
+///
+/// # Errors
+/// As [`run`].
+pub fn run_from<A: Into<OsString> + Clone>(plugin: impl Plugin, args: impl IntoIterator<Item = A>) -> Result {
+    let args: Vec<OsString> = args.into_iter().map(Into::into).collect();
+    let program = args.first().and_then(|path| Path::new(path).file_stem()?.to_str()).unwrap_or("plugin").to_owned();
+    let command = Cli::command().bin_name(&program).about("A Regatta plugin: reads the frames of a fleet");
+    let parsed = command.try_get_matches_from(args).and_then(|matches| Cli::from_arg_matches(&matches));
+    match parsed {
+        Ok(cli) => cli.options.run(plugin, program.rsplit(' ').next().unwrap_or(&program)),
+        Err(error) if error.kind() == ErrorKind::DisplayHelp => Ok(error.print()?),
+        Err(error) => Err(one_line(&error)),
+    }
+}
+
+/// The first line of an error of clap's; the rest (usage, and a pointer to `--help`) doesn't fit a single line.
+pub(crate) fn one_line(error: &clap::Error) -> Error {
+    let text = error.to_string();
+    let first = text.lines().next().unwrap_or_default().trim_start_matches("error: ");
+    Error::new(format_args!("{first}; --help lists the options"))
+}
+
+impl Options {
+    /// Runs a plugin with these options. `program` is its name, unless `--name` gives one.
+    ///
+    /// # Errors
+    /// As [`run`].
+    pub fn run(&self, mut plugin: impl Plugin, program: &str) -> Result {
+        set_verbosity(self.verbose);
+        let termination = Termination::watch()?;
+        let given = std::env::var(NAME_VARIABLE).ok();
+        let name = self.name.as_deref().or(given.as_deref()).unwrap_or(program);
+        let participant = Participant::join(&self.fleet, name)?;
+        let result = Runner::open(&participant, &plugin, self, &termination).and_then(|mut runner| {
+            plugin.on_start(&participant)?;
+            while !termination.requested() {
+                runner.turn(&mut plugin)?;
+            }
+            Ok(())
+        });
+        result.and(plugin.on_stop())
+    }
+
+    /// The names of the plugins that a plugin comes after in lockstep.
+    fn after(&self, plugin: &impl Plugin) -> Vec<String> {
+        let given = std::env::var(AFTER_VARIABLE).unwrap_or_default();
+        let given = given.split(',').map(str::trim).filter(|name| !name.is_empty()).map(str::to_owned);
+        self.after.iter().cloned().chain(given).chain(plugin.after()).collect()
+    }
+}
+
+/// The environment variable with the name that a plugin goes by unless `--name` says otherwise: `regatta run` sets it to
+/// the name in the scenario.
+pub const NAME_VARIABLE: &str = "REGATTA_PLUGIN_NAME";
+/// The environment variable with the names of the plugins that this one comes after in lockstep, separated by commas:
+/// `regatta run` sets it to the names in the scenario.
+pub const AFTER_VARIABLE: &str = "REGATTA_PLUGIN_AFTER";
+
+/// The longest sleep between two checks of the termination flag.
+const SLICE: Duration = Duration::from_millis(100);
+/// How long to wait for the world that a frame refers to.
+const WORLD_WAIT: Duration = Duration::from_millis(500);
+
+/// Receives what a plugin wants, and calls it.
+struct Runner<'a> {
+    termination: &'a Termination,
+    worlds: WorldReader,
+    frames: Subscriber,
+    events: Option<EventReader>,
+    lockstep: Lockstep,
+    limiter: RateLimiter,
+    silence: Silence,
+    /// When the last frame came, or the plugin was last told that none does.
+    quiet_since: Instant,
+    /// Ticks with events that were lost, as last reported.
+    reported_lost: u64,
+}
+
+impl<'a> Runner<'a> {
+    fn open(
+        participant: &Participant,
+        plugin: &impl Plugin,
+        options: &Options,
+        termination: &'a Termination,
+    ) -> Result<Self> {
+        let after = options.after(plugin);
+        if after.iter().any(|name| name == participant.name()) {
+            return Err(Error::new(format_args!("{} can't come after itself; see --after", participant.name())));
+        }
+        Ok(Self {
+            termination,
+            worlds: WorldReader::open_on(participant)?,
+            frames: Subscriber::open_on(participant)?,
+            events: plugin.wants_events().then(|| EventReader::open_on(participant)).transpose()?,
+            lockstep: Lockstep { participant: participant.clone(), after, ports: None, last: (0, u64::MAX) },
+            limiter: RateLimiter::new(options.rate.unwrap_or_else(|| plugin.rate())),
+            silence: Silence::new(),
+            quiet_since: Instant::now(),
+            reported_lost: 0,
+        })
+    }
+
+    /// Hands over what has come, or else sleeps until the next wake-up, for a [`SLICE`] at most.
+    fn turn(&mut self, plugin: &mut impl Plugin) -> Result {
+        if self.take(plugin)? {
+            return Ok(());
+        }
+        let left = self.limiter.left().min(SLICE);
+        if self.events.is_none() && !left.is_zero() {
+            // Frames that come before one is due are none of its business.
+            std::thread::sleep(left);
+            return Ok(());
+        }
+        self.frames.forget_wake_ups()?;
+        if self.take(plugin)? {
+            return Ok(());
+        }
+        self.frames.sleep(if left.is_zero() { SLICE } else { left })?;
+        if !left.is_zero() {
+            // No frame was due: it isn't quiet yet.
+            self.quiet_since = Instant::now();
+        }
+        if self.limiter.left().is_zero() && self.quiet_since.elapsed() >= SLICE && !self.frames.has_newer()? {
+            self.quiet_since = Instant::now();
+            self.silence.check(&self.frames);
+            self.lockstep.update();
+            plugin.on_idle(self.frames.has_producer())?;
+        }
+        Ok(())
+    }
+
+    /// Hands over the events that have come, then the newest frame if one is due; whether there was one.
+    fn take(&mut self, plugin: &mut impl Plugin) -> Result<bool> {
+        // The frame is received first: its events were published before it, so they have all come.
+        let due = self.limiter.left().is_zero() && self.frames.latest()?.is_some();
+        if due && let Some(frame) = self.frames.current()? {
+            hand_over_world(&mut self.worlds, &frame, plugin)?;
+        }
+        self.take_events(plugin)?;
+        if !due {
+            return Ok(false);
+        }
+        self.silence.end();
+        if let Some(frame) = self.frames.current()? {
+            let is_new = self.lockstep.is_new(&frame);
+            if self.limiter.admits(&frame) && is_new && self.lockstep.wait_for_turn(&frame, self.termination)? {
+                plugin.on_frame(&frame)?;
+            }
+            self.lockstep.report(&frame)?;
+        }
+        self.frames.release();
+        self.quiet_since = Instant::now();
+        Ok(true)
+    }
+
+    fn take_events(&mut self, plugin: &mut impl Plugin) -> Result {
+        let Some(events) = &mut self.events else { return Ok(()) };
+        events.take(|events| plugin.on_events(events))?;
+        // Now, and whenever it has become ten times as bad.
+        if events.lost() >= (10 * self.reported_lost).max(1) {
+            self.reported_lost = events.lost();
+            let name = self.frames.participant().name();
+            crate::tell!("{name}: events of {} ticks lost so far: too slow for this fleet", events.lost());
+        }
+        Ok(())
+    }
+}
+
+/// Hands over a new world, if there is one. A process that has just joined can get its first frame some
+/// moments before the world that it refers to.
+fn hand_over_world(worlds: &mut WorldReader, frame: &Frame<'_>, plugin: &mut impl Plugin) -> Result {
+    let wanted = (frame.run_id(), frame.header().world_revision);
+    let start = Instant::now();
+    loop {
+        if let Some(world) = worlds.latest()? {
+            plugin.on_world(&world)?;
+        }
+        let have = worlds.current()?.map(|world| (world.run_id(), world.revision()));
+        let current = have.is_some_and(|have| have.0 == wanted.0 && have.1 >= wanted.1);
+        if current || wanted.1 == 0 || start.elapsed() > WORLD_WAIT {
+            return Ok(());
+        }
+        std::thread::sleep(Duration::from_millis(1));
+    }
+}
+
+/// A plugin's part in lockstep: it comes after the plugins that it names, and reports each tick.
+struct Lockstep {
+    participant: Participant,
+    after: Vec<String>,
+    /// Opened with the first frame in lockstep.
+    ports: Option<(Reporter, DoneReports)>,
+    /// Run and tick of the last frame.
+    last: (u64, u64),
+}
+
+impl Lockstep {
+    /// Takes note of a frame. In lockstep each tick counts once: whether a frame that is published again is seen would
+    /// depend on who is faster.
+    fn is_new(&mut self, frame: &Frame<'_>) -> bool {
+        let this = (frame.run_id(), frame.tick());
+        std::mem::replace(&mut self.last, this) != this || frame.header().lockstep == 0
+    }
+
+    /// Waits until the plugins that this one comes after have finished a frame's tick. Returns `false` if the process is
+    /// asked to end.
+    fn wait_for_turn(&mut self, frame: &Frame<'_>, termination: &Termination) -> Result<bool> {
+        if frame.header().lockstep == 0 || self.after.is_empty() {
+            return Ok(true);
+        }
+        self.open()?;
+        let Some((_, reports)) = &mut self.ports else { return Ok(true) };
+        let start = Instant::now();
+        let mut reported = false;
+        while !termination.requested() {
+            reports.forget_wake_ups()?;
+            let missing: Vec<_> = reports.missing(&self.after, frame.run_id(), frame.tick())?.cloned().collect();
+            if missing.is_empty() {
+                return Ok(true);
+            }
+            if !reported && start.elapsed() >= SILENCE {
+                let (name, tick) = (self.participant.name(), frame.tick());
+                crate::tell!("{name}: waiting for {} to finish tick {tick}", missing.join(", "));
+                reported = true;
+            }
+            reports.sleep(SLICE)?;
+        }
+        Ok(false)
+    }
+
+    /// Reports that a frame's tick is finished.
+    fn report(&mut self, frame: &Frame<'_>) -> Result {
+        if frame.header().lockstep == 0 {
+            return Ok(());
+        }
+        self.open()?;
+        if let Some((reporter, _)) = &self.ports {
+            reporter.done(frame.run_id(), frame.tick())?;
+        }
+        Ok(())
+    }
+
+    fn open(&mut self) -> Result {
+        if self.ports.is_none() {
+            self.ports = Some((Reporter::open_on(&self.participant)?, DoneReports::open(&self.participant)?));
+        }
+        Ok(())
+    }
+
+    /// Gives the last report to plugins that have joined since.
+    fn update(&self) {
+        if let Some((reporter, _)) = &self.ports {
+            reporter.update();
+        }
+    }
+}

@@ -1,0 +1,116 @@
+//! The command line of a program that is a producer.
+
+use std::ffi::OsString;
+use std::path::Path;
+use std::time::Duration;
+
+use clap::error::ErrorKind;
+use clap::{Args, CommandFactory, FromArgMatches, Parser};
+
+use super::{Lockstep, Producer, Session, Speed};
+use crate::error::{Error, Result};
+use crate::ports::producer::ProducerPorts;
+use crate::process::join::{Participant, set_verbosity};
+use crate::process::run::{NAME_VARIABLE, one_line};
+use crate::process::termination::Termination;
+use crate::records::name::FleetName;
+
+/// The command-line options of a producer. A producer with options of its own flattens these into them
+/// (`#[command(flatten)]`) and calls [`run`](Self::run).
+#[derive(Args, Clone, Debug)]
+pub struct Options {
+    /// The fleet to publish
+    #[arg(long, value_name = "NAME", default_value_t)]
+    pub fleet: FleetName,
+    /// Ticks per simulated second
+    #[arg(long, value_name = "HZ", default_value = "50", value_parser = parse_rate)]
+    pub rate: f64,
+    /// Simulated seconds per wall second: a factor from 0.001 to 1000, or max
+    #[arg(long, default_value = "1")]
+    pub speed: Speed,
+    /// Wait for these plugins to finish each tick
+    #[arg(long, value_name = "NAME", num_args = 1.., value_delimiter = ',')]
+    pub lockstep: Vec<String>,
+    /// How many seconds to wait for a plugin in lockstep
+    #[arg(long, value_name = "SECONDS", default_value = "10", value_parser = parse_seconds)]
+    pub lockstep_timeout: Duration,
+    /// The name to go by in `regatta doctor` [default: the program's name]
+    #[arg(long, value_name = "NAME")]
+    pub name: Option<String>,
+    /// Show warnings of shared memory (iceoryx2); twice for all of its log
+    #[arg(short, long, action = clap::ArgAction::Count)]
+    pub verbose: u8,
+}
+
+#[derive(Parser)]
+struct Cli {
+    #[command(flatten)]
+    options: Options,
+}
+
+fn parse_rate(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(rate) if (0.001..=1e6).contains(&rate) => Ok(rate),
+        _ => Err("give ticks per second, from 0.001 to 1000000".to_owned()),
+    }
+}
+
+fn parse_seconds(text: &str) -> Result<Duration, String> {
+    let seconds = text.parse().ok().and_then(|seconds| Duration::try_from_secs_f64(seconds).ok());
+    seconds.ok_or_else(|| "give seconds, for example 10".to_owned())
+}
+
+/// Runs a producer until Ctrl-C or `SIGTERM`, with the options on this process's command line.
+///
+/// # Errors
+/// If an option is invalid, shared memory can't be used, the fleet has a live producer, or one of the producer's functions
+/// returns an error.
+pub fn produce<P: Producer>(producer: P) -> Result
+where
+    Error: From<P::Error>,
+{
+    produce_from(producer, std::env::args_os())
+}
+
+/// Runs a producer with a given command line. Its first argument is the program, whose file name is the producer's name
+/// unless `--name` gives one.
+///
+/// # Errors
+/// As [`produce`].
+pub fn produce_from<P, A>(producer: P, args: impl IntoIterator<Item = A>) -> Result
+where
+    P: Producer,
+    Error: From<P::Error>,
+    A: Into<OsString> + Clone,
+{
+    let args: Vec<OsString> = args.into_iter().map(Into::into).collect();
+    let program = args.first().and_then(|path| Path::new(path).file_stem()?.to_str()).unwrap_or("producer").to_owned();
+    let command = Cli::command().bin_name(&program).about("A Regatta producer: publishes the frames of a fleet");
+    let parsed = command.try_get_matches_from(args).and_then(|matches| Cli::from_arg_matches(&matches));
+    match parsed {
+        Ok(cli) => cli.options.run(producer, &program),
+        Err(error) if error.kind() == ErrorKind::DisplayHelp => Ok(error.print()?),
+        Err(error) => Err(one_line(&error)),
+    }
+}
+
+impl Options {
+    /// Runs a producer with these options. `program` is its name, unless `--name` gives one.
+    ///
+    /// # Errors
+    /// As [`produce`].
+    pub fn run<P: Producer>(&self, mut producer: P, program: &str) -> Result
+    where
+        Error: From<P::Error>,
+    {
+        set_verbosity(self.verbose);
+        let termination = Termination::watch()?;
+        let given = std::env::var(NAME_VARIABLE).ok();
+        let name = self.name.as_deref().or(given.as_deref()).unwrap_or(program);
+        let ports = ProducerPorts::create_on(Participant::join(&self.fleet, name)?, 0)?;
+        let lockstep = Lockstep { names: self.lockstep.clone(), timeout: self.lockstep_timeout };
+        let tick_period = Duration::from_secs_f64(1.0 / self.rate);
+        let mut session = Session::new(ports, tick_period, self.speed, lockstep);
+        Ok(session.run(&mut producer, &termination)?)
+    }
+}

@@ -1,0 +1,298 @@
+//! A producer at work: its ports, its clock, its figures and the requests that wait for answers.
+
+use std::time::{Duration, Instant};
+
+use super::Producer;
+use super::clock::Clock;
+use super::control::Pending;
+use super::figures::Figures;
+use super::speed::Speed;
+use crate::ports::error::{PublishError, ReadError};
+use crate::ports::lockstep::LockstepError;
+use crate::ports::producer::{FrameLoan, ProducerPorts};
+use crate::process::termination::Termination;
+use crate::records::event::{EventKind, EventRecord, Refusal};
+use crate::records::frame::{ClockState, ColumnsMut, FrameHeader};
+use crate::records::order::OrderKind;
+
+/// The longest sleep between two checks for control requests.
+const CONTROL_POLL: Duration = Duration::from_millis(5);
+
+/// A point in a run.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Moment {
+    /// Ticks since the start of the run.
+    pub tick: u64,
+    /// Simulated time since the start of the run, in nanoseconds.
+    pub sim_nanos: u64,
+}
+
+/// The readers that a producer waits for after each frame.
+#[derive(Clone, Debug, Default)]
+pub struct Lockstep {
+    /// The names of the readers; none for no lockstep.
+    pub names: Vec<String>,
+    /// How long to wait for them.
+    pub timeout: Duration,
+}
+
+/// Runs a [`Producer`], and gives it its ports and its time.
+#[derive(Debug)]
+pub struct Session {
+    ports: ProducerPorts,
+    pub(super) clock: Clock,
+    pub(super) figures: Figures,
+    lockstep: Lockstep,
+    tick_period: Duration,
+    pub(super) now: Moment,
+    pub(super) started: Instant,
+    /// Whether the last frame of the run is due.
+    ended: bool,
+    /// Whether the current tick has published a frame.
+    frame_sent: bool,
+    pub(super) pending: Vec<Pending>,
+    /// Ticks that were made while stepping, in all.
+    pub(super) steps_made: u64,
+    orders_refused: u64,
+}
+
+impl Session {
+    /// Creates a session on ports. `tick_period` is simulated time; a producer whose moments are not that far apart
+    /// overrides [`next_moment`](Producer::next_moment).
+    pub fn new(ports: ProducerPorts, tick_period: Duration, speed: Speed, lockstep: Lockstep) -> Self {
+        let now = Instant::now();
+        Self {
+            ports,
+            clock: Clock::new(speed, 0, now),
+            figures: Figures::new(0, now),
+            lockstep,
+            tick_period,
+            now: Moment::default(),
+            started: now,
+            ended: false,
+            frame_sent: false,
+            pending: Vec::new(),
+            steps_made: 0,
+            orders_refused: 0,
+        }
+    }
+
+    /// Runs a producer until it ends or the process is asked to end.
+    ///
+    /// # Errors
+    /// If a port fails, a reader in lockstep doesn't finish a tick in time, or the producer returns an error.
+    pub fn run<P: Producer>(&mut self, producer: &mut P, termination: &Termination) -> Result<(), P::Error> {
+        producer.start(self)?;
+        // The first frame too: or else it would depend on who is faster whether a reader sees it.
+        self.wait_for_lockstep()?;
+        self.started = Instant::now();
+        let first = producer.next_moment(self)?.unwrap_or(self.now);
+        self.clock.restart(first.sim_nanos, self.started);
+        self.figures.restart(self.now.sim_nanos, self.started);
+        while !termination.requested() {
+            self.answer_requests(producer)?;
+            producer.between_ticks(self)?;
+            match producer.next_moment(self)? {
+                Some(next) if self.is_due(producer, next)? => self.make_tick(producer, next)?,
+                Some(_) => {}
+                None if self.at_end(producer)? => break,
+                None => {}
+            }
+        }
+        self.ended = true;
+        producer.show(self)
+    }
+
+    /// Waits for the next moment, but not longer than control requests may wait; returns whether it is due.
+    fn is_due<P: Producer>(&mut self, producer: &mut P, next: Moment) -> Result<bool, P::Error> {
+        if self.clock.stands() {
+            self.ports.update();
+            producer.wait(self, CONTROL_POLL)?;
+            return Ok(false);
+        }
+        let left = self.clock.due(next.sim_nanos).saturating_duration_since(Instant::now());
+        if !left.is_zero() {
+            producer.wait(self, left.min(CONTROL_POLL))?;
+        }
+        Ok(left <= CONTROL_POLL)
+    }
+
+    fn make_tick<P: Producer>(&mut self, producer: &mut P, next: Moment) -> Result<(), P::Error> {
+        let start = Instant::now();
+        let before = std::mem::replace(&mut self.now, next);
+        self.frame_sent = false;
+        producer.tick(self)?;
+        self.figures.note_cost(start.elapsed());
+        let ticks = self.now.tick.saturating_sub(before.tick).max(u64::from(self.frame_sent));
+        self.wait_for_lockstep()?;
+        let after = producer.next_moment(self)?.map(|moment| moment.sim_nanos);
+        let now = Instant::now();
+        self.steps_made += ticks.min(self.clock.steps_left());
+        self.clock.finish(ticks, self.now.sim_nanos, after, now);
+        self.figures.note_time(self.now.sim_nanos, now);
+        Ok(())
+    }
+
+    fn at_end<P: Producer>(&mut self, producer: &mut P) -> Result<bool, P::Error> {
+        // There are no more ticks to make.
+        self.complete_steps();
+        if producer.at_end(self)? {
+            return Ok(true);
+        }
+        self.ports.update();
+        producer.wait(self, CONTROL_POLL)?;
+        Ok(false)
+    }
+
+    /// Waits for the readers in lockstep, if a frame has been published.
+    pub(super) fn wait_for_lockstep(&mut self) -> Result<(), LockstepError> {
+        let sent = std::mem::take(&mut self.frame_sent);
+        while sent && !self.lockstep.names.is_empty() {
+            match self.ports.wait_done(&self.lockstep.names, self.now.tick, self.lockstep.timeout) {
+                Err(LockstepError::Interrupted { .. }) if !Termination::was_requested() => {}
+                Err(LockstepError::Interrupted { .. }) => return Ok(()),
+                outcome => return outcome,
+            }
+        }
+        Ok(())
+    }
+
+    /// The ports.
+    pub fn ports(&mut self) -> &mut ProducerPorts {
+        &mut self.ports
+    }
+
+    /// The id of the run.
+    pub fn run_id(&self) -> u64 {
+        self.ports.run_id()
+    }
+
+    /// Ticks since the start of the run.
+    pub fn tick(&self) -> u64 {
+        self.now.tick
+    }
+
+    /// Simulated time since the start of the run.
+    pub fn sim_time(&self) -> Duration {
+        Duration::from_nanos(self.now.sim_nanos)
+    }
+
+    /// Wall time since the first tick was due.
+    pub fn wall_time(&self) -> Duration {
+        self.started.elapsed()
+    }
+
+    /// The moment one tick after the current one.
+    pub fn next_tick(&self) -> Moment {
+        let tick = self.now.tick + 1;
+        Moment { tick, sim_nanos: self.tick_period.as_nanos() as u64 * tick }
+    }
+
+    /// Sets the tick of the current moment: a producer that knows it only when it reads the frame does this.
+    pub fn set_tick(&mut self, tick: u64) {
+        self.now.tick = tick;
+    }
+
+    /// Goes to another moment at once: a replay that seeks does this. Steps that are left are dropped.
+    pub fn jump(&mut self, to: Moment) {
+        let now = Instant::now();
+        self.now = to;
+        self.interrupt_steps("a jump in time");
+        self.clock.drop_steps();
+        self.clock.restart(to.sim_nanos, now);
+        self.figures.restart(to.sim_nanos, now);
+    }
+
+    /// Pauses the clock.
+    pub fn pause(&mut self) {
+        self.interrupt_steps("a pause");
+        self.clock.pause();
+    }
+
+    /// The state of the clock, as frames report it.
+    pub fn clock_state(&self) -> ClockState {
+        if self.ended { ClockState::Stopped } else { self.clock.state() }
+    }
+
+    /// The number of ticks that ended after their deadline.
+    pub fn late_ticks(&self) -> u64 {
+        self.clock.late_ticks()
+    }
+
+    /// Whether readers in lockstep are waited for.
+    pub fn is_lockstep(&self) -> bool {
+        !self.lockstep.names.is_empty()
+    }
+
+    /// Loans the next frame, with a complete header.
+    ///
+    /// # Errors
+    /// As [`ProducerPorts::loan`].
+    pub fn loan(&mut self, robots: usize) -> Result<FrameLoan, PublishError> {
+        let mut frame = self.ports.loan(robots)?;
+        let header = frame.header_mut();
+        *header = FrameHeader {
+            tick: self.now.tick,
+            sim_time_nanos: self.now.sim_nanos,
+            late_ticks: self.clock.late_ticks(),
+            tick_cost_nanos: self.figures.last_cost().as_nanos() as u64,
+            tick_period_nanos: self.tick_period.as_nanos() as u64,
+            speed: self.clock.speed().as_f32(),
+            clock: self.clock_state() as u32,
+            lockstep: u32::from(self.is_lockstep()),
+            ..*header
+        };
+        Ok(frame)
+    }
+
+    /// Publishes a loaned frame and wakes the readers. Whatever belongs to its tick was published before.
+    ///
+    /// # Errors
+    /// As [`FrameLoan::send`].
+    pub fn send(&mut self, frame: FrameLoan) -> Result<(), PublishError> {
+        frame.send()?;
+        self.frame_sent = true;
+        self.ports.notify();
+        self.ports.update();
+        Ok(())
+    }
+
+    /// Publishes a frame of `robots` robots whose columns `fill` writes in full. They hold an older frame before.
+    ///
+    /// # Errors
+    /// As [`loan`](Self::loan) and [`send`](Self::send).
+    pub fn publish(&mut self, robots: usize, fill: impl FnOnce(&mut ColumnsMut<'_>)) -> Result<(), PublishError> {
+        let mut frame = self.loan(robots)?;
+        fill(&mut frame.columns_mut());
+        self.send(frame)
+    }
+
+    /// Refuses all orders that have arrived, by an event for each.
+    ///
+    /// # Errors
+    /// [`ReadError`] or [`PublishError`], as one error of the producer's.
+    pub fn refuse_orders<E: From<ReadError> + From<PublishError>>(&mut self) -> Result<(), E> {
+        let mut refused = Vec::new();
+        self.ports.take_orders(|_, records| {
+            let orders = records.iter().filter(|record| record.kind != OrderKind::Leg as u32);
+            refused.extend(orders.map(|order| EventRecord {
+                token: order.token,
+                kind: EventKind::Refused as u32,
+                robot: order.robot,
+                id: order.id,
+                detail: Refusal::MalformedOrder as u32,
+            }));
+        })?;
+        self.orders_refused += refused.len() as u64;
+        if !refused.is_empty() && self.ports.has_event_readers() {
+            self.ports.publish_events(self.now.tick, 0, &refused)?;
+            self.ports.notify();
+        }
+        Ok(())
+    }
+
+    /// The number of orders that were [refused](Self::refuse_orders).
+    pub fn orders_refused(&self) -> u64 {
+        self.orders_refused
+    }
+}

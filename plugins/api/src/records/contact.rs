@@ -1,0 +1,153 @@
+//! Contacts: pairs of robots that touch or are about to. A collision checker publishes all current pairs on
+//! `regatta/F/contacts`, and the changes of a tick on `regatta/F/contact_events`.
+
+use bytemuck::{Pod, Zeroable};
+use iceoryx2::prelude::ZeroCopySend;
+
+use super::sequence::Sequenced;
+
+/// The iceoryx2 user header of `regatta/F/contacts`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
+#[repr(C)]
+#[type_name("regatta_ContactHeader")]
+pub struct ContactHeader {
+    /// The run of the frame that was checked.
+    pub run_id: u64,
+    /// The tick of the frame that was checked.
+    pub tick: u64,
+    /// Its simulated time, in nanoseconds.
+    pub sim_time_nanos: u64,
+    /// The number of pairs that have begun to touch since the checker's first frame of the run.
+    pub touching_ever: u64,
+    /// The number of pairs that have become possible collisions since then.
+    pub possible_ever: u64,
+    /// The number of frames of the run that the checker lost because it was too slow.
+    pub frames_skipped: u64,
+    /// Counts the samples of the run, from 1. The publisher fills it in.
+    pub sequence: u64,
+    /// The number of pairs that touch now.
+    pub touching: u32,
+    /// The number of pairs that don't touch but may.
+    pub possible: u32,
+    /// 1 if there were more pairs than the checker examines: the list is incomplete then.
+    pub capped: u32,
+    /// Zero.
+    pub reserved: u32,
+}
+
+/// A pair of robots that touch, or may.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, ZeroCopySend)]
+#[repr(C)]
+#[type_name("regatta_ContactRecord")]
+pub struct ContactRecord {
+    /// The tick in which the pair reached this level.
+    pub since_tick: u64,
+    /// Its simulated time, in nanoseconds.
+    pub since_nanos: u64,
+    /// Ids, the lower one first.
+    pub robots: [u32; 2],
+    /// A [`ContactLevel`].
+    pub level: u32,
+    /// Index of the first robot's edge in the world, or [`NO_EDGE`](crate::frame::NO_EDGE).
+    pub edge: u32,
+    /// Metres east: the point where they touch or come nearest.
+    pub x: f32,
+    /// Metres north.
+    pub y: f32,
+    /// The relative speed of the two, in metres per second.
+    pub relative_speed: f32,
+    /// Zero.
+    pub reserved: u32,
+}
+
+/// A pair that reached a level, or left it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, ZeroCopySend)]
+#[repr(C)]
+#[type_name("regatta_ContactEvent")]
+pub struct ContactEvent {
+    /// The tick of the change.
+    pub tick: u64,
+    /// Its simulated time, in nanoseconds.
+    pub sim_time_nanos: u64,
+    /// Ids, the lower one first.
+    pub robots: [u32; 2],
+    /// A [`ContactLevel`].
+    pub level: u32,
+    /// A [`ContactChange`].
+    pub change: u32,
+    /// Index of the first robot's edge in the world, or [`NO_EDGE`](crate::frame::NO_EDGE).
+    pub edge: u32,
+    /// Metres east.
+    pub x: f32,
+    /// Metres north.
+    pub y: f32,
+    /// The relative speed of the two, in metres per second.
+    pub relative_speed: f32,
+}
+
+/// The iceoryx2 user header of `regatta/F/contact_events`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
+#[repr(C)]
+#[type_name("regatta_ContactEventHeader")]
+pub struct ContactEventHeader {
+    /// The run that the tick belongs to.
+    pub run_id: u64,
+    /// The tick of the changes.
+    pub tick: u64,
+    /// Counts the samples of the publisher, from 1. The publisher fills it in.
+    pub sequence: u64,
+}
+
+/// How close two robots are to a collision: the values of the column `collision`, where 0 is clear.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[repr(u32)]
+pub enum ContactLevel {
+    /// They are within the safety margin, or will touch within the horizon if both continue as they do.
+    Possible = 1,
+    /// Their footprints overlap.
+    Touching = 2,
+}
+
+/// The change that a [`ContactEvent`] reports.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[repr(u32)]
+pub enum ContactChange {
+    /// The pair reached the level.
+    Began = 1,
+    /// The pair left the level.
+    Ended = 2,
+}
+
+impl ContactLevel {
+    /// Returns the level with a number, if there is one.
+    pub fn from_number(number: u32) -> Option<Self> {
+        [Self::Possible, Self::Touching].into_iter().find(|level| *level as u32 == number)
+    }
+}
+
+impl ContactChange {
+    /// Returns the change with a number, if there is one.
+    pub fn from_number(number: u32) -> Option<Self> {
+        [Self::Began, Self::Ended].into_iter().find(|change| *change as u32 == number)
+    }
+}
+
+impl Sequenced for ContactHeader {
+    fn run_id(&self) -> u64 {
+        self.run_id
+    }
+
+    fn sequence(&self) -> u64 {
+        self.sequence
+    }
+}
+
+impl Sequenced for ContactEventHeader {
+    fn run_id(&self) -> u64 {
+        self.run_id
+    }
+
+    fn sequence(&self) -> u64 {
+        self.sequence
+    }
+}

@@ -1,0 +1,110 @@
+//! Events of robots. One sample of `regatta/F/events` holds all events of one tick.
+
+use bytemuck::{Pod, Zeroable};
+use iceoryx2::prelude::ZeroCopySend;
+
+use super::sequence::Sequenced;
+
+/// The iceoryx2 user header of `regatta/F/events`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
+#[repr(C)]
+#[type_name("regatta_EventHeader")]
+pub struct EventHeader {
+    /// The run that the tick belongs to.
+    pub run_id: u64,
+    /// The tick in which the events happened.
+    pub tick: u64,
+    /// Events of this tick that were left out because there were too many.
+    pub dropped: u64,
+    /// Counts the samples of the run, from 1. The publisher fills it in.
+    pub sequence: u64,
+}
+
+/// One event.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
+#[repr(C)]
+#[type_name("regatta_EventRecord")]
+pub struct EventRecord {
+    /// The token of the order that this event answers, or zero.
+    pub token: u64,
+    /// An [`EventKind`].
+    pub kind: u32,
+    /// The robot, by id.
+    pub robot: u32,
+    /// `ReachedNode`: the node's id. `Refused`: the id that the order named.
+    pub id: u32,
+    /// `Refused`: a [`Refusal`].
+    pub detail: u32,
+}
+
+/// Kinds of [`EventRecord`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u32)]
+pub enum EventKind {
+    /// A robot reached a node of its route.
+    ReachedNode = 1,
+    /// A robot reached the end of its route.
+    RouteDone = 2,
+    /// A robot reached the end of its released base and waits for a release.
+    WaitingForRelease = 3,
+    /// A held robot has come to a stop.
+    Held = 4,
+    /// A held robot continues.
+    Resumed = 5,
+    /// An order was carried out.
+    Accepted = 6,
+    /// An order was refused and changed nothing; `detail` is the reason.
+    Refused = 7,
+    /// A robot joined the fleet after the first frame.
+    Spawned = 8,
+    /// A robot left the fleet.
+    Removed = 9,
+    /// A robot can't continue (a random walk at a dead end, for example).
+    Faulted = 10,
+}
+
+/// The reason why an order was refused.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[repr(u32)]
+pub enum Refusal {
+    /// No robot has that id.
+    UnknownRobot = 1,
+    /// No edge has that id.
+    UnknownEdge = 2,
+    /// No node has that id.
+    UnknownNode = 3,
+    /// The world has no such robot type.
+    UnknownRobotType = 4,
+    /// A leg doesn't start where the leg before it or the base ends, or where the robot is.
+    NotConnected = 5,
+    /// The edge can't be driven in reverse gear.
+    NoReverse = 6,
+    /// The route has no legs, or a released leg follows one that is not.
+    MalformedRoute = 7,
+    /// The distance is not on the edge.
+    DistanceOutOfRange = 8,
+    /// The fleet has reached its maximum size.
+    FleetFull = 9,
+    /// The record's kind is unknown, or legs are missing.
+    MalformedOrder = 10,
+}
+
+impl Sequenced for EventHeader {
+    fn run_id(&self) -> u64 {
+        self.run_id
+    }
+
+    fn sequence(&self) -> u64 {
+        self.sequence
+    }
+}
+
+impl EventRecord {
+    /// The kind of the event; `None` if this contract doesn't know it.
+    pub fn kind(&self) -> Option<EventKind> {
+        use EventKind::*;
+        [ReachedNode, RouteDone, WaitingForRelease, Held, Resumed, Accepted, Refused, Spawned, Removed, Faulted]
+            .into_iter()
+            .find(|kind| *kind as u32 == self.kind)
+    }
+}

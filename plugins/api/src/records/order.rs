@@ -1,0 +1,92 @@
+//! Orders of a fleet manager to robots. One sample of `regatta/F/orders` is a slice of
+//! [`OrderRecord`]s, applied in order at the start of the next tick.
+
+use bytemuck::{Pod, Zeroable};
+use iceoryx2::prelude::ZeroCopySend;
+
+/// The iceoryx2 user header of `regatta/F/orders`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
+#[repr(C)]
+#[type_name("regatta_OrderHeader")]
+pub struct OrderHeader {
+    /// The hash of the sender's name. In lockstep, the samples of a tick are applied in the order of this value.
+    pub sender: u64,
+}
+
+/// One order, or one leg of the route of the order before it. `kind` decides which fields have a meaning.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, ZeroCopySend)]
+#[repr(C)]
+#[type_name("regatta_OrderRecord")]
+pub struct OrderRecord {
+    /// A number chosen by the sender; the events that answer this order carry it. Zero means none.
+    pub token: u64,
+    /// An [`OrderKind`].
+    pub kind: u32,
+    /// The robot, by id (all kinds but `Spawn` and `Leg`).
+    pub robot: u32,
+    /// `Assign`, `Extend`: the number of `Leg` records that follow this one.
+    pub legs: u32,
+    /// `Leg`, `SpawnOnEdge`: id of the edge in the route graph. `SpawnAtNode`: id of the node.
+    pub id: u32,
+    /// `Leg`: 1 to drive the edge from destination to origin in reverse gear, else 0.
+    pub reverse: u32,
+    /// `Leg`: 1 if the robot may drive this edge now, 0 if it is horizon. Once 0, all later legs are.
+    pub released: u32,
+    /// Spawns: index of the robot type in the world.
+    pub robot_type: u32,
+    /// `SpawnOnEdge`: metres from the edge's origin node.
+    pub s: f32,
+}
+
+/// Kinds of [`OrderRecord`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u32)]
+pub enum OrderKind {
+    /// Part of the route of the `Assign` or `Extend` before it.
+    Leg = 0,
+    /// Give a robot a new route. The route starts where the robot is: at the end of its current edge, which it
+    /// finishes first, or at its node.
+    Assign = 1,
+    /// Drop the horizon and append legs at the end of the released base.
+    Extend = 2,
+    /// Drop the whole route beyond the end of the robot's current edge.
+    Cancel = 3,
+    /// Brake, stop and keep the route.
+    Hold = 4,
+    /// End a hold.
+    Resume = 5,
+    /// Add a robot on a node, in the node's pose.
+    SpawnAtNode = 6,
+    /// Add a robot on an edge at distance `s`.
+    SpawnOnEdge = 7,
+    /// Remove a robot from the fleet. A later spawn may reuse its id.
+    Remove = 8,
+}
+
+/// One edge of a route in an order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct RouteLeg {
+    /// Id of the edge in the route graph.
+    pub edge: u32,
+    /// Whether to drive it from destination to origin, in reverse gear.
+    pub reverse: bool,
+    /// Whether the robot may drive it now; if not, it is horizon, and so are all legs after it.
+    pub released: bool,
+}
+
+impl RouteLeg {
+    /// A released leg that is driven forward.
+    pub const fn forward(edge: u32) -> Self {
+        Self { edge, reverse: false, released: true }
+    }
+
+    /// A released leg that is driven in reverse gear.
+    pub const fn reverse(edge: u32) -> Self {
+        Self { edge, reverse: true, released: true }
+    }
+
+    /// The same leg as horizon: planned, not released.
+    pub const fn horizon(self) -> Self {
+        Self { released: false, ..self }
+    }
+}

@@ -1,0 +1,30 @@
+//! The order log: the orders that a producer applied, tick by tick, on `regatta/F/order_log`.
+
+use bytemuck::{Pod, Zeroable};
+use iceoryx2::prelude::ZeroCopySend;
+
+use super::sequence::Sequenced;
+
+/// The iceoryx2 user header of `regatta/F/order_log`. The payload is a slice of
+/// [`OrderRecord`](super::order::OrderRecord)s.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
+#[repr(C)]
+#[type_name("regatta_OrderLogHeader")]
+pub struct OrderLogHeader {
+    /// The run that the tick belongs to.
+    pub run_id: u64,
+    /// The tick that the orders took effect in.
+    pub tick: u64,
+    /// Counts the samples of the run, from 1. The publisher fills it in.
+    pub sequence: u64,
+}
+
+impl Sequenced for OrderLogHeader {
+    fn run_id(&self) -> u64 {
+        self.run_id
+    }
+
+    fn sequence(&self) -> u64 {
+        self.sequence
+    }
+}

@@ -1,0 +1,115 @@
+//! What all producers have in common: the engine, a replay, and one that a user wrote.
+
+use std::process::Command;
+use std::time::Duration;
+
+use regatta_plugin::frame::ClockState;
+use regatta_plugin::{Control, ControlError, FleetName, Subscriber};
+use tempfile::TempDir;
+
+use crate::fleet::{Fleet, Process, eventually, graphs, regatta, root, unique};
+use crate::record::{file, record};
+
+/// A client of a fleet's control service, as soon as it answers.
+fn control(fleet: &FleetName) -> Control {
+    let mut control = eventually("control", || Control::open(fleet).ok());
+    eventually("an answer", || control.status().ok());
+    control
+}
+
+/// Asks for more steps than there is time for, and pauses meanwhile: the stepper must not wait for ever.
+fn a_pause_ends_a_step(fleet: &FleetName) {
+    let mut pausing = control(fleet);
+    pausing.pause().expect("paused");
+    pausing.speed(0.1).expect("slow");
+    let before = pausing.status().expect("answered").tick;
+    let stepping = std::thread::spawn({
+        let fleet = fleet.clone();
+        move || control(&fleet).step(1_000)
+    });
+    eventually("the first step", || (pausing.status().expect("answered").tick > before).then_some(()));
+    pausing.pause().expect("paused");
+    eventually("the stepper's answer", || stepping.is_finished().then_some(()));
+    let refused = stepping.join().expect("no panic");
+    assert!(
+        matches!(&refused, Err(ControlError::Refused { reason, .. }) if reason.contains("a pause ended the step")),
+        "{refused:?}"
+    );
+    let status = pausing.status().expect("answered");
+    assert_eq!(status.clock, ClockState::Paused as u32);
+    assert!(status.tick < before + 1_000);
+    assert!(status.resident_bytes > 1_000_000, "{status:?}");
+    assert_eq!(pausing.step(1).expect("stepped").tick, status.tick + 1, "steps work as before");
+}
+
+#[test]
+fn a_pause_ends_a_step_of_the_engine() {
+    let fleet = Fleet::start("pause-engine", "thirty.yaml", &[]);
+    a_pause_ends_a_step(&fleet.name);
+}
+
+#[test]
+fn a_pause_ends_a_step_of_a_replay() {
+    let folder = TempDir::new().expect("a folder");
+    record("pause-source", "thirty.yaml", 2_000, &file(&folder), &[]);
+    let fleet = unique("pause-replay");
+    let args = ["--paused", "--fleet", fleet.as_str()];
+    let _replay = Process::start(regatta().arg("replay").arg(file(&folder)).args(args));
+    a_pause_ends_a_step(&fleet);
+}
+
+#[test]
+fn the_example_producer_builds_by_itself_and_is_a_fleet_like_any_other() {
+    let example = root().join("examples/own-producer");
+    let target = root().join("target/own-producer");
+    let build = Command::new(env!("CARGO"))
+        .args(["build", "--offline", "--manifest-path"])
+        .arg(example.join("Cargo.toml"))
+        .arg("--target-dir")
+        .arg(&target)
+        .output()
+        .expect("cargo starts");
+    assert!(build.status.success(), "{}", String::from_utf8_lossy(&build.stderr));
+
+    let fleet = unique("own-producer");
+    let program = target.join("debug").join(format!("own-producer{}", std::env::consts::EXE_SUFFIX));
+    let lockstep = ["--fleet", fleet.as_str(), "--rate", "100", "--speed", "max", "--lockstep", "hello"];
+    let gateway = Process::start(Command::new(program).args(lockstep));
+    let hello = Process::start(regatta().args(["plugin", "hello", "--fleet", fleet.as_str()]));
+    a_pause_ends_a_step(&fleet);
+
+    let mut control = control(&fleet);
+    assert_eq!(control.robots(20).expect("changed").robots, 20);
+    let mut frames = Subscriber::open(&fleet).expect("opened");
+    let x = eventually("a frame of all of them", || {
+        let frame = frames.wait(Duration::from_millis(100)).expect("readable")?;
+        (frame.len() == 20).then(|| frame.x().to_vec())
+    });
+    assert!(x.iter().any(|x| *x > 9.0), "{x:?}");
+    for refused in [control.robots(101), control.seek(Duration::ZERO)] {
+        assert!(matches!(refused, Err(ControlError::Refused { .. })), "{refused:?}");
+    }
+    control.speed(f32::INFINITY).expect("changed");
+    control.resume().expect("resumed");
+    let tick = control.status().expect("answered").tick;
+    eventually("the run goes on", || (control.status().expect("answered").tick > tick + 50).then_some(()));
+    let lines = String::from_utf8_lossy(&hello.interrupt().stdout).into_owned();
+    let ticks: Vec<u64> =
+        lines.lines().filter_map(|line| line.strip_prefix("tick ")?.split(':').next()?.parse().ok()).collect();
+    assert!(ticks.len() > 50 && ticks.windows(2).all(|pair| pair[1] == pair[0] + 1), "every tick once: {ticks:?}");
+    assert!(gateway.interrupt().status.success());
+}
+
+#[test]
+fn plugins_in_lockstep_lose_no_events_because_frames_are_rare() {
+    let fleet = unique("rare-frames");
+    let output = regatta()
+        .arg("engine")
+        .arg(graphs("thirty.yaml"))
+        .args(["--fleet", fleet.as_str(), "--publish-rate", "1", "--lockstep", "nobody"])
+        .output()
+        .expect("it starts");
+    let message = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(!output.status.success() && message.lines().count() == 1, "{message}");
+    assert!(message.contains("would lose events"), "{message}");
+}
