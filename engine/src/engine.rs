@@ -223,7 +223,7 @@ impl Engine {
             orders.sort_by_key(|(header, _)| header.sender);
             orders.drain(..).for_each(|(_, records)| apply(&records));
         }
-        if !came || self.fleet.kinds() == self.kinds { Ok(()) } else { self.publish_types() }
+        if !came || self.fleet.robot_types() == self.kinds { Ok(()) } else { self.publish_types() }
     }
 
     fn publish_events(&mut self) -> Result<(), EngineError> {

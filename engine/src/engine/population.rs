@@ -56,7 +56,7 @@ impl Engine {
     /// Publishes each robot's type as a column.
     pub(super) fn publish_types(&mut self) -> Result<(), EngineError> {
         self.kinds.clear();
-        self.kinds.extend_from_slice(self.fleet.kinds());
+        self.kinds.extend_from_slice(self.fleet.robot_types());
         let types: Vec<f32> = self.kinds.iter().map(|&kind| f32::from(kind)).collect();
         let header = ColumnHeader { tick: self.tick, ..ColumnHeader::default() };
         self.producer.publish_column("type", header, &types)?;

@@ -1,4 +1,4 @@
-//! A small town and frames, for tests.
+//! Graphs, fleets and frames for tests.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -7,13 +7,13 @@ use glam::DVec2;
 use regatta_plugin::frame::{Columns, ColumnsMut, Line, frame_lines};
 use regatta_plugin::world::Shape;
 
-use super::{Events, Fleet, FleetConfig, RobotType};
+use crate::fleet::{Events, Fleet, FleetConfig, RobotType};
 use crate::graph::arc_length::Tracks;
 use crate::graph::{CubicBezier, Edge, EdgeIndex, Gear, Leg, Node, NodeIndex, RouteGraph};
-use crate::motion::{Isa, Motion, Rows};
+use crate::motion::Isa;
 
-/// A town of `side` × `side` crossings, `spacing` metres apart, with bent roads between neighbours both ways. Every
-/// third may be driven backwards. Ids are indices plus 100 for nodes and plus 1000 for edges.
+/// Returns a grid of `side` × `side` nodes, `spacing` metres apart, with bent edges between neighbours both ways. Every
+/// third edge may be driven backwards. Ids are indices plus 100 for nodes and plus 1000 for edges.
 pub fn town(side: u32, spacing: f64) -> Arc<RouteGraph> {
     let at = |i: u32, j: u32| DVec2::new(f64::from(i), f64::from(j)) * spacing;
     let cells = || (0..side).flat_map(move |j| (0..side).map(move |i| (i, j)));
@@ -22,15 +22,15 @@ pub fn town(side: u32, spacing: f64) -> Arc<RouteGraph> {
     for (i, j) in cells() {
         let beside = [(i + 1, j), (i, j + 1)].into_iter().filter(|&(i, j)| i < side && j < side);
         for (k, l) in beside {
-            road(&mut edges, (j * side + i, at(i, j)), (l * side + k, at(k, l)));
-            road(&mut edges, (l * side + k, at(k, l)), (j * side + i, at(i, j)));
+            push_bent_edge(&mut edges, (j * side + i, at(i, j)), (l * side + k, at(k, l)));
+            push_bent_edge(&mut edges, (l * side + k, at(k, l)), (j * side + i, at(i, j)));
         }
     }
     Arc::new(RouteGraph::from_valid_parts(nodes, edges))
 }
 
-/// Straight edges of these lengths (metres) and speeds, one after the other along x; all may be driven backwards.
-pub fn lane(parts: &[(f64, f64)]) -> Arc<RouteGraph> {
+/// Returns straight edges of these lengths (metres) and speeds, one after the other along x; all may be driven backwards.
+pub fn chain(parts: &[(f64, f64)]) -> Arc<RouteGraph> {
     let mut x = 0.0;
     let mut nodes = vec![Node { id: 100, position: DVec2::ZERO, theta: 0.0 }];
     let mut edges = Vec::new();
@@ -50,7 +50,7 @@ pub fn lane(parts: &[(f64, f64)]) -> Arc<RouteGraph> {
     Arc::new(RouteGraph::from_valid_parts(nodes, edges))
 }
 
-fn road(edges: &mut Vec<Edge>, (origin, from): (u32, DVec2), (destination, to): (u32, DVec2)) {
+fn push_bent_edge(edges: &mut Vec<Edge>, (origin, from): (u32, DVec2), (destination, to): (u32, DVec2)) {
     let number = edges.len() as u32;
     let side = (to - from).perp() * 0.08;
     edges.push(Edge {
@@ -87,7 +87,7 @@ pub fn config(types: Vec<RobotType>) -> FleetConfig {
 }
 
 pub fn fleet(graph: &Arc<RouteGraph>, config: FleetConfig) -> Fleet {
-    Fleet::new(graph.clone(), Arc::new(Tracks::compile(graph)), config).expect("a sound fleet")
+    Fleet::new(graph.clone(), Arc::new(Tracks::compile(graph)), config).expect("a valid fleet")
 }
 
 pub fn events() -> Events {
@@ -101,7 +101,7 @@ pub struct Frame {
 }
 
 impl Frame {
-    /// Filled with rubbish, so that what isn't written shows.
+    /// Makes a frame of arbitrary values, so that tests find what isn't written.
     pub fn of(fleet: &Fleet) -> Self {
         Self { lines: vec![Line([-7e7; 16]); frame_lines(fleet.robots())], robots: fleet.robots() }
     }
@@ -115,28 +115,21 @@ impl Frame {
     }
 }
 
-/// One tick, into a new frame.
+/// Makes one tick and returns its frame.
 pub fn step(fleet: &mut Fleet, events: &mut Events) -> Frame {
     let mut frame = Frame::of(fleet);
     fleet.step(Some(frame.columns_mut()), events);
     frame
 }
 
-/// The poses as they are.
-pub fn look(fleet: &mut Fleet) -> Frame {
+/// Returns the poses as they are.
+pub fn poses(fleet: &mut Fleet) -> Frame {
     let mut frame = Frame::of(fleet);
     fleet.write(frame.columns_mut());
     frame
 }
 
-/// Every bit of a frame, padding included.
+/// Returns every bit of a frame, including padding.
 pub fn bits(frame: &Frame) -> &[u8] {
     bytemuck::cast_slice(&frame.lines)
-}
-
-impl Fleet {
-    /// The kernel and the rows in use.
-    pub(crate) fn parts(&mut self) -> (&Motion, Rows<'_>) {
-        (&self.motion, self.columns.rows(self.robots as usize))
-    }
 }

@@ -1,11 +1,11 @@
-//! What robots drive next.
+//! Routes: the legs that robots drive next.
 
 use std::sync::Arc;
 
 use bytemuck::{Pod, Zeroable};
 
-use crate::graph::{Gear, Leg};
-use crate::motion::{Onward, Roads};
+use super::leg_table::LegTable;
+use crate::graph::{Gear, Leg, NodeIndex};
 
 /// Whether a listed route is driven again.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -16,52 +16,51 @@ pub enum Repeat {
     Loop,
 }
 
-/// Where a robot takes its route from.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum RouteSource {
-    /// It stands until an order gives it one.
-    None,
-    /// These legs; robots with the same route share it.
-    Listed(Arc<[Leg]>, Repeat),
-    /// A random walk along edges in forward gear that never ends, but at a dead end. At each node every edge that
-    /// starts there is as likely as the others, but for the one straight back: that is taken only if there is no other.
-    Random,
-}
-
-/// A robot's place in its [`Plan`].
+/// A robot's position in its [`Plan`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub(crate) struct Route {
-    /// Number of the plan, or one of the constants'.
+    /// Number of the plan, or that of one of the constants below.
     plan: u32,
-    /// The plan's next leg; in a random walk, how many choices have been made.
+    /// The plan's next leg; in a random walk, the number of choices made so far.
     position: u32,
 }
 
 impl Route {
-    /// Stands where it is.
+    /// The route of a robot that stays where it is.
     pub(crate) const PARKED: Self = Self { plan: u32::MAX, position: 0 };
-    /// Drives to the end of its leg.
+    /// The route of a robot that drives to the end of its leg.
     pub(crate) const FINISH: Self = Self { plan: u32::MAX - 1, position: 0 };
-    /// Walks at random.
+    /// The start of a random walk.
     pub(crate) const WALK: Self = Self { plan: u32::MAX - 2, position: 0 };
 }
 
-/// Why there is no next leg.
+/// A position on a robot's route from which its next legs can be read, one after the other.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct RouteCursor {
+    pub robot: u32,
+    pub route: Route,
+    /// The node that the next leg leaves.
+    pub node: NodeIndex,
+    /// The leg that leads to `node`.
+    pub leg: Option<Leg>,
+}
+
+/// The reason why a robot's released base has no next leg.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Ending {
+pub(crate) enum BaseEnd {
     /// The route ends.
     Done,
-    /// The released base ends, but not the route.
+    /// The released base ends, but the route goes on.
     Unreleased,
-    /// No edge starts here.
+    /// No edge leaves this node.
     DeadEnd,
 }
 
 /// Legs in order.
 #[derive(Clone, Debug)]
 enum Plan {
-    /// Nobody's; for the next.
+    /// Unused; its number goes to the next plan that is added.
     Free,
     /// From a scenario.
     Listed { legs: Arc<[Leg]>, repeat: Repeat },
@@ -74,38 +73,38 @@ enum Plan {
 pub(crate) struct Plans {
     plans: Vec<Plan>,
     free: Vec<u32>,
-    /// Of the random walks; well mixed.
+    /// The mixed seed of the random walks.
     seed: u64,
 }
 
 impl Plans {
-    pub(super) fn new(seed: u64) -> Self {
+    pub(crate) fn new(seed: u64) -> Self {
         Self { plans: Vec::new(), free: Vec::new(), seed: mix(seed) }
     }
 
-    /// The next leg of a route, and moves the route on.
-    pub(crate) fn next(&self, roads: &Roads, onward: &mut Onward) -> Result<Leg, Ending> {
-        let Route { plan, position } = onward.route;
+    /// Returns the next leg of a route and moves the route past it.
+    pub(super) fn next(&self, table: &LegTable, cursor: &mut RouteCursor) -> Result<Leg, BaseEnd> {
+        let Route { plan, position } = cursor.route;
         let (leg, place) = match self.plans.get(plan as usize) {
-            Some(Plan::Listed { legs, repeat }) => listed(legs, *repeat, position)?,
-            Some(Plan::Ordered { legs, released }) => ordered(legs, *released, position)?,
-            None if plan == Route::WALK.plan => (self.wander(roads, onward)?, position),
-            Some(Plan::Free) | None => return Err(Ending::Done),
+            Some(Plan::Listed { legs, repeat }) => next_listed(legs, *repeat, position)?,
+            Some(Plan::Ordered { legs, released }) => next_ordered(legs, *released, position)?,
+            None if plan == Route::WALK.plan => (self.random_leg(table, cursor)?, position),
+            Some(Plan::Free) | None => return Err(BaseEnd::Done),
         };
-        onward.route.position = place.wrapping_add(1);
+        cursor.route.position = place.wrapping_add(1);
         Ok(leg)
     }
 
-    fn wander(&self, roads: &Roads, onward: &Onward) -> Result<Leg, Ending> {
-        let counter = u64::from(onward.robot) << 32 | u64::from(onward.route.position);
+    fn random_leg(&self, table: &LegTable, cursor: &RouteCursor) -> Result<Leg, BaseEnd> {
+        let counter = u64::from(cursor.robot) << 32 | u64::from(cursor.route.position);
         let random = (mix(self.seed ^ counter) >> 32) as u32;
-        let edge = roads.wander(onward.node, onward.leg, random).ok_or(Ending::DeadEnd)?;
+        let edge = table.random_exit(cursor.node, cursor.leg, random).ok_or(BaseEnd::DeadEnd)?;
         Ok(Leg { edge, gear: Gear::Forward })
     }
 
-    /// The route at the start of these legs. Robots that are given the same list share its plan, if not too many
-    /// others were made in between.
-    pub(super) fn list(&mut self, legs: Arc<[Leg]>, repeat: Repeat) -> Route {
+    /// Adds a list of legs and returns the route at its start. Robots with the same list share its plan, unless many
+    /// others were added in between.
+    pub(crate) fn list(&mut self, legs: Arc<[Leg]>, repeat: Repeat) -> Route {
         const RECENT: usize = 64;
         let is_same = |plan: &Plan| match plan {
             Plan::Listed { legs: other, repeat: again } => Arc::ptr_eq(other, &legs) && *again == repeat,
@@ -118,8 +117,8 @@ impl Plans {
         }
     }
 
-    /// The route at the start of ordered legs.
-    pub(super) fn order(&mut self, legs: Vec<Leg>, released: usize) -> Route {
+    /// Adds ordered legs and returns the route at their start.
+    pub(crate) fn order(&mut self, legs: Vec<Leg>, released: usize) -> Route {
         self.add(Plan::Ordered { legs, released })
     }
 
@@ -139,7 +138,7 @@ impl Plans {
 
     /// Legs of a route's released base that are still to be entered. A loop's base ends with its lap, a random
     /// walk's with the leg that the robot is on.
-    pub(super) fn base(&self, route: Route) -> &[Leg] {
+    pub(crate) fn base(&self, route: Route) -> &[Leg] {
         match self.plans.get(route.plan as usize) {
             Some(Plan::Listed { legs, .. }) => &legs[route.position as usize..],
             Some(Plan::Ordered { legs, released }) => &legs[route.position as usize..*released],
@@ -147,9 +146,9 @@ impl Plans {
         }
     }
 
-    /// Legs of a route that come after its base: an order's horizon; of a loop, what is left of one lap from the leg that
-    /// the robot is on.
-    pub(super) fn horizon(&self, route: Route) -> &[Leg] {
+    /// Legs of a route that come after its base: an order's horizon; of a loop, the rest of one lap, counted from the
+    /// leg that the robot is on.
+    pub(crate) fn horizon(&self, route: Route) -> &[Leg] {
         match self.plans.get(route.plan as usize) {
             Some(Plan::Listed { legs, repeat: Repeat::Loop }) => &legs[..(route.position as usize).saturating_sub(1)],
             Some(Plan::Ordered { legs, released }) => &legs[*released..],
@@ -157,8 +156,8 @@ impl Plans {
         }
     }
 
-    /// Gives up a robot's route.
-    pub(super) fn release(&mut self, route: Route) {
+    /// Frees the plan of a robot that gives up its route, if no other robot can share it.
+    pub(crate) fn release(&mut self, route: Route) {
         if let Some(plan @ Plan::Ordered { .. }) = self.plans.get_mut(route.plan as usize) {
             *plan = Plan::Free;
             self.free.push(route.plan);
@@ -166,19 +165,19 @@ impl Plans {
     }
 }
 
-fn listed(legs: &[Leg], repeat: Repeat, position: u32) -> Result<(Leg, u32), Ending> {
+fn next_listed(legs: &[Leg], repeat: Repeat, position: u32) -> Result<(Leg, u32), BaseEnd> {
     match (legs.get(position as usize), repeat) {
         (Some(&leg), _) => Ok((leg, position)),
         (None, Repeat::Loop) => Ok((legs[0], 0)),
-        (None, Repeat::Once) => Err(Ending::Done),
+        (None, Repeat::Once) => Err(BaseEnd::Done),
     }
 }
 
-fn ordered(legs: &[Leg], released: usize, position: u32) -> Result<(Leg, u32), Ending> {
+fn next_ordered(legs: &[Leg], released: usize, position: u32) -> Result<(Leg, u32), BaseEnd> {
     match legs.get(position as usize) {
         Some(&leg) if (position as usize) < released => Ok((leg, position)),
-        Some(_) => Err(Ending::Unreleased),
-        None => Err(Ending::Done),
+        Some(_) => Err(BaseEnd::Unreleased),
+        None => Err(BaseEnd::Done),
     }
 }
 

@@ -1,4 +1,4 @@
-//! Acceleration limits: speeds on every tick, over random roads and orders.
+//! Acceleration limits: the speed at every tick, on random graphs and with orders.
 
 use std::time::Duration;
 
@@ -7,11 +7,11 @@ use regatta_plugin::event::EventKind;
 use regatta_plugin::frame::RobotState;
 use regatta_plugin::order::{OrderKind, OrderRecord};
 
-use super::testing::*;
-use super::{Fleet, FleetConfig, Placement, Repeat, RouteSource};
+use super::support::*;
+use crate::fleet::{Fleet, FleetConfig, Placement, Repeat, RouteSource};
 use crate::graph::NodeIndex;
 
-/// What a tick did to the first robot.
+/// The first robot after a tick.
 #[derive(Clone, Copy, Debug)]
 struct Tick {
     x: f32,
@@ -26,12 +26,12 @@ fn tick(fleet: &mut Fleet) -> Tick {
     Tick { x: columns.x[0], speed: columns.speed[0].abs(), edge: columns.edge[0], state: columns.state[0] }
 }
 
-fn on_lane(parts: &[(f64, f64)], max_speed: f32, acceleration: f32, hertz: u32) -> Fleet {
+fn on_chain(parts: &[(f64, f64)], max_speed: f32, acceleration: f32, hertz: u32) -> Fleet {
     let config = config(vec![robot_type(max_speed, acceleration)]);
-    fleet(&lane(parts), FleetConfig { tick_period: Duration::from_secs(1) / hertz, ..config })
+    fleet(&chain(parts), FleetConfig { tick_period: Duration::from_secs(1) / hertz, ..config })
 }
 
-/// Gives the first robot a route along the lane from its start.
+/// Spawns the first robot with a route along the chain from its start.
 fn drive(fleet: &mut Fleet, edges: std::ops::Range<u32>) {
     let legs: Vec<_> = edges.map(forward).collect();
     let route = RouteSource::Listed(legs.into(), Repeat::Once);
@@ -48,33 +48,33 @@ fn order(fleet: &mut Fleet, kind: OrderKind) {
     fleet.apply(&[OrderRecord { kind: kind as u32, ..OrderRecord::default() }], &mut events());
 }
 
-/// Steps until the robot stands, and checks every change of speed on the way. Over two of the units that distances
-/// are counted in, an acceleration makes a difference of √(2 a 2⁻²⁶): that much the last change of all may be off.
-fn until_it_stands(fleet: &mut Fleet, parts: &[(f64, f64)], max_speed: f32, change: f32) -> Vec<Tick> {
+/// Steps until the robot stands and checks every change of speed until then. Over two units of distance, an
+/// acceleration makes a difference of √(2 a 2⁻²⁶): the last change may deviate by that much.
+fn step_until_it_stands(fleet: &mut Fleet, parts: &[(f64, f64)], max_speed: f32, change: f32) -> Vec<Tick> {
     let acceleration = fleet.types()[0].max_acceleration;
-    let slack = 1e-5 + (2.0 * acceleration / (1u32 << 26) as f32).sqrt();
+    let tolerance = 1e-5 + (2.0 * acceleration / (1u32 << 26) as f32).sqrt();
     let mut ticks: Vec<Tick> = Vec::new();
-    let mut before = look(fleet).columns().speed[0];
+    let mut before = poses(fleet).columns().speed[0];
     loop {
         let now = tick(fleet);
         let limit = max_speed.min(parts[now.edge as usize].1 as f32);
         assert!(now.speed <= limit, "{now:?} is faster than {limit}");
-        let turn = (now.speed - before).abs();
-        assert!(turn <= change * 1.001 + slack, "{turn} after {before} m/s: {now:?}, {change} allowed");
+        let difference = (now.speed - before).abs();
+        assert!(difference <= change * 1.001 + tolerance, "{difference} after {before} m/s: {now:?}, {change} allowed");
         before = now.speed;
         ticks.push(now);
         if now.speed == 0.0 {
             return ticks;
         }
-        assert!(ticks.len() < 3_000_000, "it never comes to its end: {now:?}");
+        assert!(ticks.len() < 3_000_000, "it never reaches its end: {now:?}");
     }
 }
 
 proptest! {
     #![proptest_config(ProptestConfig { cases: 150, failure_persistence: None, ..ProptestConfig::default() })]
 
-    /// Any roads, edges shorter than a step or a braking distance among them: no edge is driven too fast, no change
-    /// of speed is too great, and the robot stands on the very end.
+    /// On any edges, including those shorter than a step or a braking distance, no edge is driven too fast, no change
+    /// of speed is too large, and the robot stops at the very end.
     #[test]
     fn speeds_stay_within_all_limits(
         parts in prop::collection::vec((prop_oneof![0.002..0.1, 0.1..2.0, 2.0..15.0], 0.1..5.0), 1..15),
@@ -82,13 +82,13 @@ proptest! {
         acceleration in prop_oneof![0.05f32..0.3, 0.3f32..3.0, 3.0f32..500.0],
         hertz in prop_oneof![Just(10u32), Just(60), Just(1000)],
     ) {
-        let mut fleet = on_lane(&parts, max_speed, acceleration, hertz);
+        let mut fleet = on_chain(&parts, max_speed, acceleration, hertz);
         drive(&mut fleet, 0..parts.len() as u32);
-        let ticks = until_it_stands(&mut fleet, &parts, max_speed, acceleration / hertz as f32);
+        let ticks = step_until_it_stands(&mut fleet, &parts, max_speed, acceleration / hertz as f32);
         let end = ticks.last().expect("ticks");
         let length: f64 = parts.iter().map(|part| part.0).sum();
         prop_assert_eq!((end.x, end.state), (length as f32, RobotState::Idle as u8));
-        // It wastes no time either: never slower than a robot that brakes half as hard and drives half as fast.
+        // It is never slower than a robot that brakes half as hard and drives half as fast.
         let fastest = parts.iter().map(|part| part.1.min(f64::from(max_speed))).fold(f64::INFINITY, f64::min) / 2.0;
         let slowest = length / fastest + 2.0 * fastest / f64::from(acceleration) + 20.0 / f64::from(hertz);
         prop_assert!((ticks.len() as f64) < slowest * f64::from(hertz) + 1.0, "{} ticks, {slowest} s", ticks.len());
@@ -96,35 +96,35 @@ proptest! {
 }
 
 #[test]
-fn a_trapezoid_takes_the_time_it_should() {
+fn a_trapezoidal_profile_takes_the_expected_time() {
     let parts = [(10.0, 2.0)];
-    let mut fleet = on_lane(&parts, f32::INFINITY, 0.5, 100);
+    let mut fleet = on_chain(&parts, f32::INFINITY, 0.5, 100);
     drive(&mut fleet, 0..1);
-    let ticks = until_it_stands(&mut fleet, &parts, f32::INFINITY, 0.005);
-    // 4 s up to 2 m/s, 4 m far, and down likewise; the 2 m between take 1 s.
+    let ticks = step_until_it_stands(&mut fleet, &parts, f32::INFINITY, 0.005);
+    // Accelerating to 2 m/s takes 4 s and 4 m, braking likewise; the 2 m between take 1 s.
     assert!((ticks.len() as f32 * 0.01 - 9.0).abs() < 0.1, "{} ticks", ticks.len());
     let top = ticks.iter().map(|tick| tick.speed).fold(0.0, f32::max);
     assert_eq!(top, 2.0);
 }
 
 #[test]
-fn short_edges_are_seen_through() {
+fn braking_starts_before_short_edges() {
     // 20 edges of 0.1 m, then one that allows 0.1 m/s only: braking from 2 m/s takes 2 m and begins before them.
     let mut parts = vec![(6.0, 2.0)];
     parts.extend([(0.1, 2.0); 20]);
     parts.push((0.5, 0.1));
-    let mut fleet = on_lane(&parts, f32::INFINITY, 1.0, 100);
+    let mut fleet = on_chain(&parts, f32::INFINITY, 1.0, 100);
     drive(&mut fleet, 0..22);
-    let ticks = until_it_stands(&mut fleet, &parts, f32::INFINITY, 0.01);
-    let entry = ticks.iter().find(|tick| tick.edge == 21).expect("it comes there");
+    let ticks = step_until_it_stands(&mut fleet, &parts, f32::INFINITY, 0.01);
+    let entry = ticks.iter().find(|tick| tick.edge == 21).expect("it reaches the last edge");
     assert!(entry.speed <= 0.1 && entry.speed > 0.08, "{entry:?}");
     assert!(ticks.iter().any(|tick| tick.speed == 2.0));
 }
 
 #[test]
-fn an_extension_in_time_costs_nothing() {
+fn an_extension_in_time_doesnt_slow_the_robot() {
     let parts = [(8.0, 1.0), (8.0, 1.0), (8.0, 1.0)];
-    let mut fleet = on_lane(&parts, f32::INFINITY, 0.5, 50);
+    let mut fleet = on_chain(&parts, f32::INFINITY, 0.5, 50);
     drive(&mut fleet, 0..2);
     let mut slowed = false;
     while tick(&mut fleet).x < 14.9 {}
@@ -140,9 +140,9 @@ fn an_extension_in_time_costs_nothing() {
 }
 
 #[test]
-fn an_extension_too_late_speeds_up_again() {
+fn a_late_extension_makes_the_robot_accelerate_again() {
     let parts = [(8.0, 1.0), (8.0, 1.0)];
-    let mut fleet = on_lane(&parts, f32::INFINITY, 0.5, 50);
+    let mut fleet = on_chain(&parts, f32::INFINITY, 0.5, 50);
     drive(&mut fleet, 0..1);
     while tick(&mut fleet).x < 7.5 {}
     let braking = tick(&mut fleet).speed;
@@ -153,23 +153,23 @@ fn an_extension_too_late_speeds_up_again() {
 }
 
 #[test]
-fn a_hold_brakes_and_a_resume_speeds_up() {
+fn a_hold_brakes_and_a_resume_accelerates() {
     let parts = [(50.0, 2.0)];
-    let mut fleet = on_lane(&parts, f32::INFINITY, 0.5, 50);
+    let mut fleet = on_chain(&parts, f32::INFINITY, 0.5, 50);
     drive(&mut fleet, 0..1);
     while tick(&mut fleet).speed < 2.0 {}
     let start = tick(&mut fleet).x;
     order(&mut fleet, OrderKind::Hold);
-    let ticks = until_held(&mut fleet);
+    let ticks = step_until_held(&mut fleet);
     let end = ticks.last().expect("ticks");
-    assert!((end.x - start - 4.0).abs() < 0.05, "brakes over v²/2a: {}", end.x - start);
+    assert!((end.x - start - 4.0).abs() < 0.05, "braking takes v²/2a: {}", end.x - start);
     (0..10).for_each(|_| assert_eq!(tick(&mut fleet).x, end.x));
     order(&mut fleet, OrderKind::Resume);
     assert!((tick(&mut fleet).speed - 0.01).abs() < 1e-6);
-    assert_eq!(until_it_stands(&mut fleet, &parts, f32::INFINITY, 0.01).last().expect("ticks").x, 50.0);
+    assert_eq!(step_until_it_stands(&mut fleet, &parts, f32::INFINITY, 0.01).last().expect("ticks").x, 50.0);
 }
 
-fn until_held(fleet: &mut Fleet) -> Vec<Tick> {
+fn step_until_held(fleet: &mut Fleet) -> Vec<Tick> {
     let mut ticks = Vec::new();
     let mut events = events();
     while events.records().iter().all(|event| event.kind != EventKind::Held as u32) {
@@ -184,21 +184,21 @@ fn until_held(fleet: &mut Fleet) -> Vec<Tick> {
 }
 
 #[test]
-fn a_hold_near_the_end_ends_there() {
+fn a_robot_held_near_the_end_of_its_base_stops_at_the_end() {
     let parts = [(5.0, 2.0)];
-    let mut fleet = on_lane(&parts, f32::INFINITY, 0.5, 50);
+    let mut fleet = on_chain(&parts, f32::INFINITY, 0.5, 50);
     drive(&mut fleet, 0..1);
     while tick(&mut fleet).x < 4.5 {}
     order(&mut fleet, OrderKind::Hold);
-    assert_eq!(until_held(&mut fleet).last().expect("ticks").x, 5.0);
+    assert_eq!(step_until_held(&mut fleet).last().expect("ticks").x, 5.0);
     order(&mut fleet, OrderKind::Resume);
     assert_eq!(tick(&mut fleet).state, RobotState::Idle as u8);
 }
 
 #[test]
-fn road_taken_away_is_not_driven() {
+fn a_cancelled_leg_is_not_entered_even_if_braking_is_too_late() {
     let parts = [(5.0, 2.0), (5.0, 2.0)];
-    let mut fleet = on_lane(&parts, f32::INFINITY, 0.5, 50);
+    let mut fleet = on_chain(&parts, f32::INFINITY, 0.5, 50);
     drive(&mut fleet, 0..2);
     while tick(&mut fleet).x < 4.9 {}
     order(&mut fleet, OrderKind::Cancel);
@@ -207,34 +207,34 @@ fn road_taken_away_is_not_driven() {
 }
 
 #[test]
-fn a_change_of_gear_is_made_standing() {
+fn a_robot_stops_before_it_changes_gear() {
     let parts = [(5.0, 2.0)];
-    let mut fleet = on_lane(&parts, f32::INFINITY, 0.5, 50);
+    let mut fleet = on_chain(&parts, f32::INFINITY, 0.5, 50);
     let lap = RouteSource::Listed([forward(0), reverse(0)].into(), Repeat::Loop);
     fleet.spawn(Placement::Node(NodeIndex(0)), 0, lap, 0, &mut events()).expect("a loop");
     let mut before = 0.0;
-    let mut turns = 0;
+    let mut reversals = 0;
     for _ in 0..5000 {
         let frame = step(&mut fleet, &mut events());
         let speed = frame.columns().speed[0];
         assert!((speed - before).abs() <= 0.01 * 1.001 + 1e-6, "{before} to {speed}");
-        turns += i32::from(speed * before < 0.0);
-        assert!(turns == 0, "there is a tick at rest between the gears");
+        reversals += i32::from(speed * before < 0.0);
+        assert!(reversals == 0, "the robot is at rest for a tick between the gears");
         before = speed;
     }
 }
 
 #[test]
-fn walks_with_limits_never_stop_and_keep_to_them() {
+fn random_walks_never_stop_and_respect_limits() {
     let graph = town(4, 3.0);
     let mut fleet = fleet(&graph, config(vec![robot_type(1.5, 0.8), robot_type(f32::INFINITY, f32::INFINITY)]));
     for node in 0..32 {
-        let kind = (node % 2) as u16;
+        let robot_type = (node % 2) as u16;
         fleet
-            .spawn(Placement::Node(NodeIndex(node % 16)), kind, RouteSource::Random, 0, &mut events())
+            .spawn(Placement::Node(NodeIndex(node % 16)), robot_type, RouteSource::Random, 0, &mut events())
             .expect("a node");
     }
-    let mut before = look(&mut fleet);
+    let mut before = poses(&mut fleet);
     for _ in 0..5000 {
         let now = step(&mut fleet, &mut events());
         for robot in 0..32 {

@@ -1,16 +1,18 @@
-//! One tick has one outcome: for every instruction set and any number of threads, bit by bit.
+//! A tick gives the same bits for every instruction set and any number of threads.
+
+use std::sync::Arc;
 
 use regatta_plugin::event::EventRecord;
-use regatta_plugin::frame::Line;
+use regatta_plugin::frame::{ColumnsMut, Line};
 use regatta_plugin::order::{OrderKind, OrderRecord};
 
-use super::testing::*;
-use super::{Fleet, FleetConfig, Placement, Repeat, RouteSource};
+use super::support::*;
+use crate::fleet::{Events, Fleet, FleetConfig, Placement, Repeat, RouteSource};
 use crate::graph::{EdgeIndex, Gear, NodeIndex, RouteGraph};
 use crate::motion::Isa;
 
-/// A fleet with a bit of everything: walks, loops in both gears, orders, limits, parked and removed robots.
-fn mixed(graph: &std::sync::Arc<RouteGraph>, robots: u32, limited: bool, isa: Isa, threads: usize) -> Fleet {
+/// Returns a fleet of robots with every kind of route: walks, loops in both gears, orders, limits, parked and removed robots.
+fn mixed(graph: &Arc<RouteGraph>, robots: u32, limited: bool, isa: Isa, threads: usize) -> Fleet {
     let limit = if limited { 0.9 } else { f32::INFINITY };
     let types = vec![robot_type(f32::INFINITY, f32::INFINITY), robot_type(1.1, limit), robot_type(3.0, limit / 3.0)];
     let mut fleet = fleet(graph, FleetConfig { isa, threads, ..config(types) });
@@ -18,8 +20,8 @@ fn mixed(graph: &std::sync::Arc<RouteGraph>, robots: u32, limited: bool, isa: Is
     let back = (0..).zip(graph.edges()).find(|(_, edge)| edge.velocity_backwards.is_some());
     let (back, edge) = back.expect("an edge for both gears");
     for robot in 0..robots {
-        let kind = (robot % 3) as u16;
-        let spawn = |fleet: &mut Fleet, place, source| fleet.spawn(place, kind, source, 0, &mut events());
+        let robot_type = (robot % 3) as u16;
+        let spawn = |fleet: &mut Fleet, place, source| fleet.spawn(place, robot_type, source, 0, &mut events());
         let spawned = match robot % 7 {
             0..4 => spawn(&mut fleet, Placement::Node(NodeIndex(robot % nodes)), RouteSource::Random),
             4 => {
@@ -34,7 +36,7 @@ fn mixed(graph: &std::sync::Arc<RouteGraph>, robots: u32, limited: bool, isa: Is
     fleet
 }
 
-/// Orders that depend on the tick alone.
+/// Returns orders that depend on the tick alone.
 fn orders(graph: &RouteGraph, robots: u32, tick: u32) -> Vec<OrderRecord> {
     let robot = tick.wrapping_mul(2_654_435_761) % robots;
     let order = |kind: OrderKind| OrderRecord { kind: kind as u32, robot, ..OrderRecord::default() };
@@ -53,10 +55,10 @@ fn orders(graph: &RouteGraph, robots: u32, tick: u32) -> Vec<OrderRecord> {
     }
 }
 
-/// Drives a fleet and returns every frame and every event.
+/// Steps a fleet and returns every frame and every event.
 fn drive(graph: &RouteGraph, mut fleet: Fleet, ticks: u32) -> (Vec<Vec<Line>>, Vec<EventRecord>) {
     let robots = fleet.robots() as u32;
-    let mut all = super::Events::new(1 << 20);
+    let mut all = Events::new(1 << 20);
     let frames = (0..ticks).map(|tick| {
         fleet.apply(&orders(graph, robots, tick), &mut all);
         step(&mut fleet, &mut all).lines
@@ -106,37 +108,48 @@ fn large_frames_are_written_with_the_same_bits() {
 }
 
 #[test]
-fn frames_are_written_whole() {
+fn every_line_of_a_frame_is_written() {
     let graph = town(3, 6.0);
     for isa in supported() {
         let mut fleet = mixed(&graph, 70, true, isa, 1);
-        let rubbish = Line([-7e7; 16]);
-        assert!(step(&mut fleet, &mut events()).lines.iter().all(|line| *line != rubbish), "{isa}");
-        assert!(look(&mut fleet).lines.iter().all(|line| *line != rubbish), "{isa}");
+        let unwritten = Line([-7e7; 16]);
+        assert!(step(&mut fleet, &mut events()).lines.iter().all(|line| *line != unwritten), "{isa}");
+        assert!(poses(&mut fleet).lines.iter().all(|line| *line != unwritten), "{isa}");
     }
 }
 
 #[test]
-fn steps_without_frames_count_too() {
+fn steps_without_frames_move_robots_too() {
     let graph = town(3, 6.0);
-    let [mut seen, mut unseen] = [(); 2].map(|()| mixed(&graph, 70, true, Isa::detect(), 1));
+    let [mut published, mut unpublished] = [(); 2].map(|()| mixed(&graph, 70, true, Isa::detect(), 1));
     for _ in 0..300 {
-        step(&mut seen, &mut events());
-        unseen.step(None, &mut events());
+        step(&mut published, &mut events());
+        unpublished.step(None, &mut events());
     }
-    assert_eq!(bits(&look(&mut seen)), bits(&look(&mut unseen)));
+    assert_eq!(bits(&poses(&mut published)), bits(&poses(&mut unpublished)));
 }
 
 #[test]
-fn another_seed_walks_elsewhere() {
+fn another_seed_gives_other_random_walks() {
     let graph = town(4, 6.0);
     let new = |seed| {
         let types = vec![robot_type(f32::INFINITY, f32::INFINITY)];
         let mut fleet = fleet(&graph, FleetConfig { seed, ..config(types) });
         fleet.spawn(Placement::Node(NodeIndex(0)), 0, RouteSource::Random, 0, &mut events()).expect("a node");
         (0..2000).for_each(|_| fleet.step(None, &mut events()));
-        bits(&look(&mut fleet)).to_vec()
+        bits(&poses(&mut fleet)).to_vec()
     };
     assert_eq!(new(1), new(1));
     assert_ne!(new(1), new(2));
+}
+
+#[test]
+#[should_panic(expected = "start on cache lines")]
+fn columns_off_the_cache_lines_are_refused() {
+    let mut fleet = mixed(&town(3, 6.0), 1, false, Isa::Scalar, 1);
+    let mut lines = [Line([0.0; 16]); 8];
+    let words: &mut [f32] = bytemuck::cast_slice_mut(&mut lines);
+    let [x, y, theta, speed, s, edge, state] = words[1..113].as_chunks_mut::<16>().0 else { unreachable!() };
+    let (edge, state) = (bytemuck::cast_slice_mut(edge), bytemuck::cast_slice_mut(state));
+    fleet.write(ColumnsMut { x, y, theta, speed, s, edge, state });
 }

@@ -2,7 +2,7 @@
 
 use regatta_plugin::event::{EventKind, EventRecord};
 
-/// The events of one tick, up to a limit; those beyond it are counted.
+/// The events of one tick, up to a limit. Those beyond the limit are counted.
 #[derive(Clone, Debug)]
 pub struct Events {
     records: Vec<EventRecord>,
@@ -12,32 +12,32 @@ pub struct Events {
 }
 
 impl Events {
-    /// Room for that many; wanted until told otherwise.
+    /// Makes room for `limit` events; wanted until [`set_wanted`](Self::set_wanted) changes that.
     pub fn new(limit: usize) -> Self {
         Self { records: Vec::with_capacity(limit), dropped: 0, limit, wanted: true }
     }
 
-    /// Whether anybody listens. If not, events are not even counted: in a large fleet they cost time.
+    /// Sets whether events have a reader. Without one they are not even counted: in a large fleet they cost time.
     pub fn set_wanted(&mut self, wanted: bool) {
         self.wanted = wanted;
     }
 
-    /// Whether anybody listens.
+    /// Whether events have a reader.
     pub fn wanted(&self) -> bool {
         self.wanted
     }
 
-    /// What has happened since [`clear`](Self::clear).
+    /// Events since the last [`clear`](Self::clear).
     pub fn records(&self) -> &[EventRecord] {
         &self.records
     }
 
-    /// How many were left out.
+    /// Number of events beyond the limit.
     pub fn dropped(&self) -> u64 {
         self.dropped
     }
 
-    /// Forgets them all.
+    /// Removes all events and resets the count.
     pub fn clear(&mut self) {
         self.records.clear();
         self.dropped = 0;
@@ -58,15 +58,15 @@ impl Events {
         }
     }
 
-    /// Gets ready to collect on behalf of another: as many, and only if they are wanted.
-    pub(crate) fn take_over(&mut self, other: &Self) {
+    /// Clears these events and copies the settings of `other`: its limit, and whether events are wanted.
+    pub(crate) fn reset_like(&mut self, other: &Self) {
         self.limit = other.limit;
         self.wanted = other.wanted;
         self.clear();
         self.records.reserve(if self.wanted { self.limit } else { 0 });
     }
 
-    /// Adds another's events after these, and empties it.
+    /// Moves the events of `other` behind these.
     pub(crate) fn append(&mut self, other: &mut Self) {
         other.records.drain(..).for_each(|record| self.push_record(record));
         self.dropped += std::mem::take(&mut other.dropped);

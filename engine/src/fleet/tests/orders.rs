@@ -1,4 +1,4 @@
-//! Orders: what they do, and every way to refuse them.
+//! Orders: their effects, and every reason to refuse them.
 
 use std::sync::Arc;
 
@@ -6,8 +6,8 @@ use regatta_plugin::event::{EventKind, Refusal};
 use regatta_plugin::frame::RobotState;
 use regatta_plugin::order::{OrderKind, OrderRecord};
 
-use super::testing::*;
-use super::{Fleet, FleetConfig, Placement, Repeat, RouteSource};
+use super::support::*;
+use crate::fleet::{Fleet, FleetConfig, Placement, Repeat, RouteSource};
 use crate::graph::{EdgeIndex, Leg, NodeIndex};
 
 const TOKEN: u64 = 77;
@@ -16,7 +16,7 @@ fn order(kind: OrderKind) -> OrderRecord {
     OrderRecord { token: TOKEN, kind: kind as u32, ..OrderRecord::default() }
 }
 
-/// A leg along edge number `edge` of a lane or town.
+/// Returns the record of a leg along an edge, by its index.
 fn leg(edge: u32, released: bool) -> OrderRecord {
     OrderRecord { id: 1000 + edge, released: released.into(), ..order(OrderKind::Leg) }
 }
@@ -26,30 +26,30 @@ fn route(kind: OrderKind, legs: &[OrderRecord]) -> Vec<OrderRecord> {
     std::iter::once(head).chain(legs.iter().copied()).collect()
 }
 
-/// Events of a sample of orders: kind, id and detail.
-fn give(fleet: &mut Fleet, orders: &[OrderRecord]) -> Vec<(u32, u32, u32)> {
+/// Applies a sample of orders and returns its events: kind, id and detail.
+fn apply(fleet: &mut Fleet, orders: &[OrderRecord]) -> Vec<(u32, u32, u32)> {
     let mut events = events();
     fleet.apply(orders, &mut events);
     events.records().iter().map(|event| (event.kind, event.id, event.detail)).collect()
 }
 
-fn refused(why: Refusal, id: u32) -> Vec<(u32, u32, u32)> {
-    vec![(EventKind::Refused as u32, id, why as u32)]
+fn refused(reason: Refusal, id: u32) -> Vec<(u32, u32, u32)> {
+    vec![(EventKind::Refused as u32, id, reason as u32)]
 }
 
 const ACCEPTED: (u32, u32, u32) = (EventKind::Accepted as u32, 0, 0);
 
-fn on_lane() -> Fleet {
-    let graph = lane(&[(2.0, 1.0), (3.0, 1.0), (4.0, 1.0), (5.0, 1.0)]);
+fn on_chain() -> Fleet {
+    let graph = chain(&[(2.0, 1.0), (3.0, 1.0), (4.0, 1.0), (5.0, 1.0)]);
     let mut fleet = fleet(&graph, config(vec![robot_type(f32::INFINITY, f32::INFINITY)]));
     fleet.spawn(Placement::Edge(EdgeIndex(0), 1.0), 0, RouteSource::None, 0, &mut events()).expect("on the edge");
     fleet
 }
 
-/// Steps and says where the first robot is and in which state.
+/// Steps and returns the position and the state of the first robot.
 fn after(fleet: &mut Fleet, ticks: u32) -> (f32, u8) {
     (0..ticks).for_each(|_| fleet.step(None, &mut events()));
-    let frame = look(fleet);
+    let frame = poses(fleet);
     (frame.columns().x[0], frame.columns().state[0])
 }
 
@@ -58,91 +58,91 @@ fn near(found: (f32, u8), x: f32, state: RobotState) -> bool {
 }
 
 #[test]
-fn a_base_is_driven_waited_at_and_extended() {
-    let mut fleet = on_lane();
+fn a_robot_drives_its_base_waits_at_its_end_and_is_extended() {
+    let mut fleet = on_chain();
     let assign = route(OrderKind::Assign, &[leg(1, true), leg(2, false)]);
-    assert_eq!(give(&mut fleet, &assign), [ACCEPTED]);
-    assert!(near(after(&mut fleet, 50), 2.0, RobotState::Driving), "finishes its edge first");
+    assert_eq!(apply(&mut fleet, &assign), [ACCEPTED]);
+    assert!(near(after(&mut fleet, 50), 2.0, RobotState::Driving), "the robot finishes its edge first");
     assert!(near(after(&mut fleet, 200), 5.0, RobotState::Waiting));
-    assert_eq!(give(&mut fleet, &route(OrderKind::Extend, &[leg(2, true)])), [ACCEPTED]);
+    assert_eq!(apply(&mut fleet, &route(OrderKind::Extend, &[leg(2, true)])), [ACCEPTED]);
     assert!(near(after(&mut fleet, 100), 7.0, RobotState::Driving));
     let more = route(OrderKind::Extend, &[leg(3, true)]);
-    assert_eq!(give(&mut fleet, &more), [ACCEPTED]);
+    assert_eq!(apply(&mut fleet, &more), [ACCEPTED]);
     assert!(near(after(&mut fleet, 1000), 14.0, RobotState::Idle));
 }
 
 #[test]
-fn cancel_finishes_the_edge() {
-    let mut fleet = on_lane();
-    give(&mut fleet, &route(OrderKind::Assign, &[leg(1, true), leg(2, true)]));
+fn a_cancelled_robot_finishes_its_edge() {
+    let mut fleet = on_chain();
+    apply(&mut fleet, &route(OrderKind::Assign, &[leg(1, true), leg(2, true)]));
     after(&mut fleet, 100);
-    assert_eq!(give(&mut fleet, &[order(OrderKind::Cancel)]), [ACCEPTED]);
+    assert_eq!(apply(&mut fleet, &[order(OrderKind::Cancel)]), [ACCEPTED]);
     assert!(near(after(&mut fleet, 1000), 5.0, RobotState::Idle));
-    assert_eq!(give(&mut fleet, &[order(OrderKind::Cancel)]), [ACCEPTED]);
+    assert_eq!(apply(&mut fleet, &[order(OrderKind::Cancel)]), [ACCEPTED]);
     assert!(near(after(&mut fleet, 10), 5.0, RobotState::Idle));
-    give(&mut fleet, &route(OrderKind::Assign, &[leg(2, false)]));
+    apply(&mut fleet, &route(OrderKind::Assign, &[leg(2, false)]));
     assert!(near(after(&mut fleet, 10), 5.0, RobotState::Waiting));
     let done = (EventKind::RouteDone as u32, 0, 0);
-    assert_eq!(give(&mut fleet, &[order(OrderKind::Cancel)]), [ACCEPTED, done]);
+    assert_eq!(apply(&mut fleet, &[order(OrderKind::Cancel)]), [ACCEPTED, done]);
 }
 
 #[test]
-fn a_cancelled_parked_robot_stays() {
-    let mut fleet = on_lane();
-    give(&mut fleet, &[order(OrderKind::Cancel), order(OrderKind::Hold), order(OrderKind::Cancel)]);
-    give(&mut fleet, &[order(OrderKind::Resume)]);
+fn a_cancelled_robot_without_a_route_stays() {
+    let mut fleet = on_chain();
+    apply(&mut fleet, &[order(OrderKind::Cancel), order(OrderKind::Hold), order(OrderKind::Cancel)]);
+    apply(&mut fleet, &[order(OrderKind::Resume)]);
     assert!(near(after(&mut fleet, 100), 1.0, RobotState::Idle));
 }
 
 #[test]
-fn hold_stands_and_resume_goes_on() {
-    let mut fleet = on_lane();
-    give(&mut fleet, &route(OrderKind::Assign, &[leg(1, true)]));
+fn hold_stops_a_robot_and_resume_continues() {
+    let mut fleet = on_chain();
+    apply(&mut fleet, &route(OrderKind::Assign, &[leg(1, true)]));
     after(&mut fleet, 25);
     let held = (EventKind::Held as u32, 0, 0);
-    assert_eq!(give(&mut fleet, &[order(OrderKind::Hold)]), [ACCEPTED, held]);
-    assert_eq!(give(&mut fleet, &[order(OrderKind::Hold)]), [ACCEPTED]);
+    assert_eq!(apply(&mut fleet, &[order(OrderKind::Hold)]), [ACCEPTED, held]);
+    assert_eq!(apply(&mut fleet, &[order(OrderKind::Hold)]), [ACCEPTED]);
     assert!(near(after(&mut fleet, 25), 1.5, RobotState::Held));
-    give(&mut fleet, &route(OrderKind::Assign, &[leg(1, true), leg(2, true)]));
+    apply(&mut fleet, &route(OrderKind::Assign, &[leg(1, true), leg(2, true)]));
     assert!(near(after(&mut fleet, 25), 1.5, RobotState::Held));
     let resumed = (EventKind::Resumed as u32, 0, 0);
-    assert_eq!(give(&mut fleet, &[order(OrderKind::Resume)]), [ACCEPTED, resumed]);
-    assert_eq!(give(&mut fleet, &[order(OrderKind::Resume)]), [ACCEPTED]);
+    assert_eq!(apply(&mut fleet, &[order(OrderKind::Resume)]), [ACCEPTED, resumed]);
+    assert_eq!(apply(&mut fleet, &[order(OrderKind::Resume)]), [ACCEPTED]);
     assert!(near(after(&mut fleet, 1000), 9.0, RobotState::Idle));
 }
 
 #[test]
 fn a_hold_between_routes_keeps_a_robot_idle() {
-    let mut fleet = on_lane();
-    give(&mut fleet, &route(OrderKind::Assign, &[leg(1, true)]));
+    let mut fleet = on_chain();
+    apply(&mut fleet, &route(OrderKind::Assign, &[leg(1, true)]));
     after(&mut fleet, 1000);
-    give(&mut fleet, &[order(OrderKind::Hold)]);
+    apply(&mut fleet, &[order(OrderKind::Hold)]);
     let resumed = (EventKind::Resumed as u32, 0, 0);
-    assert_eq!(give(&mut fleet, &[order(OrderKind::Resume)]), [ACCEPTED, resumed]);
+    assert_eq!(apply(&mut fleet, &[order(OrderKind::Resume)]), [ACCEPTED, resumed]);
     assert!(near(after(&mut fleet, 10), 5.0, RobotState::Idle));
 }
 
 #[test]
-fn listed_routes_and_walks_can_be_extended_and_replaced() {
-    let graph = lane(&[(2.0, 1.0), (2.0, 1.0), (2.0, 1.0)]);
+fn listed_routes_and_random_walks_can_be_extended() {
+    let graph = chain(&[(2.0, 1.0), (2.0, 1.0), (2.0, 1.0)]);
     let mut fleet = fleet(&graph, config(vec![robot_type(f32::INFINITY, f32::INFINITY)]));
     let lap = RouteSource::Listed([forward(0), reverse(0)].into(), Repeat::Loop);
     fleet.spawn(Placement::Node(NodeIndex(0)), 0, lap, 0, &mut events()).expect("a loop");
     let walk = RouteSource::Random;
     fleet.spawn(Placement::Node(NodeIndex(0)), 0, walk, 0, &mut events()).expect("a walk");
     after(&mut fleet, 10);
-    assert_eq!(give(&mut fleet, &route(OrderKind::Extend, &[leg(0, true), leg(1, true)])), [ACCEPTED]);
+    assert_eq!(apply(&mut fleet, &route(OrderKind::Extend, &[leg(0, true), leg(1, true)])), [ACCEPTED]);
     let mut other = route(OrderKind::Extend, &[leg(1, true)]);
     other[0].robot = 1;
-    assert_eq!(give(&mut fleet, &other), [ACCEPTED]);
+    assert_eq!(apply(&mut fleet, &other), [ACCEPTED]);
     (0..2000).for_each(|_| fleet.step(None, &mut events()));
-    assert_eq!(look(&mut fleet).columns().x, [4.0, 4.0]);
+    assert_eq!(poses(&mut fleet).columns().x, [4.0, 4.0]);
     assert_eq!(fleet.robots_by_state(), [2, 0, 0, 0, 0]);
 }
 
 #[test]
 fn orders_spawn_and_remove() {
-    let mut fleet = on_lane();
+    let mut fleet = on_chain();
     let mut events = events();
     let at_node = OrderRecord { id: 102, ..order(OrderKind::SpawnAtNode) };
     let on_edge = OrderRecord { id: 1001, s: 0.5, ..order(OrderKind::SpawnOnEdge) };
@@ -152,44 +152,44 @@ fn orders_spawn_and_remove() {
         (EventKind::Spawned as u32, EventKind::Accepted as u32, EventKind::Removed as u32);
     let pairs = [(spawned, 1), (accepted, 1), (spawned, 2), (accepted, 2), (accepted, 0), (removed, 0)];
     assert_eq!(kinds, pairs.map(|(kind, robot)| (kind, robot, TOKEN)));
-    assert_eq!(look(&mut fleet).columns().x[1..], [5.0, 2.5]);
-    assert_eq!(look(&mut fleet).columns().state[0], RobotState::Absent as u8);
+    assert_eq!(poses(&mut fleet).columns().x[1..], [5.0, 2.5]);
+    assert_eq!(poses(&mut fleet).columns().state[0], RobotState::Absent as u8);
 }
 
 #[test]
-fn what_cannot_be_done_is_refused() {
-    let mut fleet = on_lane();
+fn orders_that_cannot_be_carried_out_are_refused() {
+    let mut fleet = on_chain();
     let robot = |robot, order: OrderRecord| [OrderRecord { robot, ..order }];
     for kind in [OrderKind::Cancel, OrderKind::Hold, OrderKind::Resume, OrderKind::Remove] {
-        assert_eq!(give(&mut fleet, &robot(5, order(kind))), refused(Refusal::UnknownRobot, 5));
+        assert_eq!(apply(&mut fleet, &robot(5, order(kind))), refused(Refusal::UnknownRobot, 5));
     }
-    let mut assign = |legs: &[OrderRecord]| give(&mut fleet, &route(OrderKind::Assign, legs));
+    let mut assign = |legs: &[OrderRecord]| apply(&mut fleet, &route(OrderKind::Assign, legs));
     assert_eq!(assign(&[leg(1, true), leg(9, true)]), refused(Refusal::UnknownEdge, 1009));
     assert_eq!(assign(&[leg(2, true)]), refused(Refusal::NotConnected, 1002));
     assert_eq!(assign(&[leg(1, true), leg(3, true)]), refused(Refusal::NotConnected, 1003));
     assert_eq!(assign(&[]), refused(Refusal::MalformedRoute, 0));
     assert_eq!(assign(&[leg(1, false), leg(2, true)]), refused(Refusal::MalformedRoute, 0));
     let spawn = |id, s, robot_type| [OrderRecord { id, s, robot_type, ..order(OrderKind::SpawnOnEdge) }];
-    assert_eq!(give(&mut fleet, &spawn(9, 0.0, 0)), refused(Refusal::UnknownEdge, 9));
-    assert_eq!(give(&mut fleet, &spawn(1000, 2.5, 0)), refused(Refusal::DistanceOutOfRange, 1000));
-    assert_eq!(give(&mut fleet, &spawn(1000, f32::NAN, 0)), refused(Refusal::DistanceOutOfRange, 1000));
-    assert_eq!(give(&mut fleet, &spawn(1000, 0.0, 1)), refused(Refusal::UnknownRobotType, 1));
-    assert_eq!(give(&mut fleet, &spawn(1000, 0.0, 1 << 20)), refused(Refusal::UnknownRobotType, 1 << 20));
+    assert_eq!(apply(&mut fleet, &spawn(9, 0.0, 0)), refused(Refusal::UnknownEdge, 9));
+    assert_eq!(apply(&mut fleet, &spawn(1000, 2.5, 0)), refused(Refusal::DistanceOutOfRange, 1000));
+    assert_eq!(apply(&mut fleet, &spawn(1000, f32::NAN, 0)), refused(Refusal::DistanceOutOfRange, 1000));
+    assert_eq!(apply(&mut fleet, &spawn(1000, 0.0, 1)), refused(Refusal::UnknownRobotType, 1));
+    assert_eq!(apply(&mut fleet, &spawn(1000, 0.0, 1 << 20)), refused(Refusal::UnknownRobotType, 1 << 20));
     let at_node = OrderRecord { id: 9, ..order(OrderKind::SpawnAtNode) };
-    assert_eq!(give(&mut fleet, &[at_node]), refused(Refusal::UnknownNode, 9));
+    assert_eq!(apply(&mut fleet, &[at_node]), refused(Refusal::UnknownNode, 9));
     assert!(near(after(&mut fleet, 100), 1.0, RobotState::Idle), "refused orders change nothing");
 }
 
 #[test]
-fn a_robot_behind_another_is_found_by_its_id_alone() {
-    let mut fleet = on_lane();
+fn an_order_for_a_removed_robot_below_others_is_refused() {
+    let mut fleet = on_chain();
     let at_node = OrderRecord { id: 100, ..order(OrderKind::SpawnAtNode) };
-    give(&mut fleet, &[at_node, order(OrderKind::Remove)]);
-    assert_eq!(give(&mut fleet, &[order(OrderKind::Hold)]), refused(Refusal::UnknownRobot, 0));
+    apply(&mut fleet, &[at_node, order(OrderKind::Remove)]);
+    assert_eq!(apply(&mut fleet, &[order(OrderKind::Hold)]), refused(Refusal::UnknownRobot, 0));
 }
 
 #[test]
-fn reverse_gear_only_where_it_is_allowed() {
+fn reverse_gear_is_refused_where_it_is_not_allowed() {
     let graph = town(2, 5.0);
     let reversible = |edge: &usize| graph.edges()[*edge].velocity_backwards.is_some();
     let edge = (0..8).find(|edge| !reversible(edge)).expect("one without") as u32;
@@ -197,34 +197,34 @@ fn reverse_gear_only_where_it_is_allowed() {
     let end = Placement::Edge(EdgeIndex(edge), 1.0);
     fleet.spawn(end, 0, RouteSource::None, 0, &mut events()).expect("an edge");
     let back = OrderRecord { reverse: 1, ..leg(edge, true) };
-    assert_eq!(give(&mut fleet, &route(OrderKind::Assign, &[back])), refused(Refusal::NoReverse, 1000 + edge));
+    assert_eq!(apply(&mut fleet, &route(OrderKind::Assign, &[back])), refused(Refusal::NoReverse, 1000 + edge));
 }
 
 #[test]
-fn a_full_fleet_takes_no_more() {
-    let graph = lane(&[(2.0, 1.0)]);
+fn spawns_into_a_full_fleet_are_refused() {
+    let graph = chain(&[(2.0, 1.0)]);
     let types = vec![robot_type(f32::INFINITY, f32::INFINITY)];
     let mut fleet = fleet(&graph, FleetConfig { most_robots: 1, ..config(types) });
     let spawn = OrderRecord { id: 100, ..order(OrderKind::SpawnAtNode) };
-    assert_eq!(give(&mut fleet, &[spawn]).len(), 2);
-    assert_eq!(give(&mut fleet, &[spawn]), refused(Refusal::FleetFull, 100));
+    assert_eq!(apply(&mut fleet, &[spawn]).len(), 2);
+    assert_eq!(apply(&mut fleet, &[spawn]), refused(Refusal::FleetFull, 100));
 }
 
 #[test]
-fn records_that_make_no_order_are_refused_once() {
-    let mut fleet = on_lane();
+fn stray_legs_and_malformed_orders_are_refused_once() {
+    let mut fleet = on_chain();
     let strays = [leg(1, true), leg(2, true), order(OrderKind::Hold)];
-    assert_eq!(give(&mut fleet, &strays)[0], refused(Refusal::MalformedOrder, 1001)[0]);
-    assert_eq!(give(&mut fleet, &strays).len(), 2);
+    assert_eq!(apply(&mut fleet, &strays)[0], refused(Refusal::MalformedOrder, 1001)[0]);
+    assert_eq!(apply(&mut fleet, &strays).len(), 2);
     let unknown = OrderRecord { kind: 99, ..order(OrderKind::Hold) };
-    assert_eq!(give(&mut fleet, &[unknown]), refused(Refusal::MalformedOrder, 0));
+    assert_eq!(apply(&mut fleet, &[unknown]), refused(Refusal::MalformedOrder, 0));
     let short = [OrderRecord { legs: 3, ..order(OrderKind::Assign) }, leg(1, true), order(OrderKind::Resume)];
-    let answers = give(&mut fleet, &short);
+    let answers = apply(&mut fleet, &short);
     assert_eq!(answers[0], refused(Refusal::MalformedOrder, 0)[0]);
-    assert_eq!(answers[1], ACCEPTED, "the order after it counts");
+    assert_eq!(answers[1], ACCEPTED, "the order after it is carried out");
 }
 
-/// Legs ahead of the first robot as edge numbers: the one that it is on, its base, its horizon.
+/// Returns the legs ahead of the first robot as edge indices: the one that it is on, its base, its horizon.
 fn ahead(fleet: &Fleet) -> (Option<u32>, Vec<u32>, Vec<u32>) {
     let numbers = |legs: &[Leg]| legs.iter().map(|leg| leg.edge.0).collect();
     let ahead = fleet.ahead(0).expect("a robot");
@@ -233,28 +233,28 @@ fn ahead(fleet: &Fleet) -> (Option<u32>, Vec<u32>, Vec<u32>) {
 }
 
 #[test]
-fn what_lies_ahead_is_told() {
-    let mut fleet = on_lane();
+fn ahead_lists_the_current_leg_the_base_and_the_horizon() {
+    let mut fleet = on_chain();
     assert_eq!(ahead(&fleet), (None, vec![], vec![]), "on an edge, but without a route");
     assert_eq!(fleet.ahead(1), None);
-    give(&mut fleet, &route(OrderKind::Assign, &[leg(1, true), leg(2, false), leg(3, false)]));
+    apply(&mut fleet, &route(OrderKind::Assign, &[leg(1, true), leg(2, false), leg(3, false)]));
     assert_eq!(ahead(&fleet), (Some(0), vec![1], vec![2, 3]), "it finishes its edge first");
     after(&mut fleet, 100);
     assert_eq!(ahead(&fleet), (Some(1), vec![], vec![2, 3]));
     after(&mut fleet, 1000);
     assert_eq!(ahead(&fleet), (None, vec![], vec![2, 3]), "it waits at the end of its base");
-    give(&mut fleet, &route(OrderKind::Extend, &[leg(2, true)]));
+    apply(&mut fleet, &route(OrderKind::Extend, &[leg(2, true)]));
     assert_eq!(ahead(&fleet), (Some(2), vec![], vec![]), "the horizon was dropped");
-    give(&mut fleet, &[order(OrderKind::Cancel)]);
+    apply(&mut fleet, &[order(OrderKind::Cancel)]);
     assert_eq!(ahead(&fleet), (Some(2), vec![], vec![]));
     after(&mut fleet, 1000);
     assert_eq!(ahead(&fleet), (None, vec![], vec![]));
 }
 
 #[test]
-fn ahead_in_a_loop_is_one_lap_and_in_a_random_walk_one_leg() {
+fn ahead_is_one_lap_of_a_loop_and_one_leg_of_a_random_walk() {
     let there_and_back: Arc<[Leg]> = [forward(0), reverse(0)].into();
-    let mut fleet = fleet(&lane(&[(2.0, 1.0)]), config(vec![robot_type(f32::INFINITY, f32::INFINITY)]));
+    let mut fleet = fleet(&chain(&[(2.0, 1.0)]), config(vec![robot_type(f32::INFINITY, f32::INFINITY)]));
     let listed = RouteSource::Listed(there_and_back, Repeat::Loop);
     fleet.spawn(Placement::Node(NodeIndex(0)), 0, listed, 0, &mut events()).expect("on the node");
     for _ in 0..3 {
