@@ -56,8 +56,8 @@ pub(super) fn advance(rows: &mut Rows, time_step: TimeStep, arrived: &mut RowLis
 /// Stage 3: writes poses into the frame.
 pub(super) fn write(rows: &Rows, table: &[Piece], columns: ColumnsMut) {
     for row in 0..columns.x.len() {
-        let piece = &table[rows.piece.get(row).row()];
-        let sign = rows.piece.get(row).sign_bit();
+        let index = rows.piece.get(row);
+        let (piece, sign) = (&table[index.row()], index.sign_bit());
         let signed = |value: f32| f32::from_bits(value.to_bits() ^ sign);
         let w = rows.w[row] as f32 * METRES_PER_UNIT;
         let place = |c: &[f32; 4]| c[0] + w * (c[1] + w * (c[2] + w * c[3]));
