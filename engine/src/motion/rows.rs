@@ -27,11 +27,11 @@ pub(crate) struct Rows<'fleet> {
     pub route: &'fleet mut [Route],
     /// Index of the robot type.
     pub robot_type: &'fleet mut [u16],
-    /// Some in fleets where a robot type limits its acceleration.
+    /// `None` in fleets where no robot type limits its acceleration.
     pub limits: Option<LimitRows<'fleet>>,
 }
 
-/// The columns that only stage 1 under acceleration limits reads; [`profile`](super::profile) has the equations.
+/// The columns that only fleets with acceleration limits have; [`profile`](super::profile) has the equations.
 #[derive(Debug)]
 pub(crate) struct LimitRows<'fleet> {
     /// Metres per second squared; [`UNLIMITED`](super::profile::UNLIMITED) for types without a limit.
