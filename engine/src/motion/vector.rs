@@ -1,6 +1,6 @@
 //! The stages of a tick, several rows at a time.
 //!
-//! Each stage is written once, over SIMD lanes ([`kernel`]), and compiled for each instruction set ([`lanes`]). The
+//! Each stage is written once, over SIMD lanes ([`mod@kernel`]), and compiled for each instruction set ([`lanes`]). The
 //! operations and their order are those of [`scalar`], so the bits are the same.
 //!
 //! `unsafe` code calls what the machine was found to have, stores past the cache and prefetches.
