@@ -79,7 +79,7 @@ impl Caption {
             if scene.layers.ids {
                 self.labels.draw(ui.ctx(), picture, camera, scene.offset, scene.theme);
             }
-            Labels::name(ui.ctx(), picture, camera, scene.theme, robots.iter().copied());
+            Labels::draw_robots(ui.ctx(), picture, camera, scene.theme, robots.iter().copied());
             if let Some(legend) = legend {
                 overlay::legend(ui.ctx(), picture, scene.theme, legend);
             }

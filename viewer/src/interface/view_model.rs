@@ -1,4 +1,5 @@
-//! What the interface shows, and what it asks for in return. It knows nothing of windows and graphics cards.
+//! The input of the interface, a [`ViewModel`], and its output, [`Action`]s. Both are independent of windows and graphics
+//! cards.
 
 use glam::Vec2;
 use regatta_plugin::ColumnName;
@@ -8,105 +9,105 @@ use regatta_plugin::frame::{ClockState, Frame};
 use regatta_plugin::world::{EdgeRecord, NodeRecord, RobotTypeRecord};
 
 use super::labels::Labels;
-use super::performance::Timing;
-use super::rig::Pose;
+use super::pose::Pose;
 use super::rows::{RowQuery, Rows};
+use super::timing::Timing;
 use crate::camera::Bounds;
 use crate::feed::Counts;
 use crate::gpu::pick::Picked;
 use crate::palette::Legend;
 use crate::route::Remaining;
 
-/// How the fleet's producer is.
+/// The state of the engine, as seen by the viewer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Engine {
-    /// There has been none since the viewer was started.
+pub enum EngineState {
+    /// There has been no engine since the viewer was started.
     Awaited,
-    /// It sends frames.
+    /// It publishes frames.
     Running,
-    /// It was paused.
+    /// Its clock is paused.
     Paused,
-    /// It sends none, and doesn't say why.
+    /// It is not paused, but publishes no frames.
     Silent,
-    /// It has ended its run, or was killed.
+    /// It has stopped or was killed.
     Gone,
 }
 
-/// All that is known at the moment of one picture.
+/// Everything that the interface shows in one picture.
 #[derive(Clone, Debug)]
-pub struct Facts<'a> {
-    /// Name of the fleet.
+pub struct ViewModel<'a> {
+    /// The name of the fleet.
     pub fleet: &'a str,
-    /// Its producer.
-    pub engine: Engine,
-    /// What the producer said of itself last.
+    /// The state of its engine.
+    pub engine: EngineState,
+    /// The last status that the engine reported.
     pub status: Option<&'a ControlResponse>,
     /// The newest frame.
     pub frame: Option<Frame<'a>>,
-    /// Nodes of the graph.
+    /// The nodes of the route graph.
     pub nodes: &'a [NodeRecord],
-    /// Edges of the graph.
+    /// The edges of the route graph.
     pub edges: &'a [EdgeRecord],
-    /// The ids of both.
+    /// The labels of nodes and edges.
     pub labels: &'a Labels,
-    /// Kinds of robots.
-    pub types: &'a [RobotTypeRecord],
-    /// Each robot's index into `types`.
-    pub kinds: Option<&'a [f32]>,
-    /// What a collision checker says.
+    /// The robot types.
+    pub robot_types: &'a [RobotTypeRecord],
+    /// Each robot's index into `robot_types`.
+    pub robot_type_column: Option<&'a [f32]>,
+    /// The pairs that a collision checker reports.
     pub contacts: Option<Contacts<'a>>,
-    /// What the colours mean.
+    /// The legend of the robots' colours.
     pub legend: &'a Legend,
     /// The columns that plugins publish.
     pub columns: &'a [ColumnName],
     /// The values of those columns for the selected robot.
     pub values: &'a [(ColumnName, f32)],
-    /// What the selected robot has still to drive, if its route is known.
+    /// The rest of the selected robot's route, if it is known.
     pub route: Option<Remaining>,
-    /// Robots in the order that was asked for.
+    /// The answer to the last [`Action::Rows`].
     pub rows: Option<&'a Rows>,
-    /// Where there is something to see.
+    /// The bounds of everything to be seen.
     pub bounds: Bounds,
-    /// The followed robot, as drawn now.
+    /// The pose of the followed robot, as drawn.
     pub followed: Option<Pose>,
-    /// What takes the time.
+    /// The durations of the last pictures.
     pub timing: &'a Timing,
-    /// Frames read and skipped.
+    /// The numbers of frames read and skipped.
     pub counts: Counts,
     /// Age of the newest frame when it was read, in seconds.
     pub lag: Option<f64>,
-    /// Points of the trails that the adapter has room for, of those that were asked for.
+    /// Points of each trail that fit the graphics adapter, of those requested.
     pub trail_points: u32,
-    /// Whether the UDP source and the UDP sender run.
+    /// Whether the UDP source and the UDP sender are running.
     pub udp: [bool; 2],
 }
 
-/// A thing that can be picked.
+/// An item that can be selected.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Thing {
-    /// By its id.
+pub enum Item {
+    /// A robot, by its id.
     Robot(u32),
-    /// By its index in the world.
+    /// An edge, by its index in the world.
     Edge(u32),
-    /// By its index in the world.
+    /// A node, by its index in the world.
     Node(u32),
 }
 
-/// What a person asks for, to be done outside of the interface.
+/// A request of the user that is carried out outside of the interface.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Action {
-    /// To be sent to the engine.
+    /// Send a request to the engine.
     Control(ControlRequest),
-    /// Select what is at a point of the picture.
+    /// Select the item at a point of the picture.
     Pick {
-        /// Points from its top left.
+        /// Points from the top left corner of the picture.
         at: Vec2,
-        /// Beside what is selected already.
-        beside: bool,
+        /// Whether to add to the selection instead of replacing it.
+        extend: bool,
     },
-    /// Rows of the fleet list in this order.
+    /// Compute rows of the fleet list.
     Rows(RowQuery),
-    /// Start a program that receives robots by UDP, and answers.
+    /// Start a program that receives robots by UDP and can answer.
     StartUdpSource {
         /// Host and port to receive at.
         listen: String,
@@ -124,20 +125,20 @@ pub enum Action {
     StopUdpSource,
     /// Stop the UDP sender.
     StopUdpSender,
-    /// Fill the screen, or no longer.
+    /// Switch full screen on or off.
     FullScreen,
     /// Close the window.
     Quit,
 }
 
-impl Facts<'_> {
-    /// Whether the engine's clock stands.
+impl ViewModel<'_> {
+    /// Whether the engine's clock is paused.
     pub fn is_paused(&self) -> bool {
         let clock = self.frame.map(|frame| frame.header().clock).or(self.status.map(|status| status.clock));
         clock == Some(ClockState::Paused as u32)
     }
 
-    /// The pose of a robot in the newest frame, where it is drawn.
+    /// Returns the pose of a robot in the newest frame, moved by the offset.
     pub fn pose(&self, robot: u32, offset: Vec2) -> Option<Pose> {
         let (frame, row) = (self.frame?, robot as usize);
         let place = Vec2::new(*frame.x().get(row)?, *frame.y().get(row)?) + offset;
@@ -145,7 +146,7 @@ impl Facts<'_> {
     }
 }
 
-impl From<Picked> for Thing {
+impl From<Picked> for Item {
     fn from(picked: Picked) -> Self {
         match picked {
             Picked::Robot(id) => Self::Robot(id),

@@ -1,4 +1,4 @@
-//! What is known of a fleet beside what is drawn of it.
+//! The state of a fleet for the interface, beside what the stage reads for drawing.
 
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
@@ -6,34 +6,35 @@ use glam::Vec2;
 use regatta_plugin::control::ControlResponse;
 use regatta_plugin::{ColumnName, Frame};
 
-use crate::interface::facts::Thing;
 use crate::interface::labels::Labels;
-use crate::interface::rig::Pose;
+use crate::interface::pose::Pose;
 use crate::interface::rows::Rows;
+use crate::interface::view_model::Item;
 use crate::link::Fact;
 
-/// What was found out of the fleet, beside what the stage reads.
+/// The state of a fleet as reported by the link, and values derived from its frames.
 #[derive(Debug, Default)]
-pub struct Known {
+pub struct FleetState {
     pub status: Option<Box<ControlResponse>>,
     pub columns: Vec<ColumnName>,
     pub labels: Labels,
     pub values: Vec<(ColumnName, f32)>,
     pub rows: Option<Rows>,
+    /// The age of the newest frame when it was read, in seconds.
     pub lag: Option<f64>,
-    /// When the newest frame came.
-    pub heard: Option<Instant>,
-    /// The followed robot in the frame before and in the newest.
+    /// The time at which the newest frame was read.
+    pub last_frame_at: Option<Instant>,
+    /// The followed robot, and its poses in the frame before and in the newest frame.
     pub followed: Option<(u32, [Pose; 2])>,
-    /// Whose values are asked for.
-    pub asked: Option<Thing>,
-    /// Whose routes are asked for.
+    /// The item whose values were requested last.
+    pub values_of: Option<Item>,
+    /// The robots whose routes were requested last.
     pub routes_of: Vec<u32>,
 }
 
-impl Known {
-    /// Takes what the link has found out; whether a person would see a difference.
-    pub fn take(&mut self, fact: Fact) -> bool {
+impl FleetState {
+    /// Applies a report of the link. Returns whether it makes a visible difference.
+    pub fn apply(&mut self, fact: Fact) -> bool {
         match fact {
             Fact::Status(status) => {
                 let differs = differ(self.status.as_deref(), status.as_deref());
@@ -46,10 +47,10 @@ impl Known {
         }
     }
 
-    /// Takes the frame that is shown: how old it was when it came, if it is new, and where the followed robot is.
-    pub fn note(&mut self, frame: &Frame<'_>, is_new: bool, followed: Option<u32>, offset: Vec2, now: Instant) {
+    /// Records the shown frame: its age if it is new, and the pose of the followed robot.
+    pub fn record_frame(&mut self, frame: &Frame<'_>, is_new: bool, followed: Option<u32>, offset: Vec2, now: Instant) {
         if is_new {
-            self.heard = Some(now);
+            self.last_frame_at = Some(now);
             let sent = Duration::from_nanos(frame.header().wall_time_nanos);
             let age = SystemTime::now().duration_since(UNIX_EPOCH + sent);
             self.lag = age.ok().map(|age| age.as_secs_f64());
@@ -63,16 +64,16 @@ impl Known {
             (Some((robot, pose)), Some((before, [_, last]))) if robot == before && is_new => {
                 Some((robot, [last, pose]))
             }
-            (Some((robot, _)), Some(known)) if robot == known.0 => Some(known),
+            (Some((robot, _)), Some(unchanged)) if robot == unchanged.0 => Some(unchanged),
             (Some((robot, pose)), _) => Some((robot, [pose; 2])),
             (None, _) => None,
         };
     }
 }
 
-/// Whether a person would see a difference between what an engine said of itself.
+/// Whether two statuses of an engine differ visibly.
 fn differ(one: Option<&ControlResponse>, other: Option<&ControlResponse>) -> bool {
-    let seen = |status: &ControlResponse| ControlResponse {
+    let visible = |status: &ControlResponse| ControlResponse {
         wall_time_nanos: 0,
         tick_cost_p50_nanos: 0,
         tick_cost_p99_nanos: 0,
@@ -80,5 +81,5 @@ fn differ(one: Option<&ControlResponse>, other: Option<&ControlResponse>) -> boo
         real_time_factor: (status.real_time_factor * 100.0).round(),
         ..*status
     };
-    one.map(seen) != other.map(seen)
+    one.map(visible) != other.map(visible)
 }

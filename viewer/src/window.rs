@@ -1,12 +1,14 @@
-//! The viewer's window: where the fleet's picture and the interface meet a screen, hands and an engine.
+//! The viewer's window: the picture of the fleet and the interface on a screen, with input from the user and a link to the
+//! engine.
 
 mod app;
-mod furniture;
-mod known;
-mod live;
-mod pulse;
+mod assets;
+mod fleet_state;
+mod frame_pacing;
+mod settings_store;
 mod surface;
 mod udp;
+mod viewer_window;
 
 use regatta_plugin::{Error, Result, Termination};
 use winit::event_loop::EventLoop;
@@ -14,10 +16,10 @@ use winit::event_loop::EventLoop;
 use crate::options::Options;
 use app::App;
 
-/// Shows a fleet in a window until it is closed, or the process is asked to end.
+/// Shows a fleet in a window until the window is closed or the process is asked to end.
 ///
 /// # Errors
-/// One line that says what is wrong: no display, no adapter, no fleet to be read.
+/// One line that says what is wrong: no display, no adapter, no readable fleet.
 pub fn run(options: &Options) -> Result {
     let termination = Termination::watch()?;
     let events = EventLoop::new().map_err(|error| {
@@ -25,6 +27,6 @@ pub fn run(options: &Options) -> Result {
         Error::new("no display to open a window on; --headless draws pictures without one")
     })?;
     let mut app = App::new(options, termination);
-    events.run_app(&mut app).map_err(|error| Error::new(format!("the display is gone: {error}")))?;
+    events.run_app(&mut app).map_err(|error| Error::new(format!("lost the connection to the display: {error}")))?;
     app.finish()
 }

@@ -1,4 +1,4 @@
-//! What comes from files that a person chose: the picture on the floor, and what robots look like.
+//! The files that the user chose: the picture on the floor, and the mesh of the robots.
 
 use std::path::Path;
 
@@ -8,34 +8,34 @@ use crate::interface::settings::{RobotMesh, Settings};
 use crate::model;
 use crate::stage::Stage;
 
-/// What stands there now.
+/// The loaded files.
 #[derive(Debug, Default)]
-pub struct Furniture {
-    /// The image, and the floor it lies on.
+pub struct Assets {
+    /// The path of the picture, and the size of the floor in metres.
     floor: (String, Option<[f32; 2]>),
     mesh: Option<RobotMesh>,
 }
 
-impl Furniture {
-    /// Brings what the settings name and isn't there yet; what can't be read is told, and what is built in stands in its
-    /// place.
-    pub fn renew(&mut self, settings: &Settings, stage: &mut Stage) -> Vec<String> {
-        let mut complaints = Vec::new();
+impl Assets {
+    /// Loads the files of the settings that are not loaded yet. Where one can't be read, the built-in look is used, and a
+    /// message is returned.
+    pub fn update(&mut self, settings: &Settings, stage: &mut Stage) -> Vec<String> {
+        let mut messages = Vec::new();
         if (&self.floor.0, self.floor.1) != (&settings.floor_image, settings.floor) {
             let was_bare = self.floor.0.is_empty();
             self.floor = (settings.floor_image.clone(), settings.floor);
             if !(was_bare && self.floor.0.is_empty()) {
-                complaints.extend(self.lay(stage));
+                messages.extend(self.load_floor(stage));
             }
         }
         if self.mesh != settings.mesh {
             self.mesh.clone_from(&settings.mesh);
-            complaints.extend(self.dress(stage));
+            messages.extend(self.load_mesh(stage));
         }
-        complaints
+        messages
     }
 
-    fn lay(&self, stage: &mut Stage) -> Option<String> {
+    fn load_floor(&self, stage: &mut Stage) -> Option<String> {
         let (file, size) = &self.floor;
         stage.renderer.lay_picture(None);
         if file.is_empty() {
@@ -51,17 +51,17 @@ impl Furniture {
         }
     }
 
-    fn dress(&self, stage: &mut Stage) -> Option<String> {
+    fn load_mesh(&self, stage: &mut Stage) -> Option<String> {
         let Some(RobotMesh { file, scale, z }) = &self.mesh else {
             stage.renderer.set_model(None, None);
             return None;
         };
         match model::load(Path::new(file), *scale, *z) {
             Ok(mesh) if stage.renderer.set_model(None, Some(&mesh)) => None,
-            Ok(_) => Some(format!("{file}: too many meshes; it isn't used")),
+            Ok(_) => Some(format!("{file}: too many meshes; this one is not used")),
             Err(error) => {
                 stage.renderer.set_model(None, None);
-                Some(format!("{error}; the built-in robot stands in its place"))
+                Some(format!("{error}; the built-in robot is used"))
             }
         }
     }
