@@ -115,7 +115,7 @@ fn a_click_picks_the_robot_that_is_there() {
     // From the south, twelve metres up; with settings that are broken, so that the usual ones hold: no panel is open.
     let eye = (pose - Vec2::new(0.0, 9.0)).extend(12.0);
     let (yaw, pitch) = (core::f32::consts::FRAC_PI_2, 0.9);
-    let camera = Camera::at(eye, yaw, pitch);
+    let camera = Camera::from_eye(eye, yaw, pitch);
     let text = format!("{},{},{},{yaw},{pitch}", eye.x, eye.y, eye.z);
     let viewer = viewer(&screen, &fleet.name, &["--camera", &text]);
     screen.window(&format!("Regatta: {}", fleet.name));

@@ -19,7 +19,7 @@ use regatta_viewer::interface::rig::{Follow, Rig};
 use regatta_viewer::interface::rows::{Rows, SortBy};
 use regatta_viewer::interface::settings::{Left, Right, Settings};
 use regatta_viewer::palette::{Colouring, Legend, Theme};
-use regatta_viewer::route::{Remaining, Way};
+use regatta_viewer::route::{Remaining, RouteLength};
 
 /// A fleet that stands in a row, and the interface over it.
 struct Desk {
@@ -422,8 +422,8 @@ fn files_for_floor_and_robots_are_typed_or_dropped() {
 #[test]
 fn the_panel_tells_how_much_of_a_route_is_left() {
     let mut desk = Desk::new(5);
-    let released = Way { edges: 1, metres: 4.25, partly: false };
-    desk.route = Some(Remaining { released, planned: Way { edges: 300, metres: 812.0, partly: true } });
+    let released = RouteLength { edges: 1, metres: 4.25, is_partial: false };
+    desk.route = Some(Remaining { released, planned: RouteLength { edges: 300, metres: 812.0, is_partial: true } });
     desk.interface.select(Some(Thing::Robot(2)));
     let mut harness = harness(desk);
     settle(&mut harness);

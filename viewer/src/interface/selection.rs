@@ -179,7 +179,7 @@ impl Interface {
         }
         for (name, way) in [("released", route.released), ("planned", route.planned)] {
             let noun = if way.edges == 1 { "edge" } else { "edges" };
-            let more = if way.partly { "> " } else { "" };
+            let more = if way.is_partial { "> " } else { "" };
             line(ui, theme, name, format!("{} {noun}, {more}{:.1} m", way.edges, way.metres));
         }
     }

@@ -14,7 +14,7 @@ use super::live::{Live, Next, Origin, title};
 use crate::interface::Interface;
 use crate::interface::rig::{Follow, Rig};
 use crate::interface::settings::{self, Settings};
-use crate::options::{Options, View};
+use crate::options::{CameraOption, Options};
 
 /// Devices lost so soon one after the other are not lost by chance.
 const LOSSES: (usize, Duration) = (3, Duration::from_secs(20));
@@ -76,9 +76,9 @@ impl<'a> App<'a> {
     /// The camera that the options ask for.
     fn rig(&self) -> Rig {
         let mut rig = match self.options.camera {
-            View::Eye(camera) => Rig::new(camera, true),
-            View::Top => Rig::top_view(),
-            View::Fit => Rig::default(),
+            CameraOption::Eye(camera) => Rig::new(camera, true),
+            CameraOption::Top => Rig::top_view(),
+            CameraOption::Fit => Rig::default(),
         };
         if let Some(robot) = self.options.follow {
             rig.follow(Some((robot, Follow::Behind)));

@@ -5,7 +5,7 @@ use std::path::Path;
 use crate::camera::Bounds;
 use crate::floor_picture::FloorPicture;
 use crate::interface::settings::{RobotMesh, Settings};
-use crate::model;
+use crate::mesh_file;
 use crate::stage::Stage;
 
 /// What stands there now.
@@ -37,14 +37,14 @@ impl Furniture {
 
     fn lay(&self, stage: &mut Stage) -> Option<String> {
         let (file, size) = &self.floor;
-        stage.renderer.lay_picture(None);
+        stage.renderer.set_floor_picture(None);
         if file.is_empty() {
             return None;
         }
         let bounds = size.map_or(stage.bounds(), Bounds::of_size);
         match FloorPicture::load(Path::new(file), bounds, stage.renderer.max_texture_size()) {
             Ok(picture) => {
-                stage.renderer.lay_picture(Some(&picture));
+                stage.renderer.set_floor_picture(Some(&picture));
                 None
             }
             Err(error) => Some(format!("{error}; the floor stays plain")),
@@ -53,14 +53,14 @@ impl Furniture {
 
     fn dress(&self, stage: &mut Stage) -> Option<String> {
         let Some(RobotMesh { file, scale, z }) = &self.mesh else {
-            stage.renderer.set_model(None, None);
+            stage.renderer.set_mesh(None, None);
             return None;
         };
-        match model::load(Path::new(file), *scale, *z) {
-            Ok(mesh) if stage.renderer.set_model(None, Some(&mesh)) => None,
+        match mesh_file::load(Path::new(file), *scale, *z) {
+            Ok(mesh) if stage.renderer.set_mesh(None, Some(&mesh)) => None,
             Ok(_) => Some(format!("{file}: too many meshes; it isn't used")),
             Err(error) => {
-                stage.renderer.set_model(None, None);
+                stage.renderer.set_mesh(None, None);
                 Some(format!("{error}; the built-in robot stands in its place"))
             }
         }

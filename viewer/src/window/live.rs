@@ -16,10 +16,10 @@ use super::pulse::{Due, Pulse};
 use super::surface::{NoCanvas, Screen, surface_of};
 use super::udp::Udp;
 use crate::feed::News;
-use crate::gpu::TargetKind;
+use crate::gpu::TargetConfig;
 use crate::gpu::device::Gpu;
-use crate::gpu::frame::Renderer;
 use crate::gpu::painter::{Drawing, Painter};
+use crate::gpu::renderer::Renderer;
 use crate::interface::Interface;
 use crate::interface::facts::{Action, Engine, Facts, Thing};
 use crate::interface::labels::Labels;
@@ -100,12 +100,12 @@ impl Live {
         let gpu = Gpu::open(instance, Some(&surface))?;
         let screen = Screen::new(surface, &gpu, size_of(&window))?;
         let samples = options.look.samples.unwrap_or(if gpu.is_software() { 1 } else { 4 });
-        let mut renderer = Renderer::new(&gpu, TargetKind::new(&gpu, screen.fleet, samples));
+        let mut renderer = Renderer::new(&gpu, TargetConfig::new(&gpu, screen.fleet, samples));
         // What stands for all types is among the settings.
         let mut look = options.look.clone();
         look.mesh.retain(|model| model.robot_type.is_some());
-        look.furnish(&mut renderer);
-        renderer.time();
+        look.load_meshes(&mut renderer);
+        renderer.enable_timer();
         let participant = Participant::join(&options.fleet, "viewer")?;
         let mut scene = options.look.scene();
         if gpu.is_software() {
@@ -324,7 +324,7 @@ impl Live {
             edges: world.map_or(&[], |world| world.edges()),
             labels: &self.known.labels,
             types: world.map_or(&[], |world| world.robot_types()),
-            kinds: self.stage.feed.kinds(),
+            kinds: self.stage.feed.robot_type(),
             contacts: self.stage.feed.contacts(),
             legend: &legend,
             columns: &self.known.columns,

@@ -1,4 +1,4 @@
-//! A film: numbered PNG files in a folder, or an MP4 file that the program ffmpeg makes.
+//! Recorded pictures: numbered PNG files in a folder, or an MP4 file that the program ffmpeg encodes.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -9,21 +9,21 @@ use image::RgbaImage;
 
 use crate::picture::{PictureError, write_png};
 
-/// Why there is no film.
+/// The error of recording pictures.
 #[derive(Debug, thiserror::Error)]
-pub enum FilmError {
-    /// The folder can't be made.
-    #[error("can't make the folder {}: {reason}", path.display())]
+pub enum VideoError {
+    /// The folder can't be created.
+    #[error("can't create the folder {}: {reason}", path.display())]
     Folder {
-        /// Which.
+        /// The folder.
         path: PathBuf,
-        /// What the system said.
+        /// The system's error.
         reason: std::io::Error,
     },
-    /// The program isn't there.
-    #[error("can't start ffmpeg ({0}), which makes MP4 files: install it, or name a folder for PNG files")]
+    /// The program ffmpeg can't be started.
+    #[error("can't start ffmpeg ({0}), which encodes MP4 files: install it, or give a folder for PNG files")]
     NoFfmpeg(std::io::Error),
-    /// It gave up.
+    /// The program ffmpeg failed.
     #[error("ffmpeg failed: {0}")]
     Ffmpeg(String),
     /// A picture can't be written.
@@ -31,9 +31,9 @@ pub enum FilmError {
     Picture(#[from] PictureError),
 }
 
-/// Pictures on their way into a file or a folder.
+/// Writes a sequence of pictures to a folder or a video file.
 #[derive(Debug)]
-pub struct Film {
+pub struct VideoWriter {
     output: Output,
     pictures: u32,
 }
@@ -44,38 +44,38 @@ enum Output {
     Ffmpeg(Child),
 }
 
-impl Film {
-    /// Begins one at a path: an MP4 file if it ends in `.mp4`, else a folder.
+impl VideoWriter {
+    /// Starts writing to a path: an MP4 file if it ends in `.mp4`, else a folder.
     ///
     /// # Errors
-    /// [`FilmError`] if the folder can't be made, or ffmpeg not started.
-    pub fn create(path: &Path, fps: u32, size: UVec2) -> Result<Self, FilmError> {
+    /// [`VideoError`] if the folder can't be created, or ffmpeg can't be started.
+    pub fn create(path: &Path, fps: u32, size: UVec2) -> Result<Self, VideoError> {
         let is_file = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("mp4"));
         let output = if is_file {
             Output::Ffmpeg(ffmpeg(path, fps, size)?)
         } else {
-            std::fs::create_dir_all(path).map_err(|reason| FilmError::Folder { path: path.to_owned(), reason })?;
+            std::fs::create_dir_all(path).map_err(|reason| VideoError::Folder { path: path.to_owned(), reason })?;
             Output::Folder(path.to_owned())
         };
         Ok(Self { output, pictures: 0 })
     }
 
-    /// Pictures so far.
+    /// The number of pictures so far.
     pub fn pictures(&self) -> u32 {
         self.pictures
     }
 
-    /// Adds a picture.
+    /// Appends a picture.
     ///
     /// # Errors
-    /// [`FilmError`] if it can't be written.
-    pub fn add(&mut self, picture: &RgbaImage) -> Result<(), FilmError> {
+    /// [`VideoError`] if it can't be written.
+    pub fn add(&mut self, picture: &RgbaImage) -> Result<(), VideoError> {
         match &mut self.output {
             Output::Folder(folder) => write_png(picture, &folder.join(format!("{:06}.png", self.pictures)))?,
             Output::Ffmpeg(child) => {
                 let written = child.stdin.as_mut().map(|pipe| pipe.write_all(picture.as_raw()));
                 if let Some(Err(error)) = written {
-                    return Err(FilmError::Ffmpeg(last_line(child).unwrap_or(error.to_string())));
+                    return Err(VideoError::Ffmpeg(last_line(child).unwrap_or(error.to_string())));
                 }
             }
         }
@@ -83,35 +83,35 @@ impl Film {
         Ok(())
     }
 
-    /// Ends it; gives the number of pictures.
+    /// Finishes writing, and returns the number of pictures.
     ///
     /// # Errors
-    /// [`FilmError::Ffmpeg`] if ffmpeg fails at the end.
-    pub fn finish(self) -> Result<u32, FilmError> {
+    /// [`VideoError::Ffmpeg`] if ffmpeg fails at the end.
+    pub fn finish(self) -> Result<u32, VideoError> {
         if let Output::Ffmpeg(mut child) = self.output {
             drop(child.stdin.take());
-            let complaint = last_line(&mut child);
-            let status = child.wait().map_err(|error| FilmError::Ffmpeg(error.to_string()))?;
-            // It says errors alone, and ends well after some of them: where the disk is full, for one.
-            if complaint.is_some() || !status.success() {
-                return Err(FilmError::Ffmpeg(complaint.unwrap_or(status.to_string())));
+            let message = last_line(&mut child);
+            let status = child.wait().map_err(|error| VideoError::Ffmpeg(error.to_string()))?;
+            // ffmpeg prints only errors here, and exits with success after some of them, for example on a full disk.
+            if message.is_some() || !status.success() {
+                return Err(VideoError::Ffmpeg(message.unwrap_or(status.to_string())));
             }
         }
         Ok(self.pictures)
     }
 }
 
-fn ffmpeg(path: &Path, fps: u32, size: UVec2) -> Result<Child, FilmError> {
+fn ffmpeg(path: &Path, fps: u32, size: UVec2) -> Result<Child, VideoError> {
     let mut command = Command::new("ffmpeg");
     command.args(["-loglevel", "error", "-y", "-f", "rawvideo", "-pix_fmt", "rgba"]);
     command.args(["-s", &format!("{}x{}", size.x, size.y), "-r", &fps.to_string(), "-i", "-"]);
-    // Players want even sizes and this kind of pixels.
+    // Many players support only even sizes and this pixel format.
     command.args(["-vf", "crop=trunc(iw/2)*2:trunc(ih/2)*2", "-pix_fmt", "yuv420p"]).arg(path);
-    // Ctrl-C is for this program alone: ffmpeg is to end the film.
+    // In a process group of its own, ffmpeg doesn't receive Ctrl-C and can finish the file.
     #[cfg(unix)]
     std::os::unix::process::CommandExt::process_group(&mut command, 0);
     command.stdin(Stdio::piped()).stdout(Stdio::null()).stderr(Stdio::piped());
-    command.spawn().map_err(FilmError::NoFfmpeg)
+    command.spawn().map_err(VideoError::NoFfmpeg)
 }
 
 fn last_line(child: &mut Child) -> Option<String> {

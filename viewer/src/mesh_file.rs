@@ -1,4 +1,4 @@
-//! Meshes from files: STL, OBJ and glTF. STL and OBJ: x ahead, z up; glTF has its own axes.
+//! Robot meshes from STL, OBJ and glTF files. STL and OBJ files are read with x forward and z up; glTF defines its axes.
 
 use std::collections::HashSet;
 use std::fs::File;
@@ -7,47 +7,47 @@ use std::path::{Path, PathBuf};
 
 use glam::{Mat4, Vec3};
 
+use crate::files;
 use crate::mesh::{Mesh, Vertex};
 
-/// Most triangles of a mesh that is drawn thousands of times.
+/// The most triangles of a mesh, which may be drawn thousands of times.
 const MAX_TRIANGLES: usize = 500_000;
-/// Files without colours: a light shell that takes much of the robot's colour.
+/// The farthest that a vertex may be from the origin, in metres.
+const MAX_EXTENT: f32 = 1e4;
+/// The paint of files without colours: a light shell with a large share of the robot's colour.
 const PLAIN: [u8; 4] = [150, 156, 162, 170];
-/// How much of the robot's colour a coloured mesh takes.
+/// The share of the robot's colour in a coloured mesh, of 255.
 const TINT: u8 = 90;
 
-/// Why a file gives no mesh.
+/// The error of loading a mesh file.
 #[derive(Debug, thiserror::Error)]
-pub enum ModelError {
-    /// It is none of the kinds that can be read.
-    #[error("{}: not a mesh that can be read; give a file that ends in .stl, .obj, .gltf or .glb", .0.display())]
-    Unknown(PathBuf),
-    /// It can't be read, or is broken.
+pub enum MeshFileError {
+    /// The format is not supported.
+    #[error("{}: unsupported mesh format; use a file that ends in .stl, .obj, .gltf or .glb", .0.display())]
+    UnknownFormat(PathBuf),
+    /// The file can't be read, or is malformed.
     #[error("{}: {reason}", path.display())]
-    Broken {
+    Malformed {
         /// The file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// The reason.
         reason: String,
     },
-    /// It has no or too many triangles.
-    #[error("{}: {triangles} triangles; a robot may have from 1 to {MAX_TRIANGLES}", path.display())]
+    /// The mesh has no or too many triangles.
+    #[error("{}: {triangles} triangles; a mesh may have from 1 to {MAX_TRIANGLES}", path.display())]
     Triangles {
         /// The file.
         path: PathBuf,
-        /// How many there are.
+        /// The number of triangles.
         triangles: usize,
     },
 }
 
-/// No robot is larger, in metres.
-const FARTHEST: f32 = 1e4;
-
-/// A corner of a triangle soup.
+/// A corner of a triangle.
 #[derive(Clone, Copy)]
 struct Corner {
     at: Vec3,
-    /// Zero if the file has none.
+    /// Zero if the file has no normals.
     normal: Vec3,
     paint: [u8; 4],
 }
@@ -55,26 +55,27 @@ struct Corner {
 /// Reads a mesh, scales it, and lifts it by `z` metres.
 ///
 /// # Errors
-/// [`ModelError`].
-pub fn load(path: &Path, scale: f32, z: f32) -> Result<Mesh, ModelError> {
-    let kind = path.extension().and_then(|kind| kind.to_str()).unwrap_or_default().to_lowercase();
-    let broken = |reason: String| ModelError::Broken { path: path.to_owned(), reason };
-    is_file(path).map_err(broken)?;
-    let corners = match kind.as_str() {
-        "stl" => stl(path).map_err(broken)?,
-        "obj" => obj(path).map_err(broken)?,
-        "gltf" | "glb" => gltf(path).map_err(broken)?,
-        _ => return Err(ModelError::Unknown(path.to_owned())),
+/// [`MeshFileError`].
+pub fn load(path: &Path, scale: f32, z: f32) -> Result<Mesh, MeshFileError> {
+    let extension = path.extension().and_then(|extension| extension.to_str()).unwrap_or_default().to_lowercase();
+    let malformed = |reason: String| MeshFileError::Malformed { path: path.to_owned(), reason };
+    files::check_regular(path).map_err(malformed)?;
+    let corners = match extension.as_str() {
+        "stl" => stl(path).map_err(malformed)?,
+        "obj" => obj(path).map_err(malformed)?,
+        "gltf" | "glb" => gltf(path).map_err(malformed)?,
+        _ => return Err(MeshFileError::UnknownFormat(path.to_owned())),
     };
     let triangles = corners.len() / 3;
     if triangles == 0 || triangles > MAX_TRIANGLES {
-        return Err(ModelError::Triangles { path: path.to_owned(), triangles });
+        return Err(MeshFileError::Triangles { path: path.to_owned(), triangles });
     }
     if corners.iter().any(|corner| !corner.at.is_finite()) {
-        return Err(broken("a corner is not a number".to_owned()));
+        return Err(malformed("a vertex position is not a number".to_owned()));
     }
-    if corners.iter().any(|corner| (corner.at * scale).abs().max_element() > FARTHEST) {
-        return Err(broken(format!("a corner is farther than {FARTHEST} m from the middle; give a smaller scale")));
+    if corners.iter().any(|corner| (corner.at * scale).abs().max_element() > MAX_EXTENT) {
+        let reason = format!("a vertex is farther than {MAX_EXTENT} m from the origin; use a smaller scale");
+        return Err(malformed(reason));
     }
     Ok(build(&corners, scale, z))
 }
@@ -93,12 +94,6 @@ fn build(corners: &[Corner], scale: f32, z: f32) -> Mesh {
     mesh
 }
 
-/// That it is a file: reading a pipe would wait for ever.
-pub(crate) fn is_file(path: &Path) -> Result<(), String> {
-    let is_file = path.metadata().map_err(|error| error.to_string())?.is_file();
-    is_file.then_some(()).ok_or_else(|| "it isn't a file".to_owned())
-}
-
 fn stl(path: &Path) -> Result<Vec<Corner>, String> {
     let mut file = BufReader::new(File::open(path).map_err(|error| error.to_string())?);
     let mesh = stl_io::read_stl(&mut file).map_err(|error| error.to_string())?;
@@ -107,13 +102,13 @@ fn stl(path: &Path) -> Result<Vec<Corner>, String> {
         Some(Corner { at: Vec3::new(at[0], at[1], at[2]), normal: Vec3::ZERO, paint: PLAIN })
     };
     let corners = mesh.faces.iter().flat_map(|face| &face.vertices).map(corner).collect::<Option<_>>();
-    corners.ok_or_else(|| "a triangle names a corner that isn't there".to_owned())
+    corners.ok_or_else(|| "a triangle refers to a missing vertex".to_owned())
 }
 
 fn obj(path: &Path) -> Result<Vec<Corner>, String> {
     let options = tobj::LoadOptions { triangulate: true, single_index: true, ..tobj::LoadOptions::default() };
     let (models, materials) = tobj::load_obj(path, &options).map_err(|error| error.to_string())?;
-    // Without its materials a mesh is still a mesh.
+    // The material file may be missing; the mesh is usable without it.
     let materials = materials.unwrap_or_default();
     let mut corners = Vec::new();
     for mesh in models.into_iter().map(|model| model.mesh) {
@@ -123,7 +118,7 @@ fn obj(path: &Path) -> Result<Vec<Corner>, String> {
             values.get(index as usize * 3..index as usize * 3 + 3).map(|three| Vec3::new(three[0], three[1], three[2]))
         };
         for index in &mesh.indices {
-            let at = triple(&mesh.positions, *index).ok_or("a triangle names a corner that isn't there")?;
+            let at = triple(&mesh.positions, *index).ok_or("a triangle refers to a missing vertex")?;
             corners.push(Corner { at, normal: triple(&mesh.normals, *index).unwrap_or(Vec3::ZERO), paint });
         }
     }
@@ -132,23 +127,23 @@ fn obj(path: &Path) -> Result<Vec<Corner>, String> {
 
 fn gltf(path: &Path) -> Result<Vec<Corner>, String> {
     let (document, buffers, _) = gltf::import(path).map_err(|error| error.to_string())?;
-    let scene = document.default_scene().or_else(|| document.scenes().next()).ok_or("it has no scene")?;
-    // glTF looks along z with y up and x to the left.
-    let ours = Mat4::from_cols_array(&[0., 1., 0., 0., 0., 0., 1., 0., 1., 0., 0., 0., 0., 0., 0., 1.]);
+    let scene = document.default_scene().or_else(|| document.scenes().next()).ok_or("the file has no scene")?;
+    // In glTF, z is forward, y up and x left.
+    let from_gltf = Mat4::from_cols_array(&[0., 1., 0., 0., 0., 0., 1., 0., 1., 0., 0., 0., 0., 0., 0., 1.]);
     let mut corners = Vec::new();
-    let mut open: Vec<_> = scene.nodes().map(|node| (node, ours)).collect();
+    let mut open: Vec<_> = scene.nodes().map(|node| (node, from_gltf)).collect();
     let mut seen = HashSet::new();
-    while let Some((node, outer)) = open.pop() {
+    while let Some((node, parent)) = open.pop() {
         if !seen.insert(node.index()) {
-            return Err("its nodes are no tree: one stands in two places, or in itself".to_owned());
+            return Err("the nodes are not a tree: a node has two parents, or is its own ancestor".to_owned());
         }
-        let place = outer * Mat4::from_cols_array_2d(&node.transform().matrix());
+        let transform = parent * Mat4::from_cols_array_2d(&node.transform().matrix());
         for primitive in node.mesh().iter().flat_map(gltf::Mesh::primitives) {
             if primitive.mode() == gltf::mesh::Mode::Triangles {
-                add_primitive(&mut corners, &primitive, &buffers, place)?;
+                add_primitive(&mut corners, &primitive, &buffers, transform)?;
             }
         }
-        open.extend(node.children().map(|child| (child, place)));
+        open.extend(node.children().map(|child| (child, transform)));
     }
     Ok(corners)
 }
@@ -157,19 +152,19 @@ fn add_primitive(
     corners: &mut Vec<Corner>,
     primitive: &gltf::Primitive<'_>,
     buffers: &[gltf::buffer::Data],
-    place: Mat4,
+    transform: Mat4,
 ) -> Result<(), String> {
     let reader = primitive.reader(|buffer| buffers.get(buffer.index()).map(|data| &data.0[..]));
-    let positions: Vec<_> = reader.read_positions().ok_or("a part has no positions")?.collect();
+    let positions: Vec<_> = reader.read_positions().ok_or("a primitive has no positions")?.collect();
     let normals: Vec<_> = reader.read_normals().map(Iterator::collect).unwrap_or_default();
     let [red, green, blue, _] = primitive.material().pbr_metallic_roughness().base_color_factor();
     let paint = paint_of([red, green, blue]);
-    let turn = place.inverse().transpose();
+    let normal_transform = transform.inverse().transpose();
     let mut add = |index: u32| {
-        let at = positions.get(index as usize).ok_or("a triangle names a corner that isn't there")?;
+        let at = positions.get(index as usize).ok_or("a triangle refers to a missing vertex")?;
         let normal = normals.get(index as usize).map_or(Vec3::ZERO, |normal| Vec3::from(*normal));
-        let normal = turn.transform_vector3(normal);
-        corners.push(Corner { at: place.transform_point3(Vec3::from(*at)), normal, paint });
+        let normal = normal_transform.transform_vector3(normal);
+        corners.push(Corner { at: transform.transform_point3(Vec3::from(*at)), normal, paint });
         Ok(())
     };
     match reader.read_indices() {
@@ -187,7 +182,7 @@ fn paint_of(colour: [f32; 3]) -> [u8; 4] {
 mod tests {
     use super::*;
 
-    fn load_text(name: &str, text: &str) -> Result<Mesh, ModelError> {
+    fn load_text(name: &str, text: &str) -> Result<Mesh, MeshFileError> {
         let path = std::env::temp_dir().join(format!("regatta-model-{}-{name}", std::process::id()));
         std::fs::write(&path, text).expect("written");
         let mesh = load(&path, 2.0, 0.5);
@@ -196,7 +191,7 @@ mod tests {
     }
 
     #[test]
-    fn a_triangle_of_each_kind_is_read_scaled_and_lifted() {
+    fn a_triangle_of_each_format_is_read_scaled_and_lifted() {
         let stl = "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid a\n";
         let obj = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
         // The same triangle, in glTF's axes.
@@ -213,12 +208,12 @@ mod tests {
         }
     }
 
-    /// Two nodes, each the other's child.
-    const CIRCLE: &str = r#"{"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],
+    /// A glTF file with two nodes, each the other's child.
+    const CYCLE: &str = r#"{"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],
         "nodes":[{"children":[1]},{"children":[0]}]}"#;
 
     #[test]
-    fn broken_files_are_told_and_do_not_panic() {
+    fn malformed_files_are_reported_without_a_panic() {
         let bad = [
             ("b.stl", "solid"),
             ("b.stl", ""),
@@ -226,7 +221,7 @@ mod tests {
             ("b.obj", "v nan 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"),
             ("b.obj", "v 1e38 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"),
             ("b.gltf", "{}"),
-            ("b.gltf", CIRCLE),
+            ("b.gltf", CYCLE),
             ("b.glb", "glTF"),
             ("b.fbx", "what"),
         ];
