@@ -1,87 +1,57 @@
-//! Route graphs: nodes with poses, and directed Bézier edges between them.
-
-pub mod arc_length;
-pub mod bezier;
-pub mod components;
-pub mod draw;
-pub mod finding;
-mod fit;
-pub mod generate;
-pub mod info;
-mod item;
-mod lines;
-mod read;
-pub mod spline;
-mod stretch;
-mod survey;
-pub mod validate;
-mod value;
-mod yaml;
-
-#[cfg(test)]
-mod arc_length_tests;
+//! The validated route graph: its nodes, edges and legs.
 
 use std::collections::BTreeMap;
 
 use glam::DVec2;
 
-pub use finding::{Finding, Findings, Severity, Subject};
-pub use read::{GraphError, MAX_FILE_BYTES, ReadOptions, parse, read};
-pub use spline::Handles;
+use super::bezier::CubicBezier;
 
-/// Position of a node in [`RouteGraph::nodes`].
+/// The index of a node in [`RouteGraph::nodes`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct NodeIndex(pub u32);
 
-/// Position of an edge in [`RouteGraph::edges`].
+/// The index of an edge in [`RouteGraph::edges`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct EdgeIndex(pub u32);
 
 /// A place with a heading.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Node {
-    /// Id in the file; unique among nodes.
+    /// The id in the file, unique among nodes.
     pub id: u32,
-    /// Metres east and north.
+    /// Metres to the east and to the north.
     pub position: DVec2,
-    /// Radians in (-π, π].
+    /// The heading in radians, in (-π, π].
     pub theta: f64,
-}
-
-/// A cubic Bézier curve in metres.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct CubicBezier {
-    /// P0 to P3.
-    pub control_points: [DVec2; 4],
 }
 
 /// A directed curve from one node to another.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Edge {
-    /// Id in the file; unique among edges.
+    /// The id in the file, unique among edges.
     pub id: u32,
-    /// Where it starts.
+    /// The node where the edge starts.
     pub origin: NodeIndex,
-    /// Where it ends.
+    /// The node where the edge ends.
     pub destination: NodeIndex,
-    /// Its course. Straight edges are cubics with evenly spaced control points.
+    /// The shape of the edge. Straight edges are cubics with evenly spaced control points.
     pub curve: CubicBezier,
-    /// Metres per second from origin to destination; > 0.
+    /// The speed from origin to destination in metres per second; above 0.
     pub velocity_forward: f64,
-    /// Metres per second from destination to origin in reverse gear; `None` if that is not allowed.
+    /// The speed from destination to origin in reverse gear in metres per second; `None` if that isn't allowed.
     pub velocity_backwards: Option<f64>,
 }
 
-/// Which way along an edge, and so which way the robot faces.
+/// The direction of travel along an edge, which also determines the way the robot faces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Gear {
-    /// From origin to destination, facing ahead.
+    /// From origin to destination, facing in the direction of travel.
     Forward,
-    /// From destination to origin, heading unchanged: facing back.
+    /// From destination to origin with the heading of the edge: facing against the direction of travel.
     Reverse,
 }
 
-/// An edge driven in a gear: what a route is made of. Files write it as the edge's id, `-ID` in reverse.
+/// An edge driven in one gear: an element of a route. Files write it as the edge's id, `-ID` in reverse gear.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Leg {
     /// The edge.
@@ -90,24 +60,24 @@ pub struct Leg {
     pub gear: Gear,
 }
 
-/// A validated route graph: every index is in range, every number finite and sane, every id unique, and
-/// there is at least one edge.
+/// A validated route graph: every index and every number is in range, every number is finite, every id is unique,
+/// and there is at least one edge.
 #[derive(Clone, Debug)]
 pub struct RouteGraph {
     nodes: Vec<Node>,
     edges: Vec<Edge>,
     node_by_id: BTreeMap<u32, NodeIndex>,
     edge_by_id: BTreeMap<u32, EdgeIndex>,
-    /// Legs that leave each node: `departures[departures_start[n]..departures_start[n + 1]]`.
+    /// The legs that leave node `n` are `departures[departures_start[n]..departures_start[n + 1]]`.
     departures: Vec<Leg>,
     departures_start: Vec<u32>,
 }
 
 impl RouteGraph {
-    /// Indexes parts that `validate` has found to be sound.
+    /// Indexes nodes and edges that have been validated.
     ///
     /// # Panics
-    /// If an edge names a node that isn't there: `validate` would have refused the file.
+    /// If an edge refers to a node that doesn't exist; `validate` rejects such files.
     pub(crate) fn from_valid_parts(nodes: Vec<Node>, edges: Vec<Edge>) -> Self {
         let node_by_id = (0..).map(NodeIndex).zip(&nodes).map(|(index, node)| (node.id, index)).collect();
         let edge_by_id = (0..).map(EdgeIndex).zip(&edges).map(|(index, edge)| (edge.id, index)).collect();
@@ -115,45 +85,45 @@ impl RouteGraph {
         Self { nodes, edges, node_by_id, edge_by_id, departures, departures_start }
     }
 
-    /// All nodes, by [`NodeIndex`].
+    /// Returns all nodes, by [`NodeIndex`].
     pub fn nodes(&self) -> &[Node] {
         &self.nodes
     }
 
-    /// All edges, by [`EdgeIndex`].
+    /// Returns all edges, by [`EdgeIndex`].
     pub fn edges(&self) -> &[Edge] {
         &self.edges
     }
 
-    /// The node at an index.
+    /// Returns the node at an index.
     pub fn node(&self, index: NodeIndex) -> &Node {
         &self.nodes[index.0 as usize]
     }
 
-    /// The edge at an index.
+    /// Returns the edge at an index.
     pub fn edge(&self, index: EdgeIndex) -> &Edge {
         &self.edges[index.0 as usize]
     }
 
-    /// The node with that id in the file.
+    /// Looks up a node by its id in the file.
     pub fn node_by_id(&self, id: u32) -> Option<NodeIndex> {
         self.node_by_id.get(&id).copied()
     }
 
-    /// The edge with that id in the file.
+    /// Looks up an edge by its id in the file.
     pub fn edge_by_id(&self, id: u32) -> Option<EdgeIndex> {
         self.edge_by_id.get(&id).copied()
     }
 
-    /// Legs that leave a node: forward ones along edges that start there, reverse ones along edges that
-    /// end there and may be driven backwards; in the order of the edges.
+    /// Returns the legs that leave a node, in the order of the edges: forward legs on edges that start at the node,
+    /// reverse legs on edges that end there and allow reverse gear.
     pub fn departures(&self, node: NodeIndex) -> &[Leg] {
         let range =
             self.departures_start[node.0 as usize] as usize..self.departures_start[node.0 as usize + 1] as usize;
         &self.departures[range]
     }
 
-    /// Where a leg starts.
+    /// Returns the node where a leg starts.
     pub fn leg_start(&self, leg: Leg) -> NodeIndex {
         let edge = self.edge(leg.edge);
         match leg.gear {
@@ -162,7 +132,7 @@ impl RouteGraph {
         }
     }
 
-    /// Where a leg ends.
+    /// Returns the node where a leg ends.
     pub fn leg_end(&self, leg: Leg) -> NodeIndex {
         let edge = self.edge(leg.edge);
         match leg.gear {
@@ -171,7 +141,7 @@ impl RouteGraph {
         }
     }
 
-    /// Commanded speed on a leg in metres per second; `None` if the edge can't be driven in that gear.
+    /// Returns the speed of a leg in metres per second; `None` if the edge can't be driven in that gear.
     pub fn leg_velocity(&self, leg: Leg) -> Option<f64> {
         let edge = self.edge(leg.edge);
         match leg.gear {
@@ -181,7 +151,7 @@ impl RouteGraph {
     }
 }
 
-/// Counting sort of the legs by the node that they leave.
+/// Sorts the legs by the node that they leave, by counting sort. Returns them with the start of each node's legs.
 fn departures_by_node(nodes: usize, edges: &[Edge]) -> (Vec<Leg>, Vec<u32>) {
     let legs = || {
         (0..).map(EdgeIndex).zip(edges).flat_map(|(index, edge)| {

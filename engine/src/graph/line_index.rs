@@ -1,12 +1,12 @@
-//! From byte offsets to line numbers, without keeping every line's start.
+//! Looks up the line number of a byte offset without storing the start of every line.
 
-/// Bytes between two checkpoints: a look-up counts the line ends of at most that many.
+/// The number of bytes between two checkpoints: a look-up counts the line ends in at most one stride.
 const STRIDE: usize = 512;
 
-/// Line numbers of one text.
+/// The line numbers of a text.
 pub(super) struct LineIndex<'text> {
     text: &'text [u8],
-    /// Line ends before byte `i * STRIDE`.
+    /// `checkpoints[i]` is the number of line ends before byte `i * STRIDE`.
     checkpoints: Vec<u32>,
 }
 
@@ -25,7 +25,7 @@ impl<'text> LineIndex<'text> {
         Self { text, checkpoints }
     }
 
-    /// The line, from 1, of a byte offset; of the end if the offset is beyond it.
+    /// Returns the line, from 1, of a byte offset; that of the last byte if the offset is beyond the end.
     pub fn line(&self, offset: u32) -> u32 {
         let offset = (offset as usize).min(self.text.len());
         let Some(&before) = self.checkpoints.get(offset / STRIDE).or(self.checkpoints.last()) else { return 1 };
@@ -43,7 +43,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn finds_every_line() {
+    fn every_line_is_found() {
         let text: String = (1..=3000).map(|line| format!("{line}\n")).collect();
         let index = LineIndex::new(&text);
         for line in 1..=3000u32 {
@@ -56,7 +56,7 @@ mod tests {
     }
 
     #[test]
-    fn a_text_of_whole_strides_has_an_end() {
+    fn the_end_of_a_text_of_whole_strides_is_found() {
         let text = "\n".repeat(2 * STRIDE);
         assert_eq!(LineIndex::new(&text).line(2 * STRIDE as u32), 2 * STRIDE as u32 + 1);
     }

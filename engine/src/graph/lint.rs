@@ -1,4 +1,5 @@
-//! What looks wrong in a sound graph: headings that jump, places that can't be reached or left, handles swapped.
+//! Warns about suspicious parts of a valid graph: headings that jump, nodes that can't be reached or left, handles that
+//! look swapped.
 
 use std::f64::consts::PI;
 
@@ -6,30 +7,28 @@ use super::bezier::Side;
 use super::components::Components;
 use super::finding::{Report, Subject};
 use super::item::RawCurve;
-use super::read::ReadOptions;
-use super::spline::{HandleLengths, normalize_angle, spline};
+use super::route_graph::{EdgeIndex, Gear, Leg, NodeIndex, RouteGraph};
+use super::spline::{HandleLengths, Handles, normalize_angle, spline};
 use super::yaml::RawGraph;
-use super::{EdgeIndex, Gear, Leg, NodeIndex, RouteGraph, validate};
 
-/// Heading jumps up to this many radians pass.
+/// The largest heading jump, in radians, that isn't reported.
 const MAX_JUMP: f64 = 5.0 * PI / 180.0;
 
-/// The other handle convention is suspected if it makes the curves shorter than this part of what they are.
+/// The other handle convention is suggested if it makes the curves shorter than this fraction of their length.
 const CLEARLY_SHORTER: f64 = 0.95;
 
-/// Reports warnings; `raw` must be what `graph` was made from.
-pub(super) fn survey(graph: &RouteGraph, raw: &RawGraph, options: &ReadOptions, report: &mut Report<'_>) {
-    warn_of_swapped_handles(graph, raw, options, report);
+/// Reports warnings about `graph`, which was made from `raw` with the convention `handles`.
+pub(super) fn lint(graph: &RouteGraph, raw: &RawGraph, handles: Handles, report: &mut Report<'_>) {
+    warn_of_swapped_handles(graph, raw, handles, report);
     warn_of_reverse_zero(graph, raw, report);
-    let mut survey = Survey { graph, raw, report };
-    survey.warn_of_jumps();
-    survey.warn_of_dead_ends();
-    survey.warn_of_unreachable();
+    let mut linter = NodeLinter { graph, raw, report };
+    linter.warn_of_jumps();
+    linter.warn_of_dead_ends();
+    linter.warn_of_unreachable();
 }
 
-/// Compares the lengths of all splines with unequal handles under both conventions.
-fn warn_of_swapped_handles(graph: &RouteGraph, raw: &RawGraph, options: &ReadOptions, report: &mut Report<'_>) {
-    let handles = validate::handles(raw, options);
+/// Compares the total length of the splines with unequal handles under both conventions.
+fn warn_of_swapped_handles(graph: &RouteGraph, raw: &RawGraph, handles: Handles, report: &mut Report<'_>) {
     let (mut length, mut other_length) = (0.0, 0.0);
     for (edge, raw_edge) in graph.edges().iter().zip(&raw.edges) {
         let (Some(RawCurve::Spline), Some(forward), Some(backward)) =
@@ -47,7 +46,7 @@ fn warn_of_swapped_handles(graph: &RouteGraph, raw: &RawGraph, options: &ReadOpt
     if other_length < CLEARLY_SHORTER * length {
         let message = format!(
             "the curves with unequal handles are {length:.1} m long with `Handles: {}`, and {other_length:.1} m with \
-             `Handles: {}`: if the latter is meant, write it into the file",
+             `Handles: {}`: if the latter is meant, add it to the file",
             handles.name(),
             handles.other().name()
         );
@@ -55,22 +54,23 @@ fn warn_of_swapped_handles(graph: &RouteGraph, raw: &RawGraph, options: &ReadOpt
     }
 }
 
-/// A route can't tell -0 from 0.
+/// A route can't distinguish -0 from 0.
 fn warn_of_reverse_zero(graph: &RouteGraph, raw: &RawGraph, report: &mut Report<'_>) {
     let Some(index) = graph.edge_by_id(0) else { return };
     if graph.edge(index).velocity_backwards.is_some() {
-        let message = "routes name the reverse of an edge as -Id, which 0 hasn't: give it another Id";
+        let message = "routes refer to an edge in reverse gear as -Id, which is impossible for 0: give it another Id";
         report.warning(raw.edges[index.0 as usize].at, Subject::Edge(Some(0)), message);
     }
 }
 
-struct Survey<'a, 'r, 'text> {
+/// Reports the warnings about single nodes.
+struct NodeLinter<'a, 'r, 'text> {
     graph: &'a RouteGraph,
     raw: &'a RawGraph,
     report: &'r mut Report<'text>,
 }
 
-impl Survey<'_, '_, '_> {
+impl NodeLinter<'_, '_, '_> {
     fn warn(&mut self, node: NodeIndex, message: impl Into<String>) {
         let raw = &self.raw.nodes[node.0 as usize];
         self.report.warning(raw.at, Subject::Node(raw.id), message);
@@ -89,7 +89,7 @@ impl Survey<'_, '_, '_> {
                 count => format!(" (and after {} more edges)", count - 1),
             };
             let message = format!(
-                "the heading jumps by {:.1}° from edge {} to edge {}{more}: bend one with a Spline, or turn the node",
+                "the heading jumps by {:.1}° from edge {} to edge {}{more}: make one of them a Spline, or turn the node",
                 worst.angle.to_degrees(),
                 leg_name(self.graph, worst.from),
                 leg_name(self.graph, worst.to),
@@ -99,34 +99,34 @@ impl Survey<'_, '_, '_> {
     }
 
     fn warn_of_dead_ends(&mut self) {
-        let mut touched = vec![false; self.graph.nodes().len()];
+        let mut connected = vec![false; self.graph.nodes().len()];
         for edge in self.graph.edges() {
-            touched[edge.origin.0 as usize] = true;
-            touched[edge.destination.0 as usize] = true;
+            connected[edge.origin.0 as usize] = true;
+            connected[edge.destination.0 as usize] = true;
         }
-        for (node, touched) in (0..).map(NodeIndex).zip(touched) {
-            if touched && self.graph.departures(node).is_empty() {
-                self.warn(node, "dead end: no edge leaves it, robots stay here for good");
-            } else if !touched {
-                self.warn(node, "unreachable: no edge touches it; connect it or remove it");
+        for (node, connected) in (0..).map(NodeIndex).zip(connected) {
+            if connected && self.graph.departures(node).is_empty() {
+                self.warn(node, "dead end: no edge leaves it, robots that arrive can't leave");
+            } else if !connected {
+                self.warn(node, "unreachable: no edge starts or ends here; connect it or remove it");
             }
         }
     }
 
-    /// One warning for each strongly connected part that no leg enters, except the largest.
+    /// Reports one warning for each strongly connected component that no leg enters, except the largest.
     fn warn_of_unreachable(&mut self) {
         let strong = Components::strong(self.graph);
         let main = Some(strong.largest()).filter(|&largest| strong.sizes.get(largest as usize) > Some(&1));
         let mut entered = vec![false; strong.sizes.len()];
         for (from, to) in legs(self.graph).map(|leg| (self.graph.leg_start(leg), self.graph.leg_end(leg))) {
-            let (from, to) = (strong.of[from.0 as usize], strong.of[to.0 as usize]);
+            let (from, to) = (strong.of_node[from.0 as usize], strong.of_node[to.0 as usize]);
             entered[to as usize] |= from != to;
         }
-        for (node, &part) in (0..).map(NodeIndex).zip(&strong.of) {
-            let isolated = strong.sizes[part as usize] == 1 && self.graph.departures(node).is_empty();
-            // Marked as entered, so that its other nodes stay silent.
-            if !std::mem::replace(&mut entered[part as usize], true) && Some(part) != main && !isolated {
-                self.warn(node, unreachable(strong.sizes[part as usize]));
+        for (node, &component) in (0..).map(NodeIndex).zip(&strong.of_node) {
+            let isolated = strong.sizes[component as usize] == 1 && self.graph.departures(node).is_empty();
+            // Marked as entered, so that the other nodes of the component aren't reported.
+            if !std::mem::replace(&mut entered[component as usize], true) && Some(component) != main && !isolated {
+                self.warn(node, unreachable(strong.sizes[component as usize]));
             }
         }
     }
@@ -139,6 +139,7 @@ fn unreachable(nodes: u32) -> String {
     }
 }
 
+/// Returns all legs.
 fn legs(graph: &RouteGraph) -> impl Iterator<Item = Leg> + '_ {
     (0..).map(EdgeIndex).zip(graph.edges()).flat_map(|(edge, content)| {
         let reverse = content.velocity_backwards.map(|_| Leg { edge, gear: Gear::Reverse });
@@ -146,15 +147,15 @@ fn legs(graph: &RouteGraph) -> impl Iterator<Item = Leg> + '_ {
     })
 }
 
-/// A leg and the robot's heading in radians, at the end that is looked at.
+/// The robot's heading in radians at one end of a leg, and the leg.
 type LegHeading = (f64, Leg);
 
-/// Every leg with its heading where it ends, by the node where that is.
+/// Returns every leg with its final node and its heading there.
 fn arrivals(graph: &RouteGraph) -> Vec<(NodeIndex, LegHeading)> {
     legs(graph).map(|leg| (graph.leg_end(leg), (heading(graph, leg, leg.gear == Gear::Forward), leg))).collect()
 }
 
-/// The legs that leave a node with their headings there, ascending.
+/// Returns the legs that leave a node with their headings there, by ascending heading.
 fn sorted_departures(graph: &RouteGraph, node: NodeIndex) -> Vec<LegHeading> {
     let mut departures: Vec<_> =
         graph.departures(node).iter().map(|&leg| (heading(graph, leg, leg.gear == Gear::Reverse), leg)).collect();
@@ -162,7 +163,7 @@ fn sorted_departures(graph: &RouteGraph, node: NodeIndex) -> Vec<LegHeading> {
     departures
 }
 
-/// The robot's heading at one end of an edge, the same in either gear.
+/// Returns the robot's heading at one end of an edge, which is the same in either gear.
 fn heading(graph: &RouteGraph, leg: Leg, at_destination: bool) -> f64 {
     let curve = &graph.edge(leg.edge).curve;
     let tangent = if at_destination { curve.tangent(1.0, Side::Before) } else { curve.tangent(0.0, Side::After) };
@@ -175,8 +176,8 @@ struct Jump {
     to: Leg,
 }
 
-/// The departure that turns most against an arrival, if that is too much. It is one of the neighbours of the
-/// opposite heading: no need to compare all with all.
+/// Returns the departure with the largest heading jump from an arrival, if that is too large. It is one of the two
+/// departures next to the opposite heading, so that not every pair has to be compared.
 fn worst_jump((heading, from): LegHeading, departures: &[LegHeading]) -> Option<Jump> {
     let opposite = normalize_angle(heading + PI);
     let above = departures.partition_point(|departure| departure.0 < opposite);
