@@ -183,10 +183,7 @@ impl<'r, 'text, 'file> Converter<'r, 'text, 'file> {
     }
 
     fn curve(&mut self) -> Option<RawCurve> {
-        let name = match self.value(Field::CurveType) {
-            Some(Value::Text(text)) => text.trim().to_ascii_lowercase(),
-            _ => String::new(),
-        };
+        let name = self.value(Field::CurveType).map(Value::lowercase).unwrap_or_default();
         match name.as_str() {
             "linear" => Some(RawCurve::Linear),
             "spline" => Some(RawCurve::Spline),

@@ -71,6 +71,14 @@ impl Value<'_> {
         }
     }
 
+    /// Returns a text trimmed and in lower case; an empty text if the value is something else.
+    pub fn lowercase(&self) -> String {
+        match self {
+            Self::Text(text) => text.trim().to_ascii_lowercase(),
+            _ => String::new(),
+        }
+    }
+
     /// Returns the number, also if it is written as text.
     pub fn number(&self) -> Option<f64> {
         match self {

@@ -61,7 +61,7 @@ struct Reader<'r, 'text> {
     entries: usize,
     unknown: BTreeMap<(Scope, String), UnknownKey>,
     graph: RawGraph,
-    /// Whether each root key has been seen, by its index in [`ROOT_KEYS`].
+    /// Whether each [`RootKey`] has been seen.
     seen: [bool; 4],
 }
 
@@ -77,8 +77,23 @@ enum Scope {
     Edge,
 }
 
-/// The root keys with their index in [`Reader::seen`], which is the same for synonyms.
-const ROOT_KEYS: [(&str, usize); 5] = [("edges", 0), ("vertices", 1), ("nodes", 1), ("angleunit", 2), ("handles", 3)];
+/// A key of the root map.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum RootKey {
+    Edges,
+    Vertices,
+    AngleUnit,
+    Handles,
+}
+
+/// The names of the root keys, normalized as by [`find`].
+const ROOT_KEYS: [(&str, RootKey); 5] = [
+    ("edges", RootKey::Edges),
+    ("vertices", RootKey::Vertices),
+    ("nodes", RootKey::Vertices),
+    ("angleunit", RootKey::AngleUnit),
+    ("handles", RootKey::Handles),
+];
 
 impl<'text> Reader<'_, 'text> {
     /// Counts a key and records its position. Returns the key as text.
@@ -130,22 +145,26 @@ impl<'text> Reader<'_, 'text> {
         }
     }
 
-    /// Applies `AngleUnit` (2) or `Handles` (3).
-    fn setting(&mut self, key: &str, value: &Value<'_>, which: usize) {
-        let text = if let Value::Text(text) = value { text.trim() } else { "" };
-        let lower = text.to_ascii_lowercase();
-        match (which, lower.as_str()) {
-            (2, "deg" | "degree" | "degrees") => self.graph.degrees = true,
-            (2, "rad" | "radian" | "radians") => self.graph.degrees = false,
-            (2, _) => self.file_error(format!("`{}` is {}: use rad or deg", shorten(key), value.describe())),
-            _ => match lower.parse() {
-                Ok(handles) => self.graph.handles = Some(handles),
-                Err(_) => self.file_error(format!(
-                    "`{}` is {}: use b_at_origin or f_at_origin",
-                    shorten(key),
-                    value.describe()
-                )),
-            },
+    fn set_angle_unit(&mut self, key: &str, value: &Value<'_>) {
+        match value.lowercase().as_str() {
+            "deg" | "degree" | "degrees" => self.graph.degrees = true,
+            "rad" | "radian" | "radians" => self.graph.degrees = false,
+            _ => self.file_error(format!("`{}` is {}: use rad or deg", shorten(key), value.describe())),
+        }
+    }
+
+    fn set_handles(&mut self, key: &str, value: &Value<'_>) {
+        match value.lowercase().parse() {
+            Ok(handles) => self.graph.handles = Some(handles),
+            Err(_) => {
+                self.file_error(format!("`{}` is {}: use b_at_origin or f_at_origin", shorten(key), value.describe()))
+            }
+        }
+    }
+
+    fn check_list(&mut self, key: &str, value: &Value<'_>) {
+        if !matches!(value, Value::Read | Value::Null) {
+            self.file_error(format!("`{}` must be a list, not {}", shorten(key), value.describe()));
         }
     }
 }
@@ -158,25 +177,25 @@ impl<'text> ReadValue<'text> for Root<'_, '_, 'text> {
         let reader = self.0;
         while let Some(key) = map.next_key_seed(Scalar)? {
             let key = reader.enter_key(&key)?;
-            let Some(which) = find(&ROOT_KEYS, &key) else {
+            let Some(root_key) = find(&ROOT_KEYS, &key) else {
                 reader.count_unknown_key(Scope::File, &key);
                 map.next_value::<IgnoredAny>()?;
                 continue;
             };
-            if std::mem::replace(&mut reader.seen[which], true) {
+            if std::mem::replace(&mut reader.seen[root_key as usize], true) {
                 reader.file_error(format!("`{}` is given twice: merge both into one", shorten(&key)));
             }
-            let scope = [Scope::Edge, Scope::Node].get(which).copied();
-            let value = match scope {
-                Some(scope) => map.next_value_seed(List { reader: &mut *reader, scope })?,
-                None => map.next_value_seed(Scalar)?,
-            };
-            match (scope, &value) {
-                (Some(_), Value::Read | Value::Null) => {}
-                (Some(_), other) => {
-                    reader.file_error(format!("`{}` must be a list, not {}", shorten(&key), other.describe()))
+            match root_key {
+                RootKey::Edges => {
+                    let list = map.next_value_seed(List { reader: &mut *reader, scope: Scope::Edge })?;
+                    reader.check_list(&key, &list);
                 }
-                (None, value) => reader.setting(&key, value, which),
+                RootKey::Vertices => {
+                    let list = map.next_value_seed(List { reader: &mut *reader, scope: Scope::Node })?;
+                    reader.check_list(&key, &list);
+                }
+                RootKey::AngleUnit => reader.set_angle_unit(&key, &map.next_value_seed(Scalar)?),
+                RootKey::Handles => reader.set_handles(&key, &map.next_value_seed(Scalar)?),
             }
         }
         Ok(Value::Read)
