@@ -1,84 +1,84 @@
-//! What is known of pairs from frame to frame: who has which level since when, what changed, and totals.
+//! The contact tracker: follows pairs from frame to frame, with their levels, events and totals.
 
 use regatta_plugin::contact::{ContactChange, ContactEvent, ContactLevel, ContactRecord};
 
-use crate::pair::Signs;
-use crate::tally::Tally;
+use crate::criteria::Criteria;
+use crate::totals::RunTotals;
 
-/// When a frame was.
+/// The time of a frame.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Moment {
+pub(crate) struct FrameTime {
     pub run_id: u64,
     pub tick: u64,
     pub nanos: u64,
 }
 
-/// A pair, and what a frame says about it.
+/// A pair of robots, and the criteria that it meets in a frame.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Found {
-    /// The lower id first.
+pub(crate) struct PairObservation {
+    /// Ids of the robots, the lower one first.
     pub robots: [u32; 2],
-    /// Where they touch or come nearest, in metres.
-    pub place: [f32; 2],
-    /// Metres per second.
+    /// Position where they touch or come nearest, in metres.
+    pub position: [f32; 2],
+    /// Relative speed, in metres per second.
     pub relative_speed: f32,
-    pub signs: Signs,
+    pub criteria: Criteria,
 }
 
 /// All pairs of a run.
 #[derive(Debug, Default)]
-pub(crate) struct Ledger {
-    now: Moment,
-    /// Those that touch, then those that may, each by robots.
+pub(crate) struct ContactTracker {
+    now: FrameTime,
+    /// Touching pairs, then possible ones, each sorted by robots.
     contacts: Vec<ContactRecord>,
     touching: usize,
     events: Vec<ContactEvent>,
-    tally: Tally,
-    /// Memory for the next list.
+    totals: RunTotals,
+    /// Contacts of the frame before, and memory for the next list.
     before: Vec<ContactRecord>,
     possible: Vec<ContactRecord>,
 }
 
-impl Ledger {
-    /// Turns to another frame. A new run, or a step back in time, begins a new list.
-    pub(crate) fn open(&mut self, now: Moment) {
+impl ContactTracker {
+    /// Begins another frame. A new run, or a step back in time, begins a new list.
+    pub(crate) fn begin_frame(&mut self, now: FrameTime) {
         if now.run_id != self.now.run_id || now.tick < self.now.tick {
             self.contacts.clear();
             self.touching = 0;
-            self.tally = Tally::default();
+            self.totals = RunTotals::default();
         }
         self.now = now;
         self.events.clear();
     }
 
-    /// Takes in what the frame says, by robots; a pair may come several times. Of pairs that had no level before, only
-    /// as many get one as there is room for in a list of `most`. `edges` is the frame's column.
-    pub(crate) fn close(&mut self, found: &[Found], most: usize, edges: &[u32]) {
+    /// Updates the list with a frame's observations, sorted by robots; a pair may occur several times. Pairs that had
+    /// no level before get one only while the list is shorter than `max_pairs`. `edges` is the frame's column.
+    pub(crate) fn end_frame(&mut self, observations: &[PairObservation], max_pairs: usize, edges: &[u32]) {
         std::mem::swap(&mut self.contacts, &mut self.before);
         self.contacts.clear();
         self.possible.clear();
         let before = std::mem::take(&mut self.before);
         let (touching, possible) = before.split_at(self.touching);
-        let mut known = Known { touching, possible };
+        let mut previous = PreviousPairs { touching, possible };
         let mut last = None;
-        for pair in found {
+        for pair in observations {
             let robots = pair.robots;
             if last.replace(robots) == Some(robots) {
                 continue;
             }
-            while let Some(old) = known.next_if(|next| next < robots) {
+            while let Some(old) = previous.next_if(|next| next < robots) {
                 self.end(old);
             }
-            let old = known.next_if(|next| next == robots);
-            let level = pair.signs.level(old.and_then(|old| ContactLevel::from_number(old.level)));
-            let has_room = old.is_some() || self.contacts.len() + self.possible.len() < most;
+            let old = previous.next_if(|next| next == robots);
+            let level = pair.criteria.level(old.and_then(|old| ContactLevel::from_number(old.level)));
+            let has_room = old.is_some() || self.contacts.len() + self.possible.len() < max_pairs;
             match (level.filter(|_| has_room), old) {
-                (Some(level), old) => self.note(pair, level, old, edges),
+                (Some(level), old) => self.add(pair, level, old, edges),
                 (None, Some(old)) => self.end(old),
                 (None, None) => {}
             }
         }
-        while let Some(old) = known.next_if(|_| true) {
+        while let Some(old) = previous.next_if(|_| true) {
             self.end(old);
         }
         self.touching = self.contacts.len();
@@ -86,13 +86,13 @@ impl Ledger {
         self.before = before;
     }
 
-    /// The frame has more pairs than are looked at.
-    pub(crate) fn cap(&mut self) {
-        self.tally.cap();
+    /// Notes that the frame has more pairs than are examined.
+    pub(crate) fn mark_capped(&mut self) {
+        self.totals.mark_capped();
     }
 
-    /// A pair has a level.
-    fn note(&mut self, pair: &Found, level: ContactLevel, old: Option<&ContactRecord>, edges: &[u32]) {
+    /// Adds a pair that has a level to the list.
+    fn add(&mut self, pair: &PairObservation, level: ContactLevel, old: Option<&ContactRecord>, edges: &[u32]) {
         let since = old.filter(|old| old.level == level as u32);
         let record = ContactRecord {
             since_tick: since.map_or(self.now.tick, |old| old.since_tick),
@@ -100,43 +100,43 @@ impl Ledger {
             robots: pair.robots,
             level: level as u32,
             edge: edges[pair.robots[0] as usize],
-            x: pair.place[0],
-            y: pair.place[1],
+            x: pair.position[0],
+            y: pair.position[1],
             relative_speed: pair.relative_speed,
             reserved: 0,
         };
         let list = if level == ContactLevel::Touching { &mut self.contacts } else { &mut self.possible };
         list.push(record);
         match since {
-            None => self.change(old, record, Some(level)),
-            Some(old) if old.edge != record.edge => self.tally.moved(old, record.edge, self.now.nanos),
+            None => self.record_changes(old, record, Some(level)),
+            Some(old) if old.edge != record.edge => self.totals.moved(old, record.edge, self.now.nanos),
             Some(_) => {}
         }
     }
 
-    /// A pair has no level any more; it ended where it was last seen.
+    /// Ends a pair that has no level any more, where it was last seen.
     fn end(&mut self, old: &ContactRecord) {
-        self.change(Some(old), *old, None);
+        self.record_changes(Some(old), *old, None);
     }
 
-    /// Tells which levels a pair has come to or left.
-    fn change(&mut self, old: Option<&ContactRecord>, record: ContactRecord, level: Option<ContactLevel>) {
+    /// Records the events of the levels that a pair has reached or left.
+    fn record_changes(&mut self, old: Option<&ContactRecord>, record: ContactRecord, level: Option<ContactLevel>) {
         use ContactLevel::{Possible, Touching};
         let before = old.and_then(|old| ContactLevel::from_number(old.level));
         for step in [Possible, Touching].into_iter().filter(|step| before < Some(*step) && Some(*step) <= level) {
-            self.tell(record, step, ContactChange::Began);
+            self.record_event(record, step, ContactChange::Began);
         }
         for step in [Touching, Possible].into_iter().filter(|step| level < Some(*step) && Some(*step) <= before) {
-            self.tell(record, step, ContactChange::Ended);
+            self.record_event(record, step, ContactChange::Ended);
         }
         if let Some(old) = old {
-            self.tally.lasted(old, self.now.nanos);
+            self.totals.lasted(old, self.now.nanos);
         }
     }
 
-    fn tell(&mut self, record: ContactRecord, level: ContactLevel, change: ContactChange) {
+    fn record_event(&mut self, record: ContactRecord, level: ContactLevel, change: ContactChange) {
         if change == ContactChange::Began {
-            self.tally.began(&record, level);
+            self.totals.began(&record, level);
         }
         self.events.push(ContactEvent {
             tick: self.now.tick,
@@ -155,7 +155,7 @@ impl Ledger {
         &self.contacts
     }
 
-    /// How many of them touch: the first ones.
+    /// Returns the number of touching contacts, which come first.
     pub(crate) fn touching(&self) -> usize {
         self.touching
     }
@@ -164,28 +164,28 @@ impl Ledger {
         &self.events
     }
 
-    /// Totals up to the last change.
-    pub(crate) fn tally(&self) -> &Tally {
-        &self.tally
+    /// Returns the totals up to the last change.
+    pub(crate) fn totals(&self) -> &RunTotals {
+        &self.totals
     }
 }
 
-/// The pairs of the last frame, to be taken by robots.
-struct Known<'list> {
+/// A cursor over the pairs of the last frame, sorted by robots.
+struct PreviousPairs<'list> {
     touching: &'list [ContactRecord],
     possible: &'list [ContactRecord],
 }
 
-impl<'list> Known<'list> {
-    /// Takes the next pair, if its robots are as asked for.
-    fn next_if(&mut self, is_wanted: impl Fn([u32; 2]) -> bool) -> Option<&'list ContactRecord> {
+impl<'list> PreviousPairs<'list> {
+    /// Returns and passes the next pair, if its robots meet the condition.
+    fn next_if(&mut self, condition: impl Fn([u32; 2]) -> bool) -> Option<&'list ContactRecord> {
         let touches_next = match (self.touching.first(), self.possible.first()) {
             (Some(touching), Some(possible)) => touching.robots < possible.robots,
             (touching, _) => touching.is_some(),
         };
         let list = if touches_next { &mut self.touching } else { &mut self.possible };
         let (next, rest) = list.split_first()?;
-        if !is_wanted(next.robots) {
+        if !condition(next.robots) {
             return None;
         }
         *list = rest;

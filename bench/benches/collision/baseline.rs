@@ -1,5 +1,5 @@
-//! The rivals: well-kept spatial indexes, each filled and asked anew in each frame. They find which robots may touch;
-//! whether two rectangles do, parry tells for all three.
+//! The baselines: established spatial indexes, each rebuilt and queried in every frame. They find the pairs that may
+//! touch; parry2d tests whether their rectangles do for all three.
 
 use kiddo::{ImmutableKdTree, SquaredEuclidean};
 use parry2d::bounding_volume::Aabb;
@@ -37,7 +37,7 @@ fn touch(a: &Body, b: &Body) -> bool {
     intersection_test_cuboid_cuboid(&a.pose.inv_mul(&b.pose), &cuboid, &cuboid)
 }
 
-/// How many pairs touch: an R*-tree of all boxes, filled in bulk and asked for each robot.
+/// Counts the touching pairs with an R*-tree of all boxes, bulk-loaded and queried for each robot.
 pub fn rstar(columns: Columns) -> usize {
     let bodies = bodies(&columns);
     let leaf = |(robot, body): (usize, &Body)| GeomWithData::new(Rectangle::from_corners(body.low, body.high), robot);
@@ -49,7 +49,7 @@ pub fn rstar(columns: Columns) -> usize {
     bodies.iter().enumerate().map(touching).sum()
 }
 
-/// The same by parry's tree of bounding volumes, which tells its own pairs.
+/// Counts the touching pairs with parry2d's tree of bounding volumes, which reports the overlapping pairs itself.
 pub fn parry(columns: Columns) -> usize {
     let bodies = bodies(&columns);
     let aabb = |body: &Body| Aabb::new(Vector::from(body.low), Vector::from(body.high));
@@ -64,7 +64,7 @@ pub fn parry(columns: Columns) -> usize {
     touching
 }
 
-/// The same by a tree of the robots' middles, asked for those within two radii.
+/// Counts the touching pairs with a k-d tree of the robots' positions, queried for those within two radii.
 pub fn kiddo(columns: Columns) -> usize {
     let bodies = bodies(&columns);
     let points: Vec<_> = columns.x.iter().zip(columns.y).map(|(x, y)| [*x, *y]).collect();

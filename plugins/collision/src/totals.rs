@@ -1,4 +1,4 @@
-//! Running totals of a run: how many contacts and warnings, and who and where is worst.
+//! Running totals of a run: the number of contacts and warnings, and the worst pairs, robots and edges.
 
 use std::cmp::Reverse;
 use std::collections::HashMap;
@@ -6,19 +6,21 @@ use std::hash::{BuildHasherDefault, Hash, Hasher};
 
 use regatta_plugin::contact::{ContactLevel, ContactRecord};
 
-/// Most pairs, robots or edges of which scores are kept. When more come, the better half is forgotten.
-const MOST: usize = 1 << 16;
+/// The largest number of pairs, robots or edges whose scores are kept. When it is reached, the half with the lower
+/// scores is dropped.
+const MAX_SCORES: usize = 1 << 16;
 
-/// How bad a pair, a robot or an edge is. Sorts by time that it touched, then by how often, then by warnings.
+/// The severity of a pair, a robot or an edge. Orders by time of touching, then by number of contacts, then by possible
+/// collisions.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Score {
-    /// Simulated time that it touched, in nanoseconds.
+    /// Simulated time of touching, in nanoseconds.
     pub touching_nanos: u64,
-    /// Times that it came to touch.
+    /// Number of contacts that began.
     pub contacts: u64,
-    /// Simulated time that it was a possible collision without touching, in nanoseconds.
+    /// Simulated time of possible collisions without touching, in nanoseconds.
     pub possible_nanos: u64,
-    /// Times that it came to be a possible collision.
+    /// Number of possible collisions that began.
     pub warnings: u64,
 }
 
@@ -39,9 +41,9 @@ impl Score {
     }
 }
 
-/// Scores by what they are of.
+/// Scores by pair, robot or edge.
 #[derive(Clone, Debug)]
-struct Scores<K>(HashMap<K, Score, BuildHasherDefault<Mix>>);
+struct Scores<K>(HashMap<K, Score, BuildHasherDefault<IdHasher>>);
 
 impl<K> Default for Scores<K> {
     fn default() -> Self {
@@ -49,11 +51,11 @@ impl<K> Default for Scores<K> {
     }
 }
 
-/// Hashes ids, which nobody chooses to collide, in a few instructions (Knuth's multiplicative hashing).
+/// A hasher that mixes ids in a few instructions (Knuth's multiplicative hashing). Ids come from no attacker.
 #[derive(Clone, Copy, Debug, Default)]
-struct Mix(u64);
+struct IdHasher(u64);
 
-impl Hasher for Mix {
+impl Hasher for IdHasher {
     fn write(&mut self, bytes: &[u8]) {
         bytes.iter().for_each(|byte| self.write_u32((*byte).into()));
     }
@@ -69,13 +71,13 @@ impl Hasher for Mix {
 
 impl<K: Copy + Eq + Hash + Ord> Scores<K> {
     fn of(&mut self, key: K) -> &mut Score {
-        if self.0.len() >= MOST && !self.0.contains_key(&key) {
-            self.0 = self.worst(MOST / 2).into_iter().collect();
+        if self.0.len() >= MAX_SCORES && !self.0.contains_key(&key) {
+            self.0 = self.worst(MAX_SCORES / 2).into_iter().collect();
         }
         self.0.entry(key).or_default()
     }
 
-    /// The worst first.
+    /// Returns the highest scores, the worst first.
     fn worst(&self, count: usize) -> Vec<(K, Score)> {
         let mut all: Vec<_> = self.0.iter().map(|(key, score)| (*key, *score)).collect();
         all.sort_unstable_by_key(|(key, score)| (Reverse(*score), *key));
@@ -86,7 +88,7 @@ impl<K: Copy + Eq + Hash + Ord> Scores<K> {
 
 /// Totals of a run.
 #[derive(Clone, Debug, Default)]
-pub struct Tally {
+pub struct RunTotals {
     all: Score,
     pairs: Scores<(u32, u32)>,
     robots: Scores<u32>,
@@ -94,60 +96,62 @@ pub struct Tally {
     is_capped: bool,
 }
 
-impl Tally {
-    /// Of some frame not all pairs were looked at.
-    pub(crate) fn cap(&mut self) {
+impl RunTotals {
+    /// Notes that not all pairs of a frame were examined.
+    pub(crate) fn mark_capped(&mut self) {
         self.is_capped = true;
     }
 
-    /// Whether there may have been more than is counted here.
+    /// Whether there may have been more contacts than are counted here.
     pub fn is_capped(&self) -> bool {
         self.is_capped
     }
 
-    /// A pair has come to a level.
+    /// Notes that a pair has reached a level.
     pub(crate) fn began(&mut self, record: &ContactRecord, level: ContactLevel) {
         self.each(record, |score| score.began(level));
     }
 
-    /// A pair was at a level until now.
+    /// Notes that a pair was at its level until now.
     pub(crate) fn lasted(&mut self, record: &ContactRecord, now_nanos: u64) {
         let (level, nanos) = (ContactLevel::from_number(record.level), now_nanos.saturating_sub(record.since_nanos));
         self.each(record, |score| score.lasted(level, nanos));
     }
 
-    /// A pair has come to another edge, at the level that it had. The time until now is taken off the new edge's account,
-    /// to which all of the pair's time is added when it leaves: less than nothing, modulo 2^64, until then.
+    /// Notes that a pair has come to another edge at the same level. The time until now is credited to the old edge,
+    /// and subtracted from the new one, to which the pair's whole time is added in the end. Until then the new edge's
+    /// time may be negative, modulo 2^64.
     pub(crate) fn moved(&mut self, record: &ContactRecord, edge: u32, now_nanos: u64) {
         let (level, nanos) = (ContactLevel::from_number(record.level), now_nanos.saturating_sub(record.since_nanos));
         self.edges.of(record.edge).lasted(level, nanos);
         self.edges.of(edge).lasted(level, nanos.wrapping_neg());
     }
 
-    fn each(&mut self, record: &ContactRecord, note: impl Fn(&mut Score)) {
-        note(&mut self.all);
+    fn each(&mut self, record: &ContactRecord, update: impl Fn(&mut Score)) {
+        update(&mut self.all);
         let [first, second] = record.robots;
-        note(self.pairs.of((first, second)));
-        record.robots.iter().for_each(|robot| note(self.robots.of(*robot)));
-        note(self.edges.of(record.edge));
+        update(self.pairs.of((first, second)));
+        record.robots.iter().for_each(|robot| update(self.robots.of(*robot)));
+        update(self.edges.of(record.edge));
     }
 
-    /// Of the whole run.
+    /// Returns the score of the whole run.
     pub fn all(&self) -> Score {
         self.all
     }
 
-    /// The worst pairs, by robots, the worst first.
+    /// Returns the worst pairs, by robots, the worst first.
     pub fn worst_pairs(&self, count: usize) -> Vec<((u32, u32), Score)> {
         self.pairs.worst(count)
     }
 
-    /// The worst robots, by id, the worst first.
+    /// Returns the worst robots, by id, the worst first.
     pub fn worst_robots(&self, count: usize) -> Vec<(u32, Score)> {
         self.robots.worst(count)
     }
 
-    /// The worst edges, by index: those that the robot with the lower id was on. To be asked for when all pairs have left.
+    /// Returns the worst edges, by index, the worst first. A pair counts for the edge of the robot with the lower id.
+    /// Only exact after all pairs have ended.
     pub fn worst_edges(&self, count: usize) -> Vec<(u32, Score)> {
         self.edges.worst(count)
     }
