@@ -1,74 +1,74 @@
-//! Frames, one after the other, into what they come to.
+//! The aggregator: combines frames, one after the other, into totals and the state of the run.
 
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use regatta_plugin::frame::{ClockState, FrameHeader};
 use regatta_plugin::{FleetName, Frame};
 
-use crate::census::Census;
-use crate::histogram::Measure;
+use crate::histogram::DurationRecorder;
 use crate::rhythm::{RealTimeFactor, Stride};
-use crate::snapshot::{Collisions, Lap, Process, Run, Snapshot, Totals};
+use crate::snapshot::{Collisions, IntervalStats, Process, Run, Snapshot, Totals};
+use crate::state_counts::StateCounts;
 
-/// Time of day, in nanoseconds since the Unix epoch: the clock of [`FrameHeader::wall_time_nanos`].
+/// Returns the time of day, in nanoseconds since the Unix epoch: the clock of [`FrameHeader::wall_time_nanos`].
 pub fn wall_time_nanos() -> u64 {
     SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |time| time.as_nanos() as u64)
 }
 
-/// All frames that a reader has seen, folded into one.
+/// The aggregate of all frames that a reader has read.
 #[derive(Debug, Default)]
-pub struct Fold {
+pub struct Aggregator {
     totals: Totals,
-    tick_cost: Measure,
-    jitter: Measure,
-    frame_age: Measure,
+    tick_cost: DurationRecorder,
+    jitter: DurationRecorder,
+    frame_age: DurationRecorder,
     stride: Stride,
     real_time_factor: RealTimeFactor,
-    last: Option<Last>,
+    last: Option<PreviousFrame>,
 }
 
-/// What of a frame the next one is held against.
+/// The parts of a frame that the next frame is compared with.
 #[derive(Clone, Copy, Debug)]
-struct Last {
+struct PreviousFrame {
     header: FrameHeader,
-    census: Census,
-    /// It came in the usual rhythm: a frame that shows a pause or a new speed comes at any moment.
-    in_step: bool,
+    state_counts: StateCounts,
+    /// Whether it was published on schedule: a frame that shows a pause or a new speed may come at any time.
+    is_regular: bool,
 }
 
-impl Fold {
-    /// Takes in a frame that was read at the wall time `now`, in nanoseconds.
-    pub fn frame(&mut self, frame: &Frame<'_>, now: u64) {
+impl Aggregator {
+    /// Adds a frame that was read at the wall time `now`, in nanoseconds.
+    pub fn add_frame(&mut self, frame: &Frame<'_>, now: u64) {
         let header = *frame.header();
-        let census = Census::of(frame.state(), frame.speed());
+        let state_counts = StateCounts::of(frame.state(), frame.speed());
         self.totals.frames_read += 1;
         self.frame_age.observe(seconds(now.saturating_sub(header.wall_time_nanos)));
         let last = self.last.filter(|last| last.header.run_id == header.run_id && last.header.tick <= header.tick);
-        let in_step = match &last {
-            Some(last) => self.advance(last, &header, &census),
+        let is_regular = match &last {
+            Some(last) => self.advance(last, &header, &state_counts),
             None => self.begin(&header),
         };
-        self.last = Some(Last { header, census, in_step });
+        self.last = Some(PreviousFrame { header, state_counts, is_regular });
     }
 
-    /// Takes in that no frame comes. Without a producer there is no run any more.
-    pub fn idle(&mut self, has_producer: bool) {
+    /// Notes that no frame arrives. Without a producer there is no run any more.
+    pub fn note_idle(&mut self, has_producer: bool) {
         if !has_producer {
             self.last = None;
         }
     }
 
-    /// Takes in that a message could not be read.
-    pub fn read_error(&mut self) {
+    /// Counts a message that could not be read.
+    pub fn count_read_error(&mut self) {
         self.totals.read_errors += 1;
     }
 
-    /// The run and wall time in nanoseconds of the newest frame, while there is a producer.
+    /// Returns the run id and the wall time in nanoseconds of the newest frame, while there is a producer.
     pub fn newest(&self) -> Option<(u64, u64)> {
         self.last.as_ref().map(|last| (last.header.run_id, last.header.wall_time_nanos))
     }
 
-    /// Everything so far, at the wall time `now`, in nanoseconds.
+    /// Returns a snapshot at the wall time `now`, in nanoseconds.
     pub fn snapshot(&self, fleet: FleetName, collisions: Collisions, processes: Vec<Process>, now: u64) -> Snapshot {
         let totals = Totals {
             tick_cost: self.tick_cost.histogram,
@@ -80,13 +80,17 @@ impl Fold {
         Snapshot { fleet, totals, run, collisions, processes }
     }
 
-    /// How long things took since the last call.
-    pub fn lap(&mut self) -> Lap {
+    /// Returns the statistics of durations since the previous call.
+    pub fn take_interval(&mut self) -> IntervalStats {
         let Self { tick_cost, jitter, frame_age, .. } = self;
-        Lap { tick_cost: tick_cost.take_spread(), jitter: jitter.take_spread(), frame_age: frame_age.take_spread() }
+        IntervalStats {
+            tick_cost: tick_cost.take_stats(),
+            jitter: jitter.take_stats(),
+            frame_age: frame_age.take_stats(),
+        }
     }
 
-    /// The first frame of a run. Whether it is in step.
+    /// Begins a run with its first frame. Returns whether the frame is on schedule.
     fn begin(&mut self, header: &FrameHeader) -> bool {
         self.stride = Stride::default();
         self.real_time_factor.restart();
@@ -94,11 +98,11 @@ impl Fold {
         clock(header) == ClockState::Running
     }
 
-    /// A frame after another of its run. Whether it is in step.
-    fn advance(&mut self, last: &Last, header: &FrameHeader, census: &Census) -> bool {
+    /// Adds a further frame of a run. Returns whether the frame is on schedule.
+    fn advance(&mut self, last: &PreviousFrame, header: &FrameHeader, state_counts: &StateCounts) -> bool {
         let gap = header.tick - last.header.tick;
         let steady = is_steady(&last.header, header);
-        if gap == 0 || pace(&last.header) != pace(header) {
+        if gap == 0 || clock_rate(&last.header) != clock_rate(header) {
             self.real_time_factor.restart();
         }
         self.note_time(header);
@@ -107,14 +111,14 @@ impl Fold {
         }
         self.tick_cost.observe(seconds(header.tick_cost_nanos));
         let simulated = gap as f64 * seconds(header.tick_period_nanos);
-        self.totals.driven_metres += 0.5 * (last.census.speed_sum + census.speed_sum) * simulated;
-        if last.in_step && steady {
+        self.totals.driven_metres += 0.5 * (last.state_counts.speed_sum + state_counts.speed_sum) * simulated;
+        if last.is_regular && steady {
             self.stride.note(gap);
         }
         let stride = self.stride.ticks();
         let skipped = stride.map_or(0, |stride| gap.div_ceil(stride) - 1);
         self.totals.frames_skipped = self.totals.frames_skipped.saturating_add(skipped);
-        if last.in_step && steady && stride == Some(gap) {
+        if last.is_regular && steady && stride == Some(gap) {
             self.note_jitter(&last.header, header, simulated);
         }
         steady
@@ -126,7 +130,8 @@ impl Fold {
         }
     }
 
-    /// How far the wall time between two frames is off what it should be. At full speed nothing says what it should be.
+    /// Records the deviation of the wall time between two frames from the expected one. Full speed has no
+    /// expectation.
     fn note_jitter(&mut self, last: &FrameHeader, header: &FrameHeader, simulated: f64) {
         if header.speed.is_finite() && header.speed > 0.0 {
             let wanted = simulated / f64::from(header.speed);
@@ -136,18 +141,18 @@ impl Fold {
     }
 }
 
-/// What decides how fast simulated time should pass.
-fn pace(header: &FrameHeader) -> (u32, u32) {
+/// Returns the fields that determine how fast simulated time should pass.
+fn clock_rate(header: &FrameHeader) -> (u32, u32) {
     (header.clock, header.speed.to_bits())
 }
 
-/// Whether a running clock went on as before from one frame to the other. A request for more robots is shown by a
-/// frame out of step, as a pause is.
+/// Whether the clock ran evenly from one frame to the other. A request for more robots is shown by a frame off
+/// schedule, as a pause is.
 fn is_steady(last: &FrameHeader, header: &FrameHeader) -> bool {
-    pace(last) == pace(header) && last.robots == header.robots && clock(header) == ClockState::Running
+    clock_rate(last) == clock_rate(header) && last.robots == header.robots && clock(header) == ClockState::Running
 }
 
-fn run(last: &Last, real_time_factor: Option<f64>) -> Run {
+fn run(last: &PreviousFrame, real_time_factor: Option<f64>) -> Run {
     let header = &last.header;
     Run {
         run_id: header.run_id,
@@ -159,14 +164,14 @@ fn run(last: &Last, real_time_factor: Option<f64>) -> Run {
         tick_period: Duration::from_nanos(header.tick_period_nanos),
         late_ticks: header.late_ticks,
         real_time_factor: if clock(header) == ClockState::Running { real_time_factor } else { Some(0.0) },
-        census: last.census,
+        state_counts: last.state_counts,
     }
 }
 
-/// A clock that says nothing we know is taken to stand.
+/// Returns the state of the clock; unknown states count as stopped.
 fn clock(header: &FrameHeader) -> ClockState {
-    let known = [ClockState::Running, ClockState::Paused];
-    known.into_iter().find(|state| *state as u32 == header.clock).unwrap_or(ClockState::Stopped)
+    let states = [ClockState::Running, ClockState::Paused];
+    states.into_iter().find(|state| *state as u32 == header.clock).unwrap_or(ClockState::Stopped)
 }
 
 fn seconds(nanos: u64) -> f64 {
@@ -174,5 +179,4 @@ fn seconds(nanos: u64) -> f64 {
 }
 
 #[cfg(test)]
-#[path = "fold_tests.rs"]
 mod tests;

@@ -1,4 +1,4 @@
-//! Keys that steer the fleet: carried out on a thread of their own, because an engine that is stopped doesn't answer.
+//! Commands that keys send to the engine, on a thread of their own because a stopped engine doesn't answer.
 
 use std::io;
 use std::sync::mpsc::{Receiver, Sender, SyncSender, TryRecvError, channel, sync_channel};
@@ -9,63 +9,65 @@ use regatta_plugin::control::{ControlKind, ControlRequest, ControlResponse};
 use regatta_plugin::frame::ClockState;
 use regatta_plugin::{Control, ControlError, FleetName, Participant};
 
-/// How long to wait for the engine's answer.
-const PATIENCE: Duration = Duration::from_secs(1);
+/// The longest wait for the engine's answer.
+const TIMEOUT: Duration = Duration::from_secs(1);
 
-/// Commands that wait for their turn. More are dropped: a key is held down.
-const WAITING: usize = 4;
+/// The largest number of queued commands. Further ones are dropped, for example while a key is held down.
+const MAX_QUEUED: usize = 4;
 
-/// Speeds that the keys go through, in simulated seconds per wall second.
+/// The speeds that the keys step through, in simulated seconds per wall second.
 const SPEEDS: [f32; 16] =
     [0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1000.0];
 
-/// What a key asks of the engine.
+/// A command to the engine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Command {
     /// Pause if the clock runs, else resume.
     PauseOrResume,
     /// Pause, and advance by one tick.
     Step,
-    /// The next higher speed.
+    /// Set the next higher speed.
     Faster,
-    /// The next lower speed.
+    /// Set the next lower speed.
     Slower,
-    /// As fast as the machine can.
+    /// Run as fast as possible.
     FullSpeed,
-    /// A simulated second per wall second.
+    /// Run at one simulated second per wall second.
     RealTime,
 }
 
-/// What came of a command, for the last line of the screen.
+/// The outcome of a command, for the last line of the screen.
 pub type Outcome = Result<String, String>;
 
-/// The thread that carries out commands.
+/// The queue of commands, which a thread carries out.
 #[derive(Debug)]
-pub struct Steering {
+pub struct CommandQueue {
     commands: SyncSender<Command>,
     outcomes: Receiver<Outcome>,
 }
 
-impl Steering {
-    /// Starts the thread. It ends when this is dropped.
+impl CommandQueue {
+    /// Starts the thread. It ends when the queue is dropped.
     ///
     /// # Errors
-    /// If there can be no thread.
-    pub fn start(fleet: &FleetName) -> io::Result<Self> {
-        let (commands, orders) = sync_channel(WAITING);
+    /// Fails if no thread can be started.
+    pub fn start(fleet: &FleetName, participant: &'static str) -> io::Result<Self> {
+        let (commands, queued) = sync_channel(MAX_QUEUED);
         let (replies, outcomes) = channel();
         let fleet = fleet.clone();
-        thread::Builder::new().name("steering".to_owned()).spawn(move || carry_out_all(&fleet, &orders, &replies))?;
+        thread::Builder::new()
+            .name("commands".to_owned())
+            .spawn(move || carry_out_all(&fleet, participant, &queued, &replies))?;
         Ok(Self { commands, outcomes })
     }
 
-    /// Asks for a command. Returns at once.
-    pub fn ask(&self, command: Command) {
-        // Full: those before it have not been answered either, and their outcome will tell why.
+    /// Queues a command. Returns at once.
+    pub fn send(&self, command: Command) {
+        // If the queue is full, the commands in it have not been answered either, and their outcome will say why.
         let _ = self.commands.try_send(command);
     }
 
-    /// The newest outcome since the last call.
+    /// Returns the newest outcome since the last call.
     pub fn outcome(&self) -> Option<Outcome> {
         let mut newest = None;
         loop {
@@ -77,11 +79,11 @@ impl Steering {
     }
 }
 
-fn carry_out_all(fleet: &FleetName, commands: &Receiver<Command>, outcomes: &Sender<Outcome>) {
-    // Opened with the first command: most who look don't steer.
+fn carry_out_all(fleet: &FleetName, participant: &str, commands: &Receiver<Command>, outcomes: &Sender<Outcome>) {
+    // Opened with the first command: most users only watch.
     let mut control = None;
     for command in commands {
-        let outcome = open(&mut control, fleet).and_then(|control| match carry_out(command, control) {
+        let outcome = open(&mut control, fleet, participant).and_then(|control| match carry_out(command, control) {
             Ok(status) => Ok(describe(command, &status)),
             Err(error) => Err(error.to_string()),
         });
@@ -91,19 +93,19 @@ fn carry_out_all(fleet: &FleetName, commands: &Receiver<Command>, outcomes: &Sen
     }
 }
 
-fn open<'a>(control: &'a mut Option<Control>, fleet: &FleetName) -> Result<&'a mut Control, String> {
+fn open<'a>(control: &'a mut Option<Control>, fleet: &FleetName, participant: &str) -> Result<&'a mut Control, String> {
     match control {
         Some(control) => Ok(control),
         None => {
-            // By the name that the process goes by already.
-            let opened = Participant::join(fleet, super::NAME).and_then(|place| Control::open_on(&place));
+            // Joins under the name that the process already uses.
+            let opened = Participant::join(fleet, participant).and_then(|participant| Control::open_on(&participant));
             Ok(control.insert(opened.map_err(|error| error.to_string())?))
         }
     }
 }
 
 fn carry_out(command: Command, control: &mut Control) -> Result<ControlResponse, ControlError> {
-    let status = |control: &mut Control| control.request(ControlRequest::new(ControlKind::Status), PATIENCE);
+    let status = |control: &mut Control| control.request(ControlRequest::new(ControlKind::Status), TIMEOUT);
     let request = match command {
         Command::PauseOrResume if is_running(&status(control)?) => ControlRequest::new(ControlKind::Pause),
         Command::PauseOrResume => ControlRequest::new(ControlKind::Resume),
@@ -113,7 +115,7 @@ fn carry_out(command: Command, control: &mut Control) -> Result<ControlResponse,
         Command::FullSpeed => speed(f32::INFINITY),
         Command::RealTime => speed(1.0),
     };
-    control.request(request, PATIENCE)
+    control.request(request, TIMEOUT)
 }
 
 fn speed(speed: f32) -> ControlRequest {
@@ -124,15 +126,15 @@ fn is_running(status: &ControlResponse) -> bool {
     status.clock == ClockState::Running as u32
 }
 
-/// The next speed above; full speed above the highest.
+/// Returns the next higher speed; full speed above the highest.
 fn faster(speed: f32) -> f32 {
-    // A bit above, so that 0.1 as the engine holds it doesn't count as less than 0.1.
-    SPEEDS.into_iter().find(|&rung| rung > speed * 1.001).unwrap_or(f32::INFINITY)
+    // The tolerance keeps 0.1 in single precision from counting as less than 0.1.
+    SPEEDS.into_iter().find(|&step| step > speed * 1.001).unwrap_or(f32::INFINITY)
 }
 
-/// The next speed below; the lowest stays.
+/// Returns the next lower speed; the lowest stays.
 fn slower(speed: f32) -> f32 {
-    SPEEDS.into_iter().rev().find(|&rung| rung < speed * 0.999).unwrap_or(SPEEDS[0])
+    SPEEDS.into_iter().rev().find(|&step| step < speed * 0.999).unwrap_or(SPEEDS[0])
 }
 
 fn describe(command: Command, status: &ControlResponse) -> String {
@@ -149,7 +151,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn speeds_go_up_and_down_rung_by_rung() {
+    fn speeds_go_up_and_down_step_by_step() {
         let up: Vec<_> = std::iter::successors(Some(0.001_f32), |&s| (s < f32::INFINITY).then(|| faster(s))).collect();
         assert_eq!(up[1..up.len() - 1], SPEEDS);
         let down: Vec<_> =
@@ -159,14 +161,14 @@ mod tests {
     }
 
     #[test]
-    fn without_an_engine_each_command_says_so() {
-        let fleet: FleetName = format!("unit-metrics-steering-{}", std::process::id()).parse().expect("a name");
-        let steering = Steering::start(&fleet).expect("a thread");
+    fn each_command_reports_a_missing_engine() {
+        let fleet: FleetName = format!("unit-metrics-commands-{}", std::process::id()).parse().expect("a name");
+        let commands = CommandQueue::start(&fleet, "test").expect("a thread");
         for command in [Command::PauseOrResume, Command::Faster] {
-            steering.ask(command);
+            commands.send(command);
             let outcome = std::iter::repeat_with(|| {
                 thread::sleep(Duration::from_millis(5));
-                steering.outcome()
+                commands.outcome()
             });
             let outcome = outcome.take(10_000).flatten().next().expect("an outcome");
             assert!(outcome.expect_err("no engine").contains("no engine"));

@@ -6,11 +6,11 @@ use super::*;
 const MILLISECOND: u64 = 1_000_000;
 const PERIOD: u64 = 10 * MILLISECOND;
 
-/// A producer of a few robots, whose clock is moved by hand.
+/// A producer of a few robots, with a clock that tests advance.
 struct Producer {
     header: FrameHeader,
     speeds: Vec<f32>,
-    fold: Fold,
+    aggregator: Aggregator,
 }
 
 impl Producer {
@@ -26,11 +26,11 @@ impl Producer {
             stride_lines: stride_lines(robots) as u32,
             ..FrameHeader::default()
         };
-        Self { header, speeds: speeds.to_vec(), fold: Fold::default() }
+        Self { header, speeds: speeds.to_vec(), aggregator: Aggregator::default() }
     }
 
-    /// Shows the reader a frame, a millisecond after it was published.
-    fn show(&mut self) {
+    /// Publishes a frame, which is read a millisecond later.
+    fn publish(&mut self) {
         let mut lines = vec![Line::default(); frame_lines(self.speeds.len())];
         let columns = ColumnsMut::split(&mut lines, self.speeds.len());
         columns.speed[..self.speeds.len()].copy_from_slice(&self.speeds);
@@ -38,20 +38,20 @@ impl Producer {
         columns.state[..self.speeds.len()].fill(1);
         columns.edge.fill(NO_EDGE);
         let frame = Frame::new(&self.header, &lines).expect("a frame");
-        self.fold.frame(&frame, self.header.wall_time_nanos + MILLISECOND);
+        self.aggregator.add_frame(&frame, self.header.wall_time_nanos + MILLISECOND);
     }
 
-    /// So many ticks later, `wall` nanoseconds of wall time, and shows the frame.
+    /// Advances the clock by some ticks and by `wall` nanoseconds of wall time, and publishes a frame.
     fn advance(&mut self, ticks: u64, wall: u64) {
         self.header.tick += ticks;
         self.header.sim_time_nanos += ticks * PERIOD;
         self.header.wall_time_nanos += wall;
-        self.show();
+        self.publish();
     }
 
     fn snapshot(&self) -> Snapshot {
         let now = self.header.wall_time_nanos + MILLISECOND;
-        self.fold.snapshot(FleetName::default(), Collisions::default(), Vec::new(), now)
+        self.aggregator.snapshot(FleetName::default(), Collisions::default(), Vec::new(), now)
     }
 
     fn totals(&self) -> Totals {
@@ -60,9 +60,9 @@ impl Producer {
 }
 
 #[test]
-fn a_steady_run_is_what_it_says() {
+fn a_steady_run_is_measured_exactly() {
     let mut producer = Producer::new(&[1.0, -2.0]);
-    producer.show();
+    producer.publish();
     (0..200).for_each(|_| producer.advance(1, PERIOD));
     let Snapshot { totals, run, .. } = producer.snapshot();
     let run = run.expect("a run");
@@ -71,15 +71,15 @@ fn a_steady_run_is_what_it_says() {
     assert_eq!((totals.tick_cost.count, totals.jitter.count), (200, 200));
     assert!(totals.jitter.sum < 1e-6 && (totals.tick_cost.sum - 0.2).abs() < 1e-9, "{totals:?}");
     assert!((totals.frame_age.sum - 0.201).abs() < 1e-9);
-    assert_eq!((run.tick, run.census.robots(), run.census.mean_speed()), (200, 2, 1.5));
-    assert!((run.real_time_factor.expect("frames enough") - 1.0).abs() < 1e-6);
+    assert_eq!((run.tick, run.state_counts.robots(), run.state_counts.mean_speed()), (200, 2, 1.5));
+    assert!((run.real_time_factor.expect("enough frames") - 1.0).abs() < 1e-6);
 }
 
 #[test]
-fn jitter_is_how_far_a_frame_is_off_the_period_at_the_wanted_speed() {
+fn jitter_is_the_deviation_from_the_period_at_the_wanted_speed() {
     let mut producer = Producer::new(&[1.0]);
     producer.header.speed = 2.0;
-    producer.show();
+    producer.publish();
     producer.advance(1, 5 * MILLISECOND);
     producer.advance(1, 8 * MILLISECOND);
     producer.advance(1, 4 * MILLISECOND);
@@ -89,18 +89,18 @@ fn jitter_is_how_far_a_frame_is_off_the_period_at_the_wanted_speed() {
 }
 
 #[test]
-fn at_full_speed_there_is_no_jitter() {
+fn full_speed_has_no_jitter() {
     let mut producer = Producer::new(&[1.0]);
     producer.header.speed = f32::INFINITY;
-    producer.show();
+    producer.publish();
     (0..5).for_each(|_| producer.advance(1, 1000));
     assert_eq!(producer.totals().jitter.count, 0);
 }
 
 #[test]
-fn skipped_frames_are_counted_once_and_their_way_too() {
+fn skipped_frames_are_counted_once_and_their_distance_too() {
     let mut producer = Producer::new(&[1.0]);
-    producer.show();
+    producer.publish();
     producer.advance(1, PERIOD);
     producer.advance(4, 4 * PERIOD);
     producer.advance(1, PERIOD);
@@ -110,16 +110,16 @@ fn skipped_frames_are_counted_once_and_their_way_too() {
 }
 
 #[test]
-fn frames_of_every_tenth_tick_are_none_skipped() {
+fn frames_every_ten_ticks_skip_nothing() {
     let mut producer = Producer::new(&[1.0]);
-    producer.show();
+    producer.publish();
     (0..20).for_each(|_| producer.advance(10, 10 * PERIOD));
     let totals = producer.totals();
     assert_eq!((totals.frames_skipped, totals.jitter.count), (0, 20));
     assert!(totals.jitter.sum < 1e-6);
 }
 
-/// What the engine publishes for `pause`, `step 2` and `resume`: each shown at once, at any moment.
+/// Publishes the frames of `pause`, `step 2` and `resume`: each at once, at any time.
 fn pause_step_and_resume(producer: &mut Producer, ticks_to_next_frame: u64) {
     producer.header.clock = ClockState::Paused as u32;
     producer.advance(0, MILLISECOND);
@@ -130,23 +130,23 @@ fn pause_step_and_resume(producer: &mut Producer, ticks_to_next_frame: u64) {
 }
 
 #[test]
-fn a_pause_is_no_jitter_and_skips_nothing() {
+fn a_pause_adds_no_jitter_and_skips_nothing() {
     let mut producer = Producer::new(&[1.0]);
-    producer.show();
+    producer.publish();
     (0..5).for_each(|_| producer.advance(1, PERIOD));
     let before = producer.totals();
     pause_step_and_resume(&mut producer, 1);
     let after = producer.totals();
     assert_eq!((after.jitter, after.frames_skipped), (before.jitter, 0));
-    assert_eq!(after.tick_cost.count, before.tick_cost.count + 3, "shown again is not a tick");
+    assert_eq!(after.tick_cost.count, before.tick_cost.count + 3, "a repeated frame is not a tick");
     producer.advance(1, PERIOD);
     assert_eq!(producer.totals().jitter.count, before.jitter.count + 1);
 }
 
 #[test]
-fn a_pause_between_frames_of_every_tenth_tick_skips_nothing_either() {
+fn a_pause_between_frames_every_ten_ticks_skips_nothing() {
     let mut producer = Producer::new(&[1.0]);
-    producer.show();
+    producer.publish();
     (0..5).for_each(|_| producer.advance(10, 10 * PERIOD));
     pause_step_and_resume(&mut producer, 8);
     (0..5).for_each(|_| producer.advance(10, 10 * PERIOD));
@@ -156,9 +156,9 @@ fn a_pause_between_frames_of_every_tenth_tick_skips_nothing_either() {
 }
 
 #[test]
-fn a_paused_clock_has_the_factor_zero() {
+fn a_paused_clock_has_a_real_time_factor_of_zero() {
     let mut producer = Producer::new(&[1.0]);
-    producer.show();
+    producer.publish();
     (0..50).for_each(|_| producer.advance(1, PERIOD));
     producer.header.clock = ClockState::Paused as u32;
     producer.advance(0, MILLISECOND);
@@ -166,12 +166,12 @@ fn a_paused_clock_has_the_factor_zero() {
 }
 
 #[test]
-fn another_run_begins_anew_and_totals_go_on() {
+fn another_run_restarts_the_run_but_not_the_totals() {
     let mut producer = Producer::new(&[1.0]);
-    producer.show();
+    producer.publish();
     (0..10).for_each(|_| producer.advance(1, PERIOD));
     producer.header = FrameHeader { run_id: 8, tick: 0, sim_time_nanos: 0, ..producer.header };
-    producer.show();
+    producer.publish();
     producer.advance(1, PERIOD);
     let Snapshot { totals, run, .. } = producer.snapshot();
     assert_eq!((totals.frames_read, totals.frames_skipped, run.expect("a run").tick), (13, 0, 1));
@@ -181,36 +181,36 @@ fn another_run_begins_anew_and_totals_go_on() {
 #[test]
 fn without_a_producer_there_is_no_run() {
     let mut producer = Producer::new(&[1.0]);
-    producer.show();
-    producer.fold.idle(true);
-    assert!(producer.snapshot().run.is_some(), "a paused clock");
-    producer.fold.idle(false);
+    producer.publish();
+    producer.aggregator.note_idle(true);
+    assert!(producer.snapshot().run.is_some(), "the clock is paused");
+    producer.aggregator.note_idle(false);
     assert!(producer.snapshot().run.is_none());
 }
 
 proptest! {
-    /// Robots that speed up and slow down evenly drive exactly the mean of two speeds.
+    /// Robots that accelerate evenly drive exactly the mean of two speeds.
     #[test]
-    fn way_is_exact_at_even_acceleration(start in 0.0_f32..3.0, change in -0.02_f32..0.05, gaps in prop::collection::vec(1_u64..4, 1..50)) {
+    fn distance_is_exact_at_even_acceleration(start in 0.0_f32..3.0, change in -0.02_f32..0.05, gaps in prop::collection::vec(1_u64..4, 1..50)) {
         let mut producer = Producer::new(&[start]);
-        producer.show();
-        let mut way = 0.0;
+        producer.publish();
+        let mut distance = 0.0;
         for gap in gaps {
             for _ in 0..gap {
                 let before = producer.speeds[0];
                 producer.speeds[0] = (before + change).max(0.0);
-                way += 0.5 * f64::from(before + producer.speeds[0]) * 0.01;
+                distance += 0.5 * f64::from(before + producer.speeds[0]) * 0.01;
             }
             if producer.speeds[0] <= 0.0 {
                 break;
             }
             producer.advance(gap, gap * PERIOD);
             let driven = producer.totals().driven_metres;
-            prop_assert!((driven - way).abs() <= 1e-4 * way.max(1.0), "{driven} of {way}");
+            prop_assert!((driven - distance).abs() <= 1e-4 * distance.max(1.0), "{driven} of {distance}");
         }
     }
 
-    /// No header, however wrong, makes it panic.
+    /// No header makes it panic, however invalid.
     #[test]
     fn no_header_panics(headers in prop::collection::vec((any::<u64>(), any::<u64>(), any::<u64>(), any::<u64>(), any::<u32>(), any::<f32>()), 1..20)) {
         let mut producer = Producer::new(&[1.0]);
@@ -219,9 +219,9 @@ proptest! {
             producer.header = FrameHeader { tick, sim_time_nanos: simulated, wall_time_nanos, tick_cost_nanos: cost, clock: clock % 4, speed, ..producer.header };
             let lines = vec![Line::default(); frame_lines(1)];
             let frame = Frame::new(&producer.header, &lines).expect("a frame");
-            producer.fold.frame(&frame, wall / 2);
-            producer.fold.snapshot(FleetName::default(), Collisions::default(), Vec::new(), wall / 3);
-            producer.fold.lap();
+            producer.aggregator.add_frame(&frame, wall / 2);
+            producer.aggregator.snapshot(FleetName::default(), Collisions::default(), Vec::new(), wall / 3);
+            producer.aggregator.take_interval();
         }
     }
 }

@@ -3,12 +3,12 @@ use std::collections::BTreeSet;
 use super::*;
 use crate::testing;
 
-/// Names that the page has, those of histograms' parts included.
+/// Returns the names of all samples, including those of histograms' parts.
 fn exported(page: &str) -> BTreeSet<&str> {
     page.lines().filter(|line| !line.starts_with('#')).filter_map(|line| line.split(['{', ' ']).next()).collect()
 }
 
-/// Each family as `(name, help, type)`.
+/// Returns each family as `(name, help, type)`.
 fn families(page: &str) -> Vec<(&str, &str, &str)> {
     let mut lines = page.lines().filter(|line| line.starts_with('#'));
     let mut families = Vec::new();
@@ -21,12 +21,12 @@ fn families(page: &str) -> Vec<(&str, &str, &str)> {
 }
 
 fn full_page() -> String {
-    page(&testing::snapshot(), Some(Rows { written: 5, lost: 1 }))
+    page(&testing::snapshot(), Some(RowCounts { written: 5, lost: 1 }))
 }
 
-/// The rules of `promtool check metrics`.
+/// Tests the rules of `promtool check metrics`.
 #[test]
-fn names_and_units_are_clean() {
+fn names_and_units_follow_the_rules() {
     let (page, mut seen) = (full_page(), BTreeSet::new());
     let no_base_units = [
         "milliseconds",
@@ -64,7 +64,7 @@ fn names_and_units_are_clean() {
 }
 
 #[test]
-fn values_are_those_of_the_snapshot() {
+fn values_equal_those_of_the_snapshot() {
     let page = full_page();
     let wanted = [
         "regatta_up{fleet=\"default\"} 1",
@@ -90,7 +90,7 @@ fn values_are_those_of_the_snapshot() {
 }
 
 #[test]
-fn what_is_not_known_is_not_there() {
+fn unknown_values_are_left_out() {
     let text = page(&testing::without_engine(), None);
     assert!(text.contains("regatta_up{fleet=\"default\"} 0\n"), "{text}");
     for absent in ["regatta_robots", "regatta_ticks", "regatta_collision", "regatta_csv"] {
@@ -106,7 +106,7 @@ fn a_name_with_quotes_stays_one_label() {
     assert!(text.contains(r#"name="a\"b\\c\nd""#), "{text}");
 }
 
-/// Words of a dashboard's queries that name a metric.
+/// Collects the names of metrics in a dashboard's queries.
 fn queried(dashboard: &serde_json::Value, names: &mut BTreeSet<String>) {
     match dashboard {
         serde_json::Value::Object(fields) => {
@@ -123,8 +123,8 @@ fn queried(dashboard: &serde_json::Value, names: &mut BTreeSet<String>) {
 }
 
 #[test]
-fn the_dashboard_asks_for_what_is_exported_and_for_all_of_it() {
-    let dashboard = serde_json::from_str(include_str!("../grafana-dashboard.json")).expect("valid JSON");
+fn the_dashboard_queries_exactly_the_exported_metrics() {
+    let dashboard = serde_json::from_str(include_str!("../../grafana-dashboard.json")).expect("valid JSON");
     let mut names = BTreeSet::new();
     queried(&dashboard, &mut names);
     let page = full_page();

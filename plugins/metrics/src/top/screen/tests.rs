@@ -3,29 +3,29 @@ use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 
 use super::*;
-use crate::histogram::{Measure, Spread};
-use crate::snapshot::Lap;
+use crate::histogram::{DurationRecorder, DurationStats};
+use crate::snapshot::IntervalStats;
 use crate::testing;
 
-fn spread(seconds: f64) -> Spread {
-    let mut measure = Measure::default();
+fn stats(seconds: f64) -> DurationStats {
+    let mut measure = DurationRecorder::default();
     measure.observe(seconds);
-    measure.take_spread()
+    measure.take_stats()
 }
 
-/// A view of a fleet that has run for a while.
+/// Returns the view of a fleet that has run for a while.
 fn view(snapshot: Snapshot) -> View {
     let mut view = View::new(&snapshot.fleet);
     for k in 0..200 {
         let cost = 50e-6 * (1.0 + (f64::from(k) * 0.3).sin());
-        let lap = Lap { tick_cost: spread(cost), jitter: spread(2e-3), frame_age: spread(70e-6) };
-        view.history.add(&lap, &snapshot);
+        let interval = IntervalStats { tick_cost: stats(cost), jitter: stats(2e-3), frame_age: stats(70e-6) };
+        view.history.add(&interval, &snapshot);
     }
     view.snapshot = snapshot;
     view
 }
 
-/// The screen as text.
+/// Returns the screen as text.
 fn drawn(view: &mut View, width: u16, height: u16) -> String {
     let mut terminal = Terminal::new(TestBackend::new(width, height)).expect("a terminal");
     terminal.draw(|frame| draw(frame, view)).expect("drawn");
@@ -41,7 +41,7 @@ fn shows(screen: &str, wanted: &[&str]) {
 }
 
 #[test]
-fn everything_is_seen_at_80_by_24() {
+fn everything_is_visible_at_80_by_24() {
     let screen = drawn(&mut view(testing::snapshot()), 80, 24);
     shows(&screen, &["running", "×1", "t 20:34.56", "tick 123,456", "tick cost", "real time", "frame age", "█"]);
     shows(
@@ -55,7 +55,7 @@ fn everything_is_seen_at_80_by_24() {
 }
 
 #[test]
-fn the_list_of_collisions_scrolls_to_its_end_and_no_further() {
+fn the_list_of_collisions_scrolls_only_to_its_end() {
     let mut view = view(testing::snapshot());
     view.scroll_by(10);
     let screen = drawn(&mut view, 80, 24);
@@ -65,21 +65,21 @@ fn the_list_of_collisions_scrolls_to_its_end_and_no_further() {
     shows(&drawn(&mut view, 80, 24), &["41 10041"]);
     view.scroll_by(-1);
     let screen = drawn(&mut view, 80, 24);
-    assert!(!screen.contains("41 10041"), "one line up is one line up:\n{screen}");
+    assert!(!screen.contains("41 10041"), "scrolling up by one line moves one line:\n{screen}");
     view.snapshot.collisions = testing::collisions(1, 0);
     shows(&drawn(&mut view, 80, 24), &["0 10000"]);
     assert_eq!(view.scroll, 0);
 }
 
 #[test]
-fn what_is_missing_is_told_with_what_to_do() {
+fn missing_parts_are_reported_with_advice() {
     let mut lonely = view(testing::without_engine());
     shows(&drawn(&mut lonely, 80, 24), &["No engine runs the fleet 'default'", "regatta run ", "engine"]);
     lonely.process_error = Some("can't list processes".to_owned());
     shows(&drawn(&mut lonely, 80, 24), &["can't list processes"]);
     let mut unchecked = view(testing::snapshot());
     unchecked.snapshot.collisions = Collisions::default();
-    shows(&drawn(&mut unchecked, 80, 24), &["Nobody checks", "regatta plugin"]);
+    shows(&drawn(&mut unchecked, 80, 24), &["No collision checker runs", "regatta plugin"]);
     unchecked.snapshot.collisions = testing::collisions(0, 0);
     shows(&drawn(&mut unchecked, 80, 24), &["0 touching, 0 possible", "No robots touch"]);
     shows(&drawn(&mut unchecked, 60, 12), &["too small"]);
@@ -96,7 +96,7 @@ fn outcomes_and_help_are_shown() {
 
 proptest! {
     #[test]
-    fn no_size_of_a_terminal_panics(width in 1_u16..260, height in 1_u16..80, help in any::<bool>(), touching in 0_u32..60, waits in any::<bool>()) {
+    fn no_terminal_size_panics(width in 1_u16..260, height in 1_u16..80, help in any::<bool>(), touching in 0_u32..60, waits in any::<bool>()) {
         let snapshot = if waits { testing::without_engine() } else { testing::snapshot() };
         let mut view = view(snapshot);
         view.help = help;
