@@ -21,7 +21,7 @@ pub fn draw_collisions(frame: &mut Frame<'_>, area: Rect, snapshot: &Snapshot, r
     let note = collisions.pairs.as_ref().map(totals).unwrap_or_default();
     let area = section(frame, area, "collisions", note);
     if collisions.pairs.is_none() {
-        draw_hint(frame, area, "No collision checker runs: start `regatta plugin collision`.");
+        draw_hint(frame, area, "No checker runs: start `regatta plugin collision`.");
         return 0;
     }
     if collisions.list.is_empty() {

@@ -24,7 +24,7 @@ const KEYS: [(&str, &str); 9] = [
     ("↑ ↓ PgUp PgDn", "scroll the collisions"),
     ("Home End", "first, last collision"),
     ("?", "this list"),
-    ("q  Esc  Ctrl-C", "end"),
+    ("q  Esc  Ctrl-C", "quit"),
 ];
 
 /// Draws the whole screen. Limits the scroll position to the length of the list.

@@ -4,13 +4,13 @@ use ratatui::backend::TestBackend;
 
 use super::*;
 use crate::histogram::{DurationRecorder, DurationStats};
-use crate::snapshot::IntervalStats;
+use crate::snapshot::{Collisions, IntervalStats, Snapshot};
 use crate::testing;
 
 fn stats(seconds: f64) -> DurationStats {
-    let mut measure = DurationRecorder::default();
-    measure.observe(seconds);
-    measure.take_stats()
+    let mut recorder = DurationRecorder::default();
+    recorder.observe(seconds);
+    recorder.take_stats()
 }
 
 /// Returns the view of a fleet that has run for a while.
@@ -79,7 +79,7 @@ fn missing_parts_are_reported_with_advice() {
     shows(&drawn(&mut lonely, 80, 24), &["can't list processes"]);
     let mut unchecked = view(testing::snapshot());
     unchecked.snapshot.collisions = Collisions::default();
-    shows(&drawn(&mut unchecked, 80, 24), &["No collision checker runs", "regatta plugin"]);
+    shows(&drawn(&mut unchecked, 80, 24), &["No checker runs", "regatta plugin"]);
     unchecked.snapshot.collisions = testing::collisions(0, 0);
     shows(&drawn(&mut unchecked, 80, 24), &["0 touching, 0 possible", "No robots touch"]);
     shows(&drawn(&mut unchecked, 60, 12), &["too small"]);
