@@ -1,4 +1,4 @@
-//! Tables hold what was recorded, to the last bit.
+//! Exported tables contain the recorded values bit for bit.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -22,12 +22,13 @@ use crate::schema::{Topic, regatta};
 const ROBOTS: usize = 4;
 const TICKS: u64 = 6;
 
-/// x of a robot at a tick: nothing that a few decimals would hold.
+/// The x of a robot at a tick: values that need all digits.
 fn x(tick: u64, robot: usize) -> f32 {
     (tick as f32 + 1.0) / (robot as f32 + 3.0)
 }
 
-/// Robot 2 has left the fleet; robot 3 stands on no edge. The column `state` has a name that tables have already.
+/// Records a fleet in which robot 2 is absent and robot 3 is on no edge. The name of its column `state` is also one of
+/// the common titles.
 fn recording(folder: &Path) -> PathBuf {
     let path = folder.join("run.mcap");
     let mut out = McapFile::create(fs::File::create(&path).unwrap(), Compression::Lz4, 500).unwrap();
@@ -80,16 +81,16 @@ fn run(recording: &Path, args: &[&str]) -> Result<String, ExportError> {
 }
 
 #[test]
-fn each_robot_has_a_file_with_a_line_for_each_frame() {
+fn each_robot_has_a_file_with_one_line_per_frame() {
     let folder = TempDir::new().unwrap();
     let out = folder.path().join("tables/csv");
-    let said = run(&recording(folder.path()), &["--csv", out.to_str().unwrap()]).unwrap();
-    assert!(said.starts_with("18 rows in 3 files"), "{said}");
-    assert!(!out.join("robot-2.csv").exists(), "it isn't in the fleet");
+    let summary = run(&recording(folder.path()), &["--csv", out.to_str().unwrap()]).unwrap();
+    assert!(summary.starts_with("18 rows in 3 files"), "{summary}");
+    assert!(!out.join("robot-2.csv").exists(), "an absent robot has no file");
     let text = fs::read_to_string(out.join("robot-1.csv")).unwrap();
     let mut lines = text.lines();
-    let head = "time_s,run,tick,sim_time_s,robot,x_m,y_m,theta_rad,speed_m_per_s,s_m,edge,state,column_state";
-    assert_eq!(lines.next(), Some(head));
+    let header = "time_s,run,tick,sim_time_s,robot,x_m,y_m,theta_rad,speed_m_per_s,s_m,edge,state,column_state";
+    assert_eq!(lines.next(), Some(header));
     for (tick, line) in lines.enumerate() {
         let fields: Vec<_> = line.split(',').collect();
         assert_eq!((fields[2], fields[4], fields[10], fields[11]), (tick.to_string().as_str(), "1", "71", "held"));
@@ -103,7 +104,7 @@ fn each_robot_has_a_file_with_a_line_for_each_frame() {
 }
 
 #[test]
-fn one_long_table_has_all_robots_in_order_of_time() {
+fn one_table_of_all_robots_is_sorted_by_time() {
     let folder = TempDir::new().unwrap();
     let out = folder.path().to_str().unwrap();
     run(&recording(folder.path()), &["--csv", out, "--long", "--robots", "0,3..9"]).unwrap();
@@ -117,7 +118,7 @@ fn one_long_table_has_all_robots_in_order_of_time() {
 }
 
 #[test]
-fn parquet_holds_the_same() {
+fn a_parquet_file_contains_the_same_rows() {
     let folder = TempDir::new().unwrap();
     let out = folder.path().join("run.parquet");
     run(&recording(folder.path()), &["--parquet", out.to_str().unwrap()]).unwrap();
@@ -135,34 +136,34 @@ fn parquet_holds_the_same() {
 }
 
 #[test]
-fn what_was_not_recorded_is_refused() {
+fn requests_for_data_that_was_not_recorded_are_rejected() {
     let folder = TempDir::new().unwrap();
     let (recording, out) = (recording(folder.path()), folder.path().join("out"));
     let out = out.to_str().unwrap();
-    let refused = run(&recording, &["--csv", out, "--columns", "load"]).unwrap_err().to_string();
-    assert_eq!(refused, "the recording has no column 'load'; it has: state");
-    let refused = run(&recording, &["--csv", out, "--robots", "40..50"]).unwrap_err().to_string();
-    assert!(refused.contains("from 0 to 3"), "{refused}");
+    let error = run(&recording, &["--csv", out, "--columns", "load"]).unwrap_err().to_string();
+    assert_eq!(error, "the recording has no column 'load'; its columns are: state");
+    let error = run(&recording, &["--csv", out, "--robots", "40..50"]).unwrap_err().to_string();
+    assert!(error.contains("from 0 to 3"), "{error}");
 }
 
 #[test]
-fn an_export_to_nowhere_is_refused() {
-    let refused = parse(Path::new("run.mcap"), &["--robots", "1"]).unwrap_err();
-    assert_eq!(refused.kind(), clap::error::ErrorKind::MissingRequiredArgument);
-    assert!(refused.to_string().contains("--csv") && refused.to_string().contains("--parquet"), "{refused}");
+fn an_export_without_a_target_is_rejected() {
+    let error = parse(Path::new("run.mcap"), &["--robots", "1"]).unwrap_err();
+    assert_eq!(error.kind(), clap::error::ErrorKind::MissingRequiredArgument);
+    assert!(error.to_string().contains("--csv") && error.to_string().contains("--parquet"), "{error}");
     assert!(parse(Path::new("run.mcap"), &["--csv", "a", "--parquet", "b"]).is_ok());
 }
 
 #[test]
-fn no_recording_is_overwritten() {
+fn a_recording_is_never_overwritten() {
     let folder = TempDir::new().unwrap();
     let path = recording(folder.path());
     let before = fs::read(&path).unwrap();
     fs::hard_link(&path, folder.path().join("robots.csv")).unwrap();
     let (file, tables) = (path.to_str().unwrap(), folder.path().to_str().unwrap());
-    let mut refused = Vec::new();
+    let mut errors = Vec::new();
     for args in [&["--parquet", file][..], &["--csv", tables, "--long"]] {
-        refused.push(run(&path, args).unwrap_err().to_string());
+        errors.push(run(&path, args).unwrap_err().to_string());
     }
     #[derive(Parser)]
     struct Plot {
@@ -171,13 +172,13 @@ fn no_recording_is_overwritten() {
     }
     let args = ["plot", file, "--robot", "0", "-o"];
     let draw = |output: &str| plot(&Plot::try_parse_from([&args[..], &[output]].concat()).unwrap().args);
-    refused.push(draw(file).unwrap_err().to_string());
-    for refused in refused {
-        assert!(refused.contains("it is a recording"), "{refused}");
+    errors.push(draw(file).unwrap_err().to_string());
+    for error in errors {
+        assert!(error.contains("it is a recording"), "{error}");
     }
     assert_eq!(fs::read(&path).unwrap(), before);
     let picture = folder.path().join("0.svg");
     for _ in 0..2 {
-        draw(picture.to_str().unwrap()).expect("what isn't a recording is overwritten");
+        draw(picture.to_str().unwrap()).expect("a file that isn't a recording is overwritten");
     }
 }

@@ -1,4 +1,4 @@
-//! What is encoded is decoded bit for bit, by this crate and by a decoder that knows nothing of its tricks.
+//! Encoded messages are decoded bit for bit, both by this crate and by prost's generated decoder.
 
 use proptest::prelude::*;
 use prost::Message;
@@ -17,7 +17,7 @@ use crate::encode;
 use crate::recorded::{RecordedColumn, RecordedFrame};
 use crate::schema::regatta;
 
-/// Lines with any bits, NaN among them; and what the message of their frame is.
+/// Returns a header, lines with arbitrary bits (including NaN), and the message of their frame.
 fn recorded(words: &[u32], robots: usize) -> (FrameHeader, Vec<Line>, Vec<u8>) {
     let mut lines = vec![Line::default(); frame_lines(robots)];
     let target: &mut [u32] = bytemuck::cast_slice_mut(&mut lines);
@@ -47,7 +47,7 @@ fn bits(values: &[f32]) -> Vec<u32> {
 
 proptest! {
     #[test]
-    fn frames_come_back_bit_for_bit(words in prop::collection::vec(any::<u32>(), 1..200), robots in 0_usize..500) {
+    fn frames_are_decoded_bit_for_bit(words in prop::collection::vec(any::<u32>(), 1..200), robots in 0_usize..500) {
         let (header, lines, message) = recorded(&words, robots);
         let frame = RecordedFrame::parse(&message).unwrap();
         prop_assert_eq!(FrameHeader { stride_lines: header.stride_lines, ..frame.header }, header);
@@ -73,7 +73,7 @@ proptest! {
     }
 
     #[test]
-    fn frames_are_what_the_schema_says(words in prop::collection::vec(any::<u32>(), 1..200), robots in 0_usize..100) {
+    fn frames_follow_their_schema(words in prop::collection::vec(any::<u32>(), 1..200), robots in 0_usize..100) {
         let (header, lines, message) = recorded(&words, robots);
         let frame = Frame::new(&header, &lines).unwrap();
         let plain = regatta::Frame::decode(&message[..]).unwrap();
@@ -83,10 +83,10 @@ proptest! {
     }
 
     #[test]
-    fn damaged_frames_are_refused_or_whole(robots in 1_usize..60, cut in any::<prop::sample::Index>(), bit in 0..8) {
+    fn damaged_frames_are_rejected_or_complete(robots in 1_usize..60, cut in any::<prop::sample::Index>(), bit in 0..8) {
         let (_, _, mut message) = recorded(&[1, 2, 3], robots);
         let at = cut.index(message.len());
-        // Cut off before it says how many robots there are, it has none.
+        // A message that is cut off before its number of robots decodes as a frame without robots.
         prop_assert!(RecordedFrame::parse(&message[..at]).map_or(true, |frame| frame.len() == 0));
         message[at] ^= 1_u8 << bit;
         if let Ok(frame) = RecordedFrame::parse(&message) {
@@ -96,7 +96,7 @@ proptest! {
     }
 
     #[test]
-    fn columns_come_back_bit_for_bit(words in prop::collection::vec(any::<u32>(), 0..300)) {
+    fn columns_are_decoded_bit_for_bit(words in prop::collection::vec(any::<u32>(), 0..300)) {
         let values: Vec<_> = words.iter().map(|word| f32::from_bits(*word)).collect();
         let header = ColumnHeader { run_id: 3, tick: 8, robots: values.len() as u32, sequence: 0 };
         let message = encode::column(&ColumnValues { header: &header, values: &values, missed: 0 });
@@ -107,15 +107,15 @@ proptest! {
 }
 
 #[test]
-fn a_column_of_another_length_than_the_frame_is_refused() {
+fn a_column_whose_length_differs_from_the_frame_is_rejected() {
     let (_, _, mut message) = recorded(&[5], 3);
-    // Fields that come later win: a second column x, of one value.
+    // A later field replaces an earlier one: this is a second column x, with one value.
     message.extend_from_slice(&[0x82, 0x01, 4, 0, 0, 0, 0]);
     assert_eq!(RecordedFrame::parse(&message).unwrap_err(), MessageError::ColumnLength { bytes: 4, robots: 3 });
 }
 
 #[test]
-fn events_and_orders_come_back() {
+fn events_and_orders_are_decoded_as_they_were_encoded() {
     let records = [EventRecord { token: 1, kind: 7, robot: 2, id: 3, detail: 5 }, EventRecord::default()];
     let header = EventHeader { run_id: 1, tick: 40, dropped: 2, sequence: 9 };
     let message = encode::events(&Events { header: &header, records: &records, missed: 4 });
@@ -139,7 +139,7 @@ fn events_and_orders_come_back() {
 }
 
 #[test]
-fn contacts_come_back() {
+fn contacts_are_decoded_as_they_were_encoded() {
     let pair = ContactRecord {
         since_tick: 1,
         since_nanos: 2,

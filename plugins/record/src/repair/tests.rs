@@ -1,4 +1,4 @@
-//! A recording that was cut off anywhere keeps every chunk that is whole.
+//! The repair of a recording that was cut off or damaged keeps every complete chunk.
 
 use std::fs;
 use std::path::Path;
@@ -14,7 +14,7 @@ use crate::reading::{Recording, Selection};
 use crate::repair::{RepairError, repair};
 use crate::schema::Topic;
 
-/// A recording in many small chunks, with facts at both ends.
+/// Writes a recording with many small chunks, and metadata at both ends.
 fn recording(folder: &Path, compression: Compression) -> Vec<u8> {
     let path = folder.join("whole.mcap");
     let file = fs::File::create(&path).unwrap();
@@ -31,12 +31,12 @@ fn recording(folder: &Path, compression: Compression) -> Vec<u8> {
     fs::read(path).unwrap()
 }
 
-/// Log times of all messages in order of the file.
+/// Returns the log times of all messages in the order of the file.
 fn times(bytes: &[u8]) -> Vec<u64> {
     MessageStream::new(bytes).unwrap().map(|message| message.unwrap().log_time).collect()
 }
 
-/// Cuts a recording to its first `length` bytes, repairs it, and holds the result against the whole one.
+/// Cuts a recording to its first `length` bytes, repairs it, and compares the result with the whole recording.
 fn cut_and_repair(folder: &Path, whole: &[u8], length: usize) {
     let path = folder.join("cut.mcap");
     fs::write(&path, &whole[..length]).unwrap();
@@ -45,7 +45,7 @@ fn cut_and_repair(folder: &Path, whole: &[u8], length: usize) {
     let kept = chunks.filter(|chunk| chunk.chunk_start_offset + chunk.chunk_length <= length as u64).count();
     let outcome = match repair(&path) {
         Ok(outcome) => outcome,
-        // Not even a whole header: nothing can be missing.
+        // Not even the header is complete, so that no message can be lost.
         Err(RepairError::NoRecording { .. }) => return assert_eq!((kept, length < 64), (0, true), "{length} bytes"),
         Err(error) => panic!("{length} bytes: {error}"),
     };
@@ -56,12 +56,12 @@ fn cut_and_repair(folder: &Path, whole: &[u8], length: usize) {
     assert_eq!(summary.stats.as_ref().unwrap().message_count, outcome.messages);
     let kept_times = times(&repaired);
     assert_eq!(kept_times[..], times(whole)[..outcome.messages as usize]);
-    // What the indexes say is what is there.
+    // The indexes match the contents.
     for (repaired, original) in summary.chunk_indexes.iter().zip(&original.chunk_indexes) {
         assert_eq!(repaired, original, "{length} bytes");
     }
     for chunk in &summary.chunk_indexes {
-        // A chunk may hold definitions only; it has no indexes.
+        // A chunk with definitions only has no indexes.
         let indexes = summary.read_message_indexes(&repaired, chunk).unwrap_or_default();
         let indexed: usize = indexes.values().map(Vec::len).sum();
         assert_eq!(indexed, summary.stream_chunk(&repaired, chunk).unwrap().count());
@@ -76,7 +76,7 @@ fn every_cut_around_the_last_chunks_and_the_summary_is_repaired() {
     let chunks = Summary::read(&whole).unwrap().unwrap().chunk_indexes;
     assert!(chunks.len() > 8, "{} chunks", chunks.len());
     let from = chunks[chunks.len() - 2].chunk_start_offset as usize;
-    // Byte by byte through the last chunks, in steps through the summary, which repeats long definitions.
+    // Every byte of the last chunks, but only some of the summary, which repeats long definitions.
     let cuts = (0..100).chain(from..from + 1700).chain((from + 1700..whole.len()).step_by(501)).chain([whole.len()]);
     cuts.for_each(|length| cut_and_repair(folder.path(), &whole, length));
 }
@@ -92,13 +92,13 @@ proptest! {
     }
 
     #[test]
-    fn any_damage_costs_no_more_than_what_comes_after_it(at in any::<prop::sample::Index>(), bit in 0..8) {
+    fn chunks_before_any_damage_are_kept(at in any::<prop::sample::Index>(), bit in 0..8) {
         let folder = TempDir::new().unwrap();
         let path = folder.path().join("damaged.mcap");
         let whole = recording(folder.path(), Compression::Lz4);
         let chunks = Summary::read(&whole).unwrap().unwrap().chunk_indexes;
         let data_end = chunks.last().map_or(0, |chunk| (chunk.chunk_start_offset + chunk.chunk_length) as usize);
-        // Cut off too, or else the summary would be believed.
+        // The file is cut off as well, because the repair would otherwise use its summary.
         let mut bytes = whole[..data_end].to_vec();
         let at = at.index(data_end - 64) + 64;
         bytes[at] ^= 1_u8 << bit;
@@ -112,18 +112,18 @@ proptest! {
     }
 }
 
-/// The damaged chunk is lost and no other, in the eyes of readers with and without an index.
+/// Readers with and without an index lose the damaged chunk, and no other.
 #[test]
-fn a_damaged_chunk_of_a_closed_recording_costs_that_chunk_alone() {
+fn damage_in_a_closed_recording_costs_only_the_damaged_chunk() {
     let folder = TempDir::new().unwrap();
     let path = folder.path().join("damaged.mcap");
     let whole = recording(folder.path(), Compression::Lz4);
     let chunks = Summary::read(&whole).unwrap().unwrap().chunk_indexes;
-    // The first ones hold definitions, which a reader without an index then lacks.
+    // The first chunks contain definitions, without which a reader without an index fails.
     for number in [4, 7, chunks.len() - 1] {
         let chunk = &chunks[number];
         let start = chunk.chunk_start_offset as usize;
-        // Its opcode, its length, its header, and what is compressed in it.
+        // The opcode, the length, the header and the compressed content.
         for at in [0, 1, 6, 40, chunk.chunk_length as usize / 2] {
             let mut bytes = whole.clone();
             bytes[start + at] ^= 0x80;
@@ -141,7 +141,7 @@ fn a_damaged_chunk_of_a_closed_recording_costs_that_chunk_alone() {
             assert_eq!(indexed_times(&path), kept, "byte {at} of chunk {number}");
             assert!(repair(&path).unwrap().was_closed, "a second repair has nothing to do");
         }
-        // Behind the last message: what one reader doesn't miss is no good to another.
+        // Damage after the last message: some readers don't notice it, but others fail.
         let mut bytes = whole.clone();
         bytes[start + chunk.chunk_length as usize - 1] ^= 0x80;
         fs::write(&path, &bytes).unwrap();
@@ -153,7 +153,7 @@ fn a_damaged_chunk_of_a_closed_recording_costs_that_chunk_alone() {
     }
 }
 
-/// The same as our reader finds them.
+/// Returns the log times of all messages as [`Recording`] reads them.
 fn indexed_times(path: &Path) -> Vec<u64> {
     let recording = Recording::open(path).unwrap();
     let mut reader = recording.read(&Selection::default()).unwrap();
@@ -161,7 +161,7 @@ fn indexed_times(path: &Path) -> Vec<u64> {
 }
 
 #[test]
-fn a_reader_of_a_damaged_chunk_says_how_to_repair_it() {
+fn the_error_of_reading_a_damaged_chunk_names_the_repair_command() {
     let folder = TempDir::new().unwrap();
     let path = folder.path().join("damaged.mcap");
     let mut bytes = recording(folder.path(), Compression::Lz4);
@@ -181,18 +181,18 @@ fn a_reader_of_a_damaged_chunk_says_how_to_repair_it() {
 }
 
 #[test]
-fn a_recording_that_was_never_closed_can_be_read_as_it_is() {
+fn a_recording_that_was_never_closed_can_be_read_without_repair() {
     let folder = TempDir::new().unwrap();
     let whole = recording(folder.path(), Compression::Lz4);
     let path = folder.path().join("cut.mcap");
     fs::write(&path, &whole[..whole.len() / 2]).unwrap();
     let recording = Recording::open(&path).unwrap();
     assert!(!recording.is_closed() && recording.count(&Topic::Frames) > 5);
-    assert_eq!(fs::metadata(&path).unwrap().len(), (whole.len() / 2) as u64, "untouched");
+    assert_eq!(fs::metadata(&path).unwrap().len(), (whole.len() / 2) as u64, "the file is unchanged");
 }
 
 #[test]
-fn what_is_no_recording_is_left_alone() {
+fn a_file_that_is_not_a_recording_is_left_unchanged() {
     let folder = TempDir::new().unwrap();
     let path = folder.path().join("notes.txt");
     fs::write(&path, "not a recording at all, but somebody's notes").unwrap();

@@ -1,4 +1,4 @@
-//! The thread that receives a visualiser's answers.
+//! Receives a visualiser's answers on a separate thread.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -10,14 +10,14 @@ use crate::line::{PoseLine, Separator, lines};
 use crate::socket::{Buffers, Socket};
 use crate::tally::{EverySecond, Faults};
 
-/// Longest sleep between looks at the clock.
-const SLICE: Duration = Duration::from_millis(50);
-/// After an error of the socket, so that one that stays takes no processor time.
-const BREATHER: Duration = Duration::from_millis(50);
-/// Longest wait for the last answers.
-const LAST_WAIT: Duration = Duration::from_secs(2);
+/// The longest wait for a datagram before the deadlines are checked.
+const POLL_PERIOD: Duration = Duration::from_millis(50);
+/// The pause after an error of the socket, so that a persistent error takes no processor time.
+const ERROR_PAUSE: Duration = Duration::from_millis(50);
+/// The longest wait for the last answers.
+const FINISH_TIMEOUT: Duration = Duration::from_secs(2);
 
-/// What the thread shares with the one that sends.
+/// The state that the receiving and the sending thread share.
 #[derive(Debug)]
 struct Shared {
     check: Mutex<(EchoCheck, Faults)>,
@@ -25,13 +25,13 @@ struct Shared {
 }
 
 impl Shared {
-    /// A thread that panicked leaves counts behind, which are good enough to be told.
+    /// Locks the check. The counts of a thread that panicked are still valid enough to be reported.
     fn lock(&self) -> MutexGuard<'_, (EchoCheck, Faults)> {
         self.check.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
-/// The thread. It tells what it finds once a second, if asked to.
+/// The handle of the thread that receives and checks answers.
 #[derive(Debug)]
 pub struct EchoListener {
     shared: Arc<Shared>,
@@ -39,34 +39,34 @@ pub struct EchoListener {
 }
 
 impl EchoListener {
-    /// Starts listening.
-    pub fn start(socket: Socket, rules: EchoRules, tell: bool) -> Self {
+    /// Starts the thread. With `verbose`, it prints its results once a second.
+    pub fn start(socket: Socket, rules: EchoRules, verbose: bool) -> Self {
         let check = Mutex::new((EchoCheck::new(rules), Faults::default()));
         let shared = Arc::new(Shared { check, stop: AtomicBool::new(false) });
         let for_thread = Arc::clone(&shared);
-        let thread = std::thread::spawn(move || listen(&socket, &for_thread, tell));
+        let thread = std::thread::spawn(move || listen(&socket, &for_thread, verbose));
         Self { shared, thread: Some(thread) }
     }
 
-    /// Lets `work` have the check.
+    /// Calls `work` with the check.
     pub fn with<T>(&self, work: impl FnOnce(&mut EchoCheck) -> T) -> T {
         work(&mut self.shared.lock().0)
     }
 
-    /// Waits for the last answers, until the deadline of the last line, and ends the thread.
+    /// Waits for the last answers, at most until the deadline of the last line, and ends the thread.
     pub fn finish(&mut self) {
         let start = Instant::now();
-        while start.elapsed() < LAST_WAIT && self.with(|check| check.totals().open() > 0) {
-            std::thread::sleep(SLICE);
+        while start.elapsed() < FINISH_TIMEOUT && self.with(|check| check.totals().open() > 0) {
+            std::thread::sleep(POLL_PERIOD);
         }
         self.shared.stop.store(true, Ordering::Relaxed);
         if let Some(thread) = self.thread.take() {
-            // If it panicked, it has said so.
+            // The panic of a thread has already been printed.
             let _ = thread.join();
         }
     }
 
-    /// One line for a person.
+    /// Returns the results in one line of text.
     pub fn summary(&self) -> String {
         summary(&self.shared.lock())
     }
@@ -79,19 +79,19 @@ fn summary((check, faults): &(EchoCheck, Faults)) -> String {
     }
 }
 
-fn listen(socket: &Socket, shared: &Shared, tell: bool) {
+fn listen(socket: &Socket, shared: &Shared, verbose: bool) {
     let mut buffers = Buffers::default();
     let mut second = EverySecond::new(Instant::now());
     while !shared.stop.load(Ordering::Relaxed) {
-        socket.wait_to_receive(SLICE);
+        socket.wait_to_receive(POLL_PERIOD);
         let received = socket.receive(&mut buffers, |datagram| judge(shared, datagram));
         if received.is_err() {
-            std::thread::sleep(BREATHER);
+            std::thread::sleep(ERROR_PAUSE);
         }
         let now = Instant::now();
         let mut check = shared.lock();
         check.0.pass_time(now);
-        if tell && second.has_passed(now) {
+        if verbose && second.has_passed(now) {
             regatta_plugin::tell!("udp: {}", summary(&check));
         }
     }
