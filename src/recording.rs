@@ -1,4 +1,4 @@
-//! `regatta record | replay | export | plot`: recordings of fleets.
+//! `regatta record`, `replay`, `export` and `plot`: recordings of fleets.
 
 use std::process::ExitCode;
 

@@ -1,4 +1,4 @@
-//! `regatta top`: a fleet live in a terminal.
+//! `regatta top`: a running fleet, live in a terminal.
 
 use std::process::ExitCode;
 

@@ -1,5 +1,5 @@
-//! `regatta report`: the experiments that Regatta is measured by, on the real engine process with a reader
-//! attached. Each writes Markdown, JSON and an SVG plot.
+//! `regatta report`: measures accuracy and speed on a real engine process with a reader attached. Every report writes
+//! Markdown and JSON; most also draw an SVG plot.
 
 mod accuracy;
 mod experiment;
@@ -16,23 +16,24 @@ use clap::{Args, Subcommand};
 
 use crate::Failure;
 
+/// A subcommand of `regatta report`.
 #[derive(Subcommand)]
 pub enum ReportCommand {
-    /// Drive the routes of the dissertation's tables 5.1 and 5.3 and compare the end poses.
+    /// Drive the routes of the dissertation's tables 5.1 and 5.3, and compare the end poses.
     Accuracy(Output),
-    /// Repeat its tables 5.5 to 5.7, and go on to a million robots.
+    /// Repeat the dissertation's tables 5.5 to 5.7, and continue to a million robots.
     Scaling(scaling::ScalingArgs),
-    /// Send fleets over UDP into a second fleet: lines a second, losses, processor time.
+    /// Send fleets over UDP into a second fleet: lines per second, losses, processor time.
     Udp(udp::UdpArgs),
 }
 
-/// Where a report goes.
+/// The destination of a report.
 #[derive(Args)]
 pub struct Output {
-    /// Folder for Markdown and plot; made if it isn't there.
+    /// Folder for the Markdown file and the plot; created if it doesn't exist.
     #[arg(long, default_value = "out")]
     out: PathBuf,
-    /// File for the figures as JSON; `NAME.json` in the folder if left out.
+    /// File for the figures as JSON; `NAME.json` in the folder if not given.
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
 }
@@ -46,13 +47,14 @@ pub fn run(command: ReportCommand) -> Result<ExitCode, Failure> {
 }
 
 impl Output {
-    /// The file of that name in the folder.
+    /// Returns the path of a file in the output folder, and creates the folder.
     fn file(&self, name: &str) -> Result<PathBuf, Failure> {
-        fs::create_dir_all(&self.out).map_err(|error| format!("can't make folder {}: {error}", self.out.display()))?;
+        fs::create_dir_all(&self.out)
+            .map_err(|error| format!("can't create folder {}: {error}", self.out.display()))?;
         Ok(self.out.join(name))
     }
 
-    /// Writes `NAME.md` and the JSON, and prints the Markdown.
+    /// Writes `NAME.md` and the JSON file, and prints the Markdown.
     fn write(&self, name: &str, markdown: &str, json: &serde_json::Value) -> Result<(), Failure> {
         let json_path = self.json.clone().map_or_else(|| self.file(&format!("{name}.json")), Ok)?;
         write(&self.file(&format!("{name}.md"))?, markdown)?;
@@ -66,20 +68,20 @@ fn write(path: &Path, text: &str) -> Result<(), Failure> {
     fs::write(path, text).map_err(|error| format!("can't write {}: {error}", path.display()).into())
 }
 
-/// The machine, the version and the day, as every report names them.
-fn circumstances() -> (String, serde_json::Value) {
+/// Returns Regatta's version, the date and the machine, which every report names: as one line and as JSON.
+fn environment() -> (String, serde_json::Value) {
     let cpu_info = fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     let model = cpu_info.lines().find_map(|line| line.strip_prefix("model name")?.split(": ").nth(1));
     let cpu = model.unwrap_or(std::env::consts::ARCH).trim().to_owned();
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let isa = regatta_engine::motion::Isa::detect();
     let now = humantime::format_rfc3339_seconds(std::time::SystemTime::now()).to_string();
-    let day = &now[..10];
+    let date = &now[..10];
     let version = env!("CARGO_PKG_VERSION");
     let os = std::env::consts::OS;
-    let line = format!("Regatta {version}, {day}, {cpu}, {cores} cores, {os}, motion kernel {isa}");
+    let line = format!("Regatta {version}, {date}, {cpu}, {cores} cores, {os}, motion kernel {isa}");
     let json = serde_json::json!({
-        "version": version, "date": day, "cpu": cpu, "cores": cores, "os": os, "isa": isa.to_string(),
+        "version": version, "date": date, "cpu": cpu, "cores": cores, "os": os, "isa": isa.to_string(),
     });
     (line, json)
 }
