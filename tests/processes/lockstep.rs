@@ -6,7 +6,7 @@ use std::time::Duration;
 use regatta_plugin::lockstep::Reporter;
 use regatta_plugin::{FleetName, Orders, Participant, Subscriber};
 
-use crate::fleet::{PATIENCE, Process, graphs, regatta, unique};
+use crate::fleet::{Process, TIMEOUT, graphs, regatta, unique};
 
 const TICKS: u64 = 300;
 
@@ -28,7 +28,7 @@ fn control(fleet: &FleetName, pause: Duration) {
     let reporter = Reporter::open_on(&participant).expect("opened");
     let mut next = 0;
     while next <= TICKS {
-        let frame = frames.wait(PATIENCE).expect("readable").expect("a frame in time");
+        let frame = frames.wait(TIMEOUT).expect("readable").expect("a frame in time");
         let (run, tick) = (frame.run_id(), frame.tick());
         let robot = (tick % 30) as u32;
         assert_eq!(tick, next, "every tick, from the one before the first step");

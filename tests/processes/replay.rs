@@ -13,7 +13,7 @@ use regatta_plugin::{
 use regatta_record::{ReadingError, Recording, Topic};
 use tempfile::TempDir;
 
-use crate::fleet::{Fleet, PATIENCE, Process, eventually, graphs, regatta, unique};
+use crate::fleet::{Fleet, Process, TIMEOUT, eventually, graphs, regatta, unique};
 use crate::record::{digest, file, record, recorder};
 
 fn start(fleet: &FleetName, recording: &Path, args: &[&str]) -> Process {
@@ -151,7 +151,7 @@ fn a_replay_that_loops_begins_a_run_each_time() {
     let mut frames = eventually("frames", || Subscriber::open(&fleet).ok());
     let mut runs = std::collections::BTreeSet::new();
     while runs.len() < 3 {
-        runs.extend(frames.wait(PATIENCE).expect("readable").map(|frame| frame.run_id()));
+        runs.extend(frames.wait(TIMEOUT).expect("readable").map(|frame| frame.run_id()));
     }
     assert!(process.interrupt().status.success());
 }

@@ -59,7 +59,7 @@ fn close(screen: &Screen, viewer: Process) {
 fn a_window_is_turned_zoomed_resized_and_closed() {
     let screen = Screen::start();
     let fleet = Fleet::start("window", "thirty.yaml", &[]);
-    fleet.tell(&["pause"]);
+    fleet.control(&["pause"]);
     let viewer = viewer(&screen, &fleet.name, &[]);
     let window = screen.window(&format!("Regatta: {}", fleet.name));
     eventually("the fleet is drawn", || (screen.look().colours() > 100).then_some(()));
@@ -106,7 +106,7 @@ fn a_click_picks_the_robot_that_is_there() {
     std::fs::create_dir_all(screen.settings_path().parent().expect("a folder")).expect("it is made");
     std::fs::write(screen.settings_path(), "{ no settings").expect("it is written");
     let fleet = Fleet::start("pick", "thirty.yaml", &[]);
-    fleet.tell(&["pause"]);
+    fleet.control(&["pause"]);
     let mut subscriber = fleet.subscriber();
     let pose = eventually("a frame", || {
         let frame = subscriber.latest().ok()??;
