@@ -1,12 +1,12 @@
-//! The arguments of the command line, log output, and printing of errors.
+//! The arguments of the command line, and log output.
 
 use std::process::ExitCode;
 
-use clap::{Args, CommandFactory, Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 use clap_complete::Shell;
 use regatta_engine::clock::Speed;
-use regatta_plugin::FleetName;
 
+use crate::control::Target;
 use crate::{doctor, engine, graph, plugin, report, run};
 
 /// Simulate, watch and steer a large fleet of mobile robots.
@@ -26,7 +26,7 @@ pub enum Command {
     Run(run::RunArgs),
     /// Run only the engine, in this process.
     Engine(engine::EngineArgs),
-    /// Run one of the plugins that come with Regatta, in this process.
+    /// Run one of the built-in plugins, in this process.
     #[command(disable_help_flag = true)]
     Plugin(plugin::PluginArgs),
     /// Show a fleet in 3D, in a window or (with --headless) in pictures.
@@ -109,14 +109,6 @@ impl Default for Command {
     }
 }
 
-/// The fleet that a command is sent to.
-#[derive(Args)]
-pub struct Target {
-    /// Name of the fleet.
-    #[arg(long, default_value_t)]
-    pub fleet: FleetName,
-}
-
 /// Writes log messages to standard error: warnings, and one more level for each `-v`.
 pub fn start_logging(verbose: u8) {
     let level = match verbose {
@@ -145,15 +137,6 @@ pub fn print_usage(error: &clap::Error) -> ExitCode {
     let message = paragraph.join(" ");
     eprintln!("regatta: {}; --help lists all commands and options", message.trim_start_matches("error: "));
     ExitCode::from(2)
-}
-
-/// Prints an error in one line, followed by its sources if `verbose`.
-pub fn print_failure(failure: &(dyn std::error::Error + 'static), verbose: bool) {
-    eprintln!("regatta: {failure}");
-    let causes = std::iter::successors(failure.source(), |cause| cause.source());
-    for cause in causes.take_while(|_| verbose) {
-        eprintln!("  because: {cause}");
-    }
 }
 
 /// Writes a completion script to standard output.

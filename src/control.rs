@@ -4,12 +4,20 @@
 use std::process::ExitCode;
 use std::time::Duration;
 
+use clap::Args;
 use regatta_engine::clock::Speed;
 use regatta_plugin::control::ControlResponse;
-use regatta_plugin::{Control, ControlError};
+use regatta_plugin::{Control, ControlError, FleetName};
 
-use crate::Failure;
-use crate::cli::Target;
+use crate::failure::Failure;
+
+/// The fleet that a command is sent to.
+#[derive(Args)]
+pub struct Target {
+    /// Name of the fleet.
+    #[arg(long, default_value_t)]
+    pub fleet: FleetName,
+}
 
 pub fn pause(target: &Target) -> Result<ExitCode, Failure> {
     send(target, Control::pause)

@@ -10,7 +10,7 @@ use regatta_plugin::health::{self, Cleaned, Occupant};
 use regatta_plugin::publish::Producer;
 use regatta_plugin::{FleetName, Subscriber};
 
-use crate::Failure;
+use crate::failure::Failure;
 
 #[derive(Args)]
 pub struct DoctorArgs {

@@ -12,7 +12,8 @@ use regatta_engine::motion::Isa;
 use regatta_engine::scenario::Overrides;
 use regatta_plugin::{FleetName, Termination};
 
-use crate::{Failure, scenario};
+use crate::failure::{Failure, plugin_failure};
+use crate::scenario;
 
 #[derive(Args)]
 pub struct EngineArgs {
@@ -111,7 +112,7 @@ impl EngineOptions {
 }
 
 pub fn run(args: EngineArgs) -> Result<ExitCode, Failure> {
-    let termination = Termination::watch().map_err(crate::plugin_failure)?;
+    let termination = Termination::watch().map_err(plugin_failure)?;
     let scenario = scenario::load(args.scenario.as_deref(), &args.options.overrides())?;
     for warning in &scenario.warnings {
         eprintln!("{warning}");

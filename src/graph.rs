@@ -8,7 +8,7 @@ use regatta_engine::graph::generate::{Grid, Warehouse};
 use regatta_engine::graph::info::Info;
 use regatta_engine::graph::{self, Findings, GraphError, Handles, ReadOptions, RouteGraph, draw};
 
-use crate::Failure;
+use crate::failure::Failure;
 
 /// A subcommand of `regatta graph`.
 #[derive(Debug, Subcommand)]

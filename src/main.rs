@@ -5,6 +5,7 @@ mod cli;
 mod control;
 mod doctor;
 mod engine;
+mod failure;
 mod graph;
 mod output_error;
 mod plugin;
@@ -21,14 +22,7 @@ use std::process::ExitCode;
 use clap::Parser;
 
 use cli::{Cli, Command};
-
-/// An error for the user: one line that says what is wrong and what to do. `-v` also prints its sources.
-type Failure = Box<dyn std::error::Error + Send + Sync>;
-
-/// Converts an error of `regatta_plugin`, which doesn't implement [`std::error::Error`]; its message is already one line.
-fn plugin_failure(error: regatta_plugin::Error) -> Failure {
-    error.to_string().into()
-}
+use failure::{Failure, print_failure};
 
 fn main() -> ExitCode {
     output_error::silence_panics();
@@ -41,7 +35,7 @@ fn main() -> ExitCode {
     match std::panic::catch_unwind(|| dispatch(cli)) {
         Ok(Ok(code)) => code,
         Ok(Err(failure)) => {
-            cli::print_failure(&*failure, verbose);
+            print_failure(&*failure, verbose);
             ExitCode::FAILURE
         }
         Err(panic) if output_error::caused(&*panic) => output_error::exit_code(&*panic),

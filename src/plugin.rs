@@ -4,7 +4,7 @@ use std::process::ExitCode;
 
 use clap::Args;
 
-use crate::Failure;
+use crate::failure::{Failure, plugin_failure};
 
 /// A function that runs a plugin with its arguments, the first of which is the plugin's name.
 type Run = fn(Vec<String>) -> regatta_plugin::Result;
@@ -52,6 +52,6 @@ pub fn run(args: PluginArgs) -> Result<ExitCode, Failure> {
         return Ok(ExitCode::SUCCESS);
     }
     let (_, run) = PLUGINS.iter().find(|(built_in, _)| built_in == name).ok_or_else(|| unknown(name))?;
-    run(args.name_and_args).map_err(crate::plugin_failure)?;
+    run(args.name_and_args).map_err(plugin_failure)?;
     Ok(ExitCode::SUCCESS)
 }

@@ -9,8 +9,9 @@ use regatta_engine::scenario::{LightEntry, PluginCommand, Scenario, Viewer};
 use regatta_plugin::{Control, FleetName, Termination};
 
 use crate::engine::EngineOptions;
+use crate::failure::{Failure, plugin_failure};
 use crate::supervisor::{EndedChild, Supervisor};
-use crate::{Failure, control, plugin, scenario};
+use crate::{control, plugin, scenario};
 
 /// The longest time until the engine's first response: it compiles the route graph first, which may be large.
 const START_TIMEOUT: Duration = Duration::from_secs(60);
@@ -35,7 +36,7 @@ pub struct RunArgs {
 }
 
 pub fn run(args: RunArgs) -> Result<ExitCode, Failure> {
-    let termination = Termination::watch().map_err(crate::plugin_failure)?;
+    let termination = Termination::watch().map_err(plugin_failure)?;
     // The engine reads the scenario too. Reading it here first reports an error once, before any process starts.
     let scenario = scenario::load(args.scenario.as_deref(), &args.options.overrides())?;
     let fleet = &args.options.fleet;

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use regatta_plugin::{NAME_VARIABLE, PARENT_VARIABLE, health};
 
-use crate::Failure;
+use crate::failure::Failure;
 
 /// The longest time that a child may take to end after a request to end.
 const GRACE_PERIOD: Duration = Duration::from_secs(5);

@@ -5,9 +5,10 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use super::experiment::{Experiment, all_idle, folder_with_porto};
+use super::output::{Output, environment, write};
+use super::plot;
 use super::published::{AVERAGE_RATES, END_POSES, EndPose, Pose, success_rate};
-use super::{Output, environment, plot, write};
-use crate::Failure;
+use crate::failure::Failure;
 
 /// The number of rows of [`END_POSES`] that are single edges; the others are routes.
 const SINGLE_EDGES: usize = 10;

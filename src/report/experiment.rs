@@ -8,7 +8,8 @@ use regatta_plugin::control::ControlResponse;
 use regatta_plugin::frame::RobotState;
 use regatta_plugin::{Control, FleetName, Frame, Subscriber};
 
-use crate::Failure;
+use super::output::write;
+use crate::failure::Failure;
 use crate::supervisor::Supervisor;
 
 /// The longest time until the engine can be read.
@@ -79,7 +80,7 @@ pub fn all_idle(frame: &Frame<'_>) -> bool {
 /// Creates a folder for an experiment's scenarios that contains the graph `porto.yaml`; it is removed when dropped.
 pub fn folder_with_porto() -> Result<tempfile::TempDir, Failure> {
     let folder = temporary_folder()?;
-    super::write(&folder.path().join("porto.yaml"), include_str!("../../graphs/porto.yaml"))?;
+    write(&folder.path().join("porto.yaml"), include_str!("../../graphs/porto.yaml"))?;
     Ok(folder)
 }
 

@@ -10,9 +10,10 @@ use clap::Args;
 use regatta_engine::graph::generate::Warehouse;
 
 use super::experiment::{Experiment, all_idle, folder_with_porto, temporary_folder};
+use super::output::{Output, environment, write};
+use super::plot;
 use super::published::{DURATIONS, FLEET_SIZES};
-use super::{Output, environment, plot, write};
-use crate::Failure;
+use crate::failure::Failure;
 
 /// The loads beyond the dissertation's fleet sizes: number of robots, ticks per second.
 const LOADS: &[(u32, u32)] = &[(1_000, 100), (10_000, 100), (100_000, 60), (100_000, 500), (1_000_000, 60)];

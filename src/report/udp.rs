@@ -12,8 +12,8 @@ use regatta_engine::graph::generate::Warehouse;
 use serde_json::{Value, json};
 
 use super::experiment::{Experiment, temporary_folder};
-use super::{Output, environment, write};
-use crate::Failure;
+use super::output::{Output, environment, write};
+use crate::failure::Failure;
 use crate::supervisor::Supervisor;
 
 /// The loads: number of robots, frames per second. The first two are promised to arrive completely; the others grow until
