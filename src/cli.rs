@@ -1,19 +1,19 @@
-//! What the command line takes.
+//! The arguments of the command line, and log output.
 
 use std::process::ExitCode;
 
-use clap::{Args, CommandFactory, Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 use clap_complete::Shell;
-use regatta_plugin::FleetName;
 use regatta_plugin::producer::Speed;
 
+use crate::control::Target;
 use crate::{doctor, engine, graph, plugin, report, run};
 
 /// Simulate, watch and steer a large fleet of mobile robots.
 #[derive(Parser)]
 #[command(name = "regatta", version, arg_required_else_help = false, max_term_width = 100)]
 pub struct Cli {
-    /// Say more: -v shows causes and progress, -vv details.
+    /// Print more: -v shows progress and the causes of errors, -vv also details.
     #[arg(short, long, global = true, action = clap::ArgAction::Count)]
     pub verbose: u8,
     #[command(subcommand)]
@@ -26,21 +26,21 @@ pub enum Command {
     Run(run::RunArgs),
     /// Run only the engine, in this process.
     Engine(engine::EngineArgs),
-    /// Run one of the plugins that come with Regatta, in this process.
+    /// Run one of the built-in plugins, in this process.
     #[command(disable_help_flag = true)]
     Plugin(plugin::PluginArgs),
-    /// See a fleet in 3D, in a window or with --headless in pictures.
+    /// Show a fleet in 3D, in a window or (with --headless) in pictures.
     Viewer(Box<regatta_viewer::Options>),
     /// Check, describe, generate and draw route graphs.
     Graph {
         #[command(subcommand)]
         command: graph::GraphCommand,
     },
-    /// Stop the clock of a running fleet.
+    /// Pause the clock of a running fleet.
     Pause(Target),
-    /// Let the clock of a paused fleet go on.
+    /// Resume the clock of a paused fleet.
     Resume(Target),
-    /// Pause, and advance by so many ticks at the fleet's speed (at once after `regatta speed max`).
+    /// Pause, and advance by a number of ticks at the fleet's speed (immediately after `regatta speed max`).
     Step {
         /// Number of ticks.
         #[arg(default_value_t = 1)]
@@ -48,17 +48,17 @@ pub enum Command {
         #[command(flatten)]
         target: Target,
     },
-    /// Change the simulated seconds per wall second.
+    /// Change the speed: simulated seconds per wall second.
     Speed {
         /// A factor from 0.001 to 1000, or max.
         speed: Speed,
         #[command(flatten)]
         target: Target,
     },
-    /// Go to a simulated time of a replay.
+    /// Jump to a simulated time of a replay.
     Seek {
-        /// On the recording's clock, as `--from` and exported tables have it: 12.5s, 3min … (A recording that began late
-        /// in a run begins at that time, not at 0.)
+        /// Time on the recording's clock, as in `--from` and in exported tables: 12.5s, 3min … (A recording that began
+        /// late in a run starts at that time, not at 0.)
         #[arg(allow_negative_numbers = true)]
         time: humantime::Duration,
         #[command(flatten)]
@@ -66,14 +66,14 @@ pub enum Command {
     },
     /// Change the number of robots while the fleet runs.
     Robots {
-        /// The wanted number.
+        /// New number of robots.
         robots: u32,
         #[command(flatten)]
         target: Target,
     },
-    /// Say how a running fleet is.
+    /// Print the status of a running fleet.
     Status {
-        /// As JSON.
+        /// Print JSON.
         #[arg(long)]
         json: bool,
         #[command(flatten)]
@@ -81,15 +81,15 @@ pub enum Command {
     },
     /// Record a fleet to an MCAP file, or repair such a recording.
     Record(regatta_record::RecordArgs),
-    /// Publish a recording as if its fleet were running: every reader works on it.
+    /// Publish a recording as if its fleet were running, so that every reader works with it.
     Replay(regatta_record::ReplayArgs),
     /// Write a recording as CSV or Parquet.
     Export(regatta_record::ExportArgs),
-    /// Draw one robot's way through a recording: its path over the graph, and x, y, heading and speed over time.
+    /// Plot one robot of a recording: its path over the graph, and its x, y, heading and speed over time.
     Plot(regatta_record::PlotArgs),
-    /// Watch and steer a running fleet, live in this terminal.
+    /// Watch and steer a running fleet live in this terminal.
     Top(Target),
-    /// Repeat the experiments that Regatta is measured by.
+    /// Repeat the experiments that Regatta's accuracy and speed are measured with.
     Report {
         #[command(subcommand)]
         command: report::ReportCommand,
@@ -98,7 +98,7 @@ pub enum Command {
     Doctor(doctor::DoctorArgs),
     /// Print a completion script for a shell.
     Completions {
-        /// The shell.
+        /// Shell that runs the script.
         shell: Shell,
     },
 }
@@ -109,15 +109,7 @@ impl Default for Command {
     }
 }
 
-/// Which fleet to talk to.
-#[derive(Args)]
-pub struct Target {
-    /// Name of the fleet.
-    #[arg(long, default_value_t)]
-    pub fleet: FleetName,
-}
-
-/// Sends log lines to standard error: warnings, and more for each `-v`.
+/// Writes log messages to standard error: warnings, and one more level for each `-v`.
 pub fn start_logging(verbose: u8) {
     let level = match verbose {
         0 => tracing::Level::WARN,
@@ -132,28 +124,19 @@ pub fn start_logging(verbose: u8) {
         .init();
 }
 
-/// Help and version as asked for; one line for what is wrong with the arguments.
-pub fn explain(error: &clap::Error) -> ExitCode {
+/// Prints the requested help or version, or one line that says what is wrong with the arguments.
+pub fn print_usage(error: &clap::Error) -> ExitCode {
     if !error.use_stderr() {
-        // With colours where the terminal has them; nobody may be reading it any more.
+        // Printing fails if the reader of a pipe is gone, which is no error here.
         let _ = error.print();
         return ExitCode::SUCCESS;
     }
     let text = error.to_string();
-    // Clap's first paragraph says what is wrong, over several lines if arguments are missing; usage follows it.
+    // Clap's first paragraph says what is wrong, in several lines if arguments are missing. The usage follows it.
     let paragraph: Vec<_> = text.lines().take_while(|line| !line.is_empty()).map(str::trim).collect();
     let message = paragraph.join(" ");
-    eprintln!("regatta: {}; --help lists what there is", message.trim_start_matches("error: "));
+    eprintln!("regatta: {}; --help lists all commands and options", message.trim_start_matches("error: "));
     ExitCode::from(2)
-}
-
-/// One line for what failed; its causes below it if asked for.
-pub fn print_failure(failure: &(dyn std::error::Error + 'static), verbose: bool) {
-    eprintln!("regatta: {failure}");
-    let causes = std::iter::successors(failure.source(), |cause| cause.source());
-    for cause in causes.take_while(|_| verbose) {
-        eprintln!("  because: {cause}");
-    }
 }
 
 /// Writes a completion script to standard output.

@@ -1,56 +1,66 @@
-//! `regatta pause | resume | step | speed | robots | status`: talking to a running fleet.
+//! `regatta pause`, `resume`, `step`, `speed`, `seek`, `robots` and `status`: requests to the control service of a running
+//! fleet.
 
 use std::process::ExitCode;
 use std::time::Duration;
 
+use clap::Args;
 use regatta_plugin::control::ControlResponse;
 use regatta_plugin::producer::Speed;
-use regatta_plugin::{Control, ControlError};
+use regatta_plugin::{Control, ControlError, FleetName};
 
-use crate::Failure;
-use crate::cli::Target;
+use crate::failure::Failure;
+
+/// The fleet that a command is sent to.
+#[derive(Args)]
+pub struct Target {
+    /// Name of the fleet.
+    #[arg(long, default_value_t)]
+    pub fleet: FleetName,
+}
 
 pub fn pause(target: &Target) -> Result<ExitCode, Failure> {
-    tell(target, Control::pause)
+    send(target, Control::pause)
 }
 
 pub fn resume(target: &Target) -> Result<ExitCode, Failure> {
-    tell(target, Control::resume)
+    send(target, Control::resume)
 }
 
 pub fn step(ticks: u64, target: &Target) -> Result<ExitCode, Failure> {
-    tell(target, |control| control.step(ticks))
+    send(target, |control| control.step(ticks))
 }
 
 pub fn speed(speed: Speed, target: &Target) -> Result<ExitCode, Failure> {
-    tell(target, |control| control.speed(speed.as_f32()))
+    send(target, |control| control.speed(speed.as_f32()))
 }
 
 pub fn seek(time: Duration, target: &Target) -> Result<ExitCode, Failure> {
-    tell(target, |control| control.seek(time))
+    send(target, |control| control.seek(time))
 }
 
 pub fn robots(robots: u32, target: &Target) -> Result<ExitCode, Failure> {
-    tell(target, |control| control.robots(robots))
+    send(target, |control| control.robots(robots))
 }
 
 pub fn status(json: bool, target: &Target) -> Result<ExitCode, Failure> {
     let status = Control::open(&target.fleet)?.status()?;
-    println!("{}", if json { json_of(&status) } else { line(&status) });
+    println!("{}", if json { status_json(&status) } else { status_line(&status) });
     Ok(ExitCode::SUCCESS)
 }
 
-fn tell(
+/// Sends a request and prints the status that answers it.
+fn send(
     target: &Target,
     request: impl FnOnce(&mut Control) -> Result<ControlResponse, ControlError>,
 ) -> Result<ExitCode, Failure> {
     let status = request(&mut Control::open(&target.fleet)?)?;
-    println!("{}", line(&status));
+    println!("{}", status_line(&status));
     Ok(ExitCode::SUCCESS)
 }
 
-/// The status of a fleet in one line.
-pub fn line(status: &ControlResponse) -> String {
+/// Formats the status of a fleet in one line.
+pub fn status_line(status: &ControlResponse) -> String {
     let [idle, driving, waiting, held, faulted] = status.robots_by_state;
     let clock = match status.clock {
         1 => "  paused",
@@ -68,7 +78,7 @@ pub fn line(status: &ControlResponse) -> String {
     )
 }
 
-fn json_of(status: &ControlResponse) -> String {
+fn status_json(status: &ControlResponse) -> String {
     let [idle, driving, waiting, held, faulted] = status.robots_by_state;
     let speed = if status.speed.is_finite() { serde_json::json!(status.speed) } else { serde_json::json!("max") };
     serde_json::json!({

@@ -1,4 +1,4 @@
-//! `regatta doctor`: what can keep a fleet from running on this machine, and what to do about it.
+//! `regatta doctor`: checks that this machine can run fleets, and gives advice where it can't.
 
 use std::fmt;
 use std::process::ExitCode;
@@ -10,7 +10,7 @@ use regatta_plugin::frame::CONTRACT_VERSION;
 use regatta_plugin::health::{self, Cleaned, Occupant};
 use regatta_plugin::{FleetName, Subscriber};
 
-use crate::Failure;
+use crate::failure::Failure;
 
 #[derive(Args)]
 pub struct DoctorArgs {
@@ -19,116 +19,123 @@ pub struct DoctorArgs {
     pub clean: bool,
 }
 
-/// Below this, say so: a million robots take about 75 MB in frames.
-const LITTLE: u64 = 128 << 20;
-/// A frame of the trial must come through in this time.
-const TRIAL_PATIENCE: Duration = Duration::from_secs(5);
+/// Less available shared memory than this gives a warning: the frames of a million robots take about 75 MB.
+const LOW_MEMORY: u64 = 128 << 20;
+/// The longest time that the trial's frame may take.
+const TRIAL_TIMEOUT: Duration = Duration::from_secs(5);
 
-/// One line of the report.
-enum Finding {
-    Fine(String),
-    Warning { what: String, advice: String },
-    Fault { what: String, advice: String },
+/// The result of a check: one line of the output.
+enum CheckResult {
+    Passed(String),
+    Warning { problem: String, advice: String },
+    Failed { problem: String, advice: String },
 }
 
-use Finding::{Fault, Fine, Warning};
+use CheckResult::{Failed, Passed, Warning};
 
-impl fmt::Display for Finding {
+impl fmt::Display for CheckResult {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Fine(what) => write!(f, "ok    {what}"),
-            Warning { what, advice } => write!(f, "warn  {what} -> {advice}"),
-            Fault { what, advice } => write!(f, "fail  {what} -> {advice}"),
+            Passed(message) => write!(f, "ok    {message}"),
+            Warning { problem, advice } => write!(f, "warn  {problem} -> {advice}"),
+            Failed { problem, advice } => write!(f, "fail  {problem} -> {advice}"),
         }
     }
 }
 
 pub fn run(args: DoctorArgs) -> Result<ExitCode, Failure> {
-    let mut findings = Vec::new();
+    let mut results = Vec::new();
     if args.clean {
-        findings.push(describe_cleaning(health::clean()?));
+        results.push(cleanup_result(health::clean()?));
     }
-    // The trial joins a fleet, which cleans up after dead processes by itself: look at those first.
-    findings.extend([memory(), rights()]);
-    findings.extend(occupants());
-    findings.extend([versions(), trial(), instruction_set()]);
-    for finding in &findings {
-        println!("{finding}");
+    // The trial joins a fleet, which removes the files of dead processes. List dead processes before it.
+    results.extend([memory(), rights()]);
+    results.extend(processes());
+    results.extend([versions(), trial(), processor()]);
+    for result in &results {
+        println!("{result}");
     }
-    let faulty = findings.iter().any(|finding| matches!(finding, Fault { .. }));
-    Ok(if faulty { ExitCode::FAILURE } else { ExitCode::SUCCESS })
+    let any_failed = results.iter().any(|result| matches!(result, Failed { .. }));
+    Ok(if any_failed { ExitCode::FAILURE } else { ExitCode::SUCCESS })
 }
 
-fn fault(error: impl fmt::Display, advice: &str) -> Finding {
-    Fault { what: error.to_string(), advice: advice.to_owned() }
+fn failed(error: impl fmt::Display, advice: &str) -> CheckResult {
+    Failed { problem: error.to_string(), advice: advice.to_owned() }
 }
 
-fn describe_cleaning(cleaned: Cleaned) -> Finding {
+fn cleanup_result(cleaned: Cleaned) -> CheckResult {
     let Cleaned { occupants, failed, orphans, bytes } = cleaned;
-    let what =
-        format!("cleaned up after {occupants} dead processes and {orphans} lost segments: {} freed", megabytes(bytes));
+    let freed = megabytes(bytes);
+    let message = format!("cleaned up after {occupants} dead processes and {orphans} orphaned segments: {freed} freed");
     if failed == 0 {
-        return Fine(what);
+        return Passed(message);
     }
-    let advice = "they may be another user's: run `regatta doctor --clean` as that user".to_owned();
-    Warning { what: format!("{what}; {failed} dead processes can't be cleaned up after"), advice }
+    let problem = format!("{message}; can't clean up after {failed} dead processes");
+    Warning { problem, advice: "they may belong to another user: run `regatta doctor --clean` as that user".to_owned() }
 }
 
 fn megabytes(bytes: u64) -> String {
     format!("{:.1} MB", bytes as f64 / 1e6)
 }
 
-fn memory() -> Finding {
-    let place = health::SHARED_MEMORY;
+fn memory() -> CheckResult {
+    let folder = health::SHARED_MEMORY;
     match health::space() {
-        Ok(space) if space.available < LITTLE => Warning {
-            what: format!(
-                "shared memory: only {} of {} left in {place}",
+        Ok(space) if space.available < LOW_MEMORY => Warning {
+            problem: format!(
+                "shared memory: only {} of {} left in {folder}",
                 megabytes(space.available),
                 megabytes(space.total)
             ),
             advice: format!(
-                "enough for small fleets; for more, `mount -o remount,size=1g {place}` (Docker: --shm-size=1g)"
+                "enough for small fleets; for more, `mount -o remount,size=1g {folder}` (Docker: --shm-size=1g)"
             ),
         },
-        Ok(space) => {
-            Fine(format!("shared memory: {} of {} left in {place}", megabytes(space.available), megabytes(space.total)))
-        }
-        Err(error) => fault(error, "mount a tmpfs there"),
+        Ok(space) => Passed(format!(
+            "shared memory: {} of {} left in {folder}",
+            megabytes(space.available),
+            megabytes(space.total)
+        )),
+        Err(error) => failed(error, "mount a tmpfs there"),
     }
 }
 
-fn rights() -> Finding {
+fn rights() -> CheckResult {
     match health::check_rights() {
-        Ok(()) => Fine("rights: this user may create shared memory (other users can't read its fleets)".to_owned()),
-        Err(error) => fault(error, &format!("let this user write to {}: `chmod 1777`", health::SHARED_MEMORY)),
+        Ok(()) => Passed("rights: this user can create shared memory (other users can't read its fleets)".to_owned()),
+        Err(error) => failed(error, &format!("let this user write to {}: `chmod 1777`", health::SHARED_MEMORY)),
     }
 }
 
-fn occupants() -> Vec<Finding> {
+/// The advice if the folder of iceoryx2's files can't be read.
+const CHECK_OWNER: &str = "check whether /tmp/iceoryx2 belongs to another user";
+
+fn processes() -> Vec<CheckResult> {
     let occupants = match health::occupants() {
         Ok(occupants) => occupants,
-        Err(error) => return vec![fault(error, "see whether /tmp/iceoryx2 belongs to another user")],
+        Err(error) => return vec![failed(error, CHECK_OWNER)],
     };
     let (alive, dead): (Vec<_>, Vec<_>) = occupants.iter().partition(|occupant| occupant.alive);
-    let mut findings = vec![Fine(format!("processes in shared memory: {}", list(&alive)))];
-    let clean = || "`regatta doctor --clean`, or start anything: it cleans up too".to_owned();
+    let mut results = vec![Passed(format!("processes in shared memory: {}", list(&alive)))];
     if !dead.is_empty() {
-        findings.push(Warning { what: format!("left by dead processes: {}", list(&dead)), advice: clean() });
+        results.push(Warning {
+            problem: format!("left by dead processes: {}", list(&dead)),
+            advice: "run `regatta doctor --clean`, or start any fleet or plugin: it cleans up too".to_owned(),
+        });
     }
     match health::orphans() {
         Ok(orphans) if orphans.is_empty() => {}
-        Ok(orphans) => findings.push(Warning {
-            what: format!(
+        Ok(orphans) => results.push(Warning {
+            problem: format!(
                 "{} segments without an owner: {}",
                 orphans.len(),
                 megabytes(orphans.iter().map(|orphan| orphan.bytes).sum())
             ),
-            advice: "`regatta doctor --clean`".to_owned(),
+            advice: "run `regatta doctor --clean`".to_owned(),
         }),
-        Err(error) => findings.push(fault(error, "see whether /tmp/iceoryx2 belongs to another user")),
+        Err(error) => results.push(failed(error, CHECK_OWNER)),
     }
-    findings
+    results
 }
 
 fn list(occupants: &[&Occupant]) -> String {
@@ -141,37 +148,40 @@ fn list(occupants: &[&Occupant]) -> String {
 fn describe(occupant: &Occupant) -> String {
     let Occupant { name, executable, pid, bytes, .. } = occupant;
     match name.is_empty() {
-        // What it said about itself is gone already, or another user's.
+        // The file with its name is already deleted, or belongs to another user.
         true => format!("a process without a name ({})", megabytes(*bytes)),
         false => format!("{name} ({executable} {pid}, {})", megabytes(*bytes)),
     }
 }
 
-fn versions() -> Finding {
+fn versions() -> CheckResult {
     match health::versions() {
         Ok(versions) => {
             let others: Vec<_> = versions.keys().filter(|version| **version != CONTRACT_VERSION.to_string()).collect();
             if others.is_empty() {
-                return Fine(format!("contract: version {CONTRACT_VERSION}, and no fleet here speaks another"));
+                return Passed(format!("contract: version {CONTRACT_VERSION}, and no fleet here has another"));
             }
             Warning {
-                what: format!(
-                    "contract: this is version {CONTRACT_VERSION}, but there are fleets of version {others:?}"
+                problem: format!(
+                    "contract: this program has version {CONTRACT_VERSION}, but there are fleets with version {others:?}"
                 ),
-                advice: "stop them, or use the programs of their release with them".to_owned(),
+                advice: "stop them, or use the programs of their release for them".to_owned(),
             }
         }
-        Err(error) => fault(error, "see whether /tmp/iceoryx2 belongs to another user"),
+        Err(error) => failed(error, CHECK_OWNER),
     }
 }
 
-/// Sends a frame to itself.
-fn trial() -> Finding {
+/// Publishes a frame and receives it.
+fn trial() -> CheckResult {
     match send_a_frame() {
-        Ok(time) => {
-            Fine(format!("iceoryx2 0.10: a frame of 1000 robots came through in {:.0} µs", time.as_secs_f64() * 1e6))
+        Ok(time) => Passed(format!(
+            "iceoryx2 0.10: a frame of 1000 robots was received after {:.0} µs",
+            time.as_secs_f64() * 1e6
+        )),
+        Err(error) => {
+            failed(format_args!("iceoryx2 0.10: {error}"), "check the lines above; -vv shows iceoryx2's own log")
         }
-        Err(error) => fault(format_args!("iceoryx2 0.10: {error}"), "look at the lines above; -vv shows its own log"),
     }
 }
 
@@ -183,13 +193,13 @@ fn send_a_frame() -> Result<Duration, Failure> {
     let start = Instant::now();
     producer.loan(1000)?.send()?;
     producer.notify();
-    match reader.wait(TRIAL_PATIENCE)? {
+    match reader.wait(TRIAL_TIMEOUT)? {
         Some(_) => Ok(start.elapsed()),
-        None => Err(format!("no frame came through in {} s", TRIAL_PATIENCE.as_secs()).into()),
+        None => Err(format!("no frame was received within {} s", TRIAL_TIMEOUT.as_secs()).into()),
     }
 }
 
-fn instruction_set() -> Finding {
+fn processor() -> CheckResult {
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
-    Fine(format!("processor: {cores} cores, motion kernel for {}", regatta_engine::motion::Isa::detect()))
+    Passed(format!("processor: {cores} cores, motion kernel for {}", regatta_engine::motion::Isa::detect()))
 }

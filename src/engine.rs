@@ -1,4 +1,4 @@
-//! `regatta engine`: the engine in this process.
+//! `regatta engine`: runs the engine in this process.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -12,15 +12,16 @@ use regatta_engine::scenario::Overrides;
 use regatta_plugin::producer::Speed;
 use regatta_plugin::{FleetName, Termination};
 
-use crate::{Failure, demo};
+use crate::failure::{Failure, plugin_failure};
+use crate::scenario;
 
 #[derive(Args)]
 pub struct EngineArgs {
-    /// Scenario file; the built-in demo if left out.
+    /// Scenario file; the built-in demo if not given.
     pub scenario: Option<PathBuf>,
     #[command(flatten)]
-    pub tuning: Tuning,
-    /// Stop after so many ticks.
+    pub options: EngineOptions,
+    /// Stop after this number of ticks.
     #[arg(long)]
     pub ticks: Option<u64>,
     /// Print a digest of every frame's columns at the end.
@@ -28,45 +29,45 @@ pub struct EngineArgs {
     pub digest: bool,
 }
 
-/// What both `run` and `engine` hand to the engine.
+/// Options of the engine that both `regatta run` and `regatta engine` have.
 #[derive(Args, Clone, Default)]
-pub struct Tuning {
+pub struct EngineOptions {
     /// Name of the fleet.
     #[arg(long, default_value_t)]
     pub fleet: FleetName,
     /// Simulated seconds per wall second: a factor from 0.001 to 1000, or max.
     #[arg(long, default_value = "1")]
     pub speed: Option<Speed>,
-    /// Number of robots, whatever the scenario lists; its groups repeat.
+    /// Number of robots instead of the scenario's; the scenario's groups are repeated.
     #[arg(long)]
     pub robots: Option<u32>,
-    /// Ticks per simulated second, whatever the scenario says.
+    /// Ticks per simulated second instead of the scenario's.
     #[arg(long, value_name = "HZ")]
     pub rate: Option<f64>,
-    /// Frames per simulated second; every tick if left out.
+    /// Frames per simulated second; one per tick if not given.
     #[arg(long, value_name = "HZ")]
     pub publish_rate: Option<f64>,
-    /// Seed of the random walks, whatever the scenario says.
+    /// Seed of the random routes instead of the scenario's.
     #[arg(long)]
     pub seed: Option<u64>,
-    /// Threads that move robots.
+    /// Number of threads that move robots.
     #[arg(long, default_value = "1", value_parser = parse_threads)]
     pub threads: Option<usize>,
-    /// Instruction set of the motion kernel: scalar, baseline, avx2 or avx512; the best if left out.
+    /// Instruction set of the motion kernel: scalar, baseline, avx2 or avx512; the best available if not given.
     #[arg(long)]
     pub isa: Option<Isa>,
-    /// Which handle of a spline is whose: b_at_origin or f_at_origin, whatever the graph says.
+    /// Handle length at an edge's origin instead of the graph's setting: b_at_origin or f_at_origin.
     #[arg(long)]
     pub handles: Option<Handles>,
-    /// Wait for these plugins to finish each tick, so that runs with them are reproducible (after the scenario).
+    /// Wait for these plugins to finish each tick, so that runs with them are reproducible (give it after the scenario).
     #[arg(long, value_name = "NAME", num_args = 1.., value_delimiter = ',', value_parser = parse_plugin_name)]
     pub lockstep: Vec<String>,
-    /// How many seconds to wait for a plugin in lockstep.
+    /// Longest time to wait for a plugin in lockstep.
     #[arg(long, value_name = "SECONDS", default_value = "10")]
     pub lockstep_timeout: Option<f64>,
 }
 
-/// More threads than that per core only get in each other's way.
+/// The largest allowed number of threads per core: more threads only slow each other down.
 const THREADS_PER_CORE: usize = 4;
 
 fn parse_threads(text: &str) -> Result<usize, String> {
@@ -85,12 +86,12 @@ fn parse_plugin_name(text: &str) -> Result<String, String> {
     }
 }
 
-impl Tuning {
+impl EngineOptions {
     pub fn overrides(&self) -> Overrides {
         Overrides { handles: self.handles, rate: self.rate, publish_rate: self.publish_rate, seed: self.seed }
     }
 
-    /// The same as arguments, for a child process.
+    /// Converts the options to command-line arguments for a child process.
     pub fn to_args(&self) -> Vec<String> {
         fn pair(name: &str, value: &Option<impl ToString>) -> Vec<String> {
             value.as_ref().map(|value| vec![format!("--{name}"), value.to_string()]).unwrap_or_default()
@@ -111,24 +112,24 @@ impl Tuning {
 }
 
 pub fn run(args: EngineArgs) -> Result<ExitCode, Failure> {
-    let termination = Termination::watch().map_err(crate::plugin_failure)?;
-    let scenario = demo::scenario(args.scenario.as_deref(), &args.tuning.overrides())?;
+    let termination = Termination::watch().map_err(plugin_failure)?;
+    let scenario = scenario::load(args.scenario.as_deref(), &args.options.overrides())?;
     for warning in &scenario.warnings {
         eprintln!("{warning}");
     }
-    let tuning = args.tuning;
-    let timeout = tuning.lockstep_timeout.unwrap_or(10.0);
+    let shared = args.options;
+    let timeout = shared.lockstep_timeout.unwrap_or(10.0);
     let options = Options {
-        fleet: tuning.fleet,
-        robots: tuning.robots,
-        speed: tuning.speed.unwrap_or(Speed::Factor(1.0)),
-        threads: tuning.threads.unwrap_or(1),
-        isa: tuning.isa,
+        fleet: shared.fleet,
+        robots: shared.robots,
+        speed: shared.speed.unwrap_or(Speed::Factor(1.0)),
+        threads: shared.threads.unwrap_or(1),
+        isa: shared.isa,
         ticks: args.ticks,
         digest: args.digest,
-        lockstep: tuning.lockstep,
+        lockstep: shared.lockstep,
         lockstep_timeout: Duration::try_from_secs_f64(timeout)
-            .map_err(|_| format!("--lockstep-timeout {timeout} is no time: give seconds, 10 say"))?,
+            .map_err(|_| format!("invalid --lockstep-timeout {timeout}: give seconds, for example 10"))?,
     };
     let summary = Engine::new(scenario, options)?.run(&termination)?;
     if let Some(digest) = summary.digest {

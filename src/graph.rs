@@ -1,20 +1,21 @@
-//! `regatta graph`: check, describe, generate and draw route graphs.
+//! `regatta graph`: checks, describes, generates and draws route graphs.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use crate::Failure;
 use clap::{Args, Subcommand};
 use regatta_engine::graph::generate::{Grid, Warehouse};
 use regatta_engine::graph::info::Info;
 use regatta_engine::graph::{self, Findings, GraphError, Handles, ReadOptions, RouteGraph, draw};
 
-/// What to do with a route graph.
+use crate::failure::Failure;
+
+/// A subcommand of `regatta graph`.
 #[derive(Debug, Subcommand)]
 pub enum GraphCommand {
-    /// Say all that is wrong with a route graph; exit code 0 if it can be driven
+    /// List all problems of a route graph; exit code 0 if it can be driven
     Check(FileArgs),
-    /// Counts, length, bounding box, speeds and components
+    /// Print counts, length, bounding box, speeds and components
     Info {
         #[command(flatten)]
         file: FileArgs,
@@ -22,16 +23,16 @@ pub enum GraphCommand {
         #[arg(long)]
         json: bool,
     },
-    /// Write a route graph of any size
+    /// Generate a route graph of any size
     Generate {
         #[command(subcommand)]
-        kind: Generate,
+        generator: Generator,
     },
     /// Draw a map as SVG
     Draw {
         #[command(flatten)]
         file: FileArgs,
-        /// Where to write the map
+        /// File to write
         #[arg(short, long, value_name = "SVG")]
         output: PathBuf,
     },
@@ -42,40 +43,40 @@ pub enum GraphCommand {
 pub struct FileArgs {
     /// Route graph file (YAML)
     file: PathBuf,
-    /// Which handle length is at an edge's origin, whatever the file says: b_at_origin or f_at_origin
+    /// Handle length at an edge's origin instead of the file's setting: b_at_origin or f_at_origin
     #[arg(long)]
     handles: Option<Handles>,
 }
 
-/// Kinds of graphs that can be generated.
+/// A generator of route graphs, with its parameters.
 #[derive(Debug, Subcommand)]
-pub enum Generate {
-    /// Pick aisles between racks, cross aisles and a ring road
+pub enum Generator {
+    /// A warehouse: pick aisles between racks, cross aisles and a ring road
     Warehouse {
-        /// Pick aisles side by side
+        /// Number of pick aisles side by side
         #[arg(long, default_value_t = 12)]
         aisles: u32,
-        /// Rows of racks, with a cross aisle between each two
+        /// Number of rows of racks, with a cross aisle between adjacent rows
         #[arg(long, default_value_t = 3)]
         rows: u32,
-        /// Places to stop along an aisle in each row
+        /// Number of stops along an aisle in each row
         #[arg(long, default_value_t = 6)]
         bays: u32,
         #[command(flatten)]
         output: Output,
     },
-    /// Streets that cross each other everywhere
+    /// A grid of streets that all cross each other
     Grid {
-        /// Streets to the north
+        /// Number of streets to the north
         #[arg(long, default_value_t = 5)]
         columns: u32,
-        /// Streets to the east
+        /// Number of streets to the east
         #[arg(long, default_value_t = 5)]
         rows: u32,
-        /// Metres between streets
+        /// Distance between streets in metres
         #[arg(long, default_value_t = 20)]
         spacing: u32,
-        /// One-way streets inside the two-way ring
+        /// Make the streets inside the two-way ring one-way
         #[arg(long)]
         one_way: bool,
         #[command(flatten)]
@@ -83,7 +84,7 @@ pub enum Generate {
     },
 }
 
-/// Where the generated graph goes.
+/// The destination of a generated graph.
 #[derive(Debug, Args)]
 pub struct Output {
     /// File to write; standard output if not given
@@ -94,12 +95,12 @@ pub struct Output {
 /// Runs `regatta graph`.
 ///
 /// # Errors
-/// If a file can't be read or written, isn't a sound route graph, or an argument is out of range.
+/// Returns an error if a file can't be read or written, if a route graph is invalid, or if an argument is out of range.
 pub fn run(command: GraphCommand) -> Result<ExitCode, Failure> {
     match command {
         GraphCommand::Check(file) => check(&file),
         GraphCommand::Info { file, json } => info(&file, json),
-        GraphCommand::Generate { kind } => generate(&kind),
+        GraphCommand::Generate { generator } => generate(&generator),
         GraphCommand::Draw { file, output } => {
             let graph = read(&file)?;
             write_file(&output, &draw::svg(&graph))
@@ -114,26 +115,26 @@ fn check(file: &FileArgs) -> Result<ExitCode, Failure> {
             (warnings, format!("can be driven: {edges} edges, {nodes} nodes"))
         }
         Err(GraphError::Invalid(findings)) => (findings, "can't be driven".to_owned()),
-        Err(other) => return Err(other.into()),
+        Err(error) => return Err(error.into()),
     };
     print(&report(&file.file, &findings, &summary))?;
     Ok(if findings.errors() == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
-/// Every finding, and a line that sums up.
+/// Formats every finding and a summary line.
 fn report(file: &Path, findings: &Findings, summary: &str) -> String {
     let mut text: String = findings.as_slice().iter().map(|finding| format!("{finding}\n")).collect();
     let (errors, warnings) = (findings.errors(), findings.warnings());
     let unlisted = errors + warnings - findings.as_slice().len();
     if unlisted > 0 {
-        text.push_str(&format!("({unlisted} more findings aren't listed)\n"));
+        text.push_str(&format!("({unlisted} more findings are not listed)\n"));
     }
-    let (errors, warnings) = (counted(errors, "error"), counted(warnings, "warning"));
+    let (errors, warnings) = (with_plural(errors, "error"), with_plural(warnings, "warning"));
     text + &format!("{}: {summary}; {errors}, {warnings}\n", file.display())
 }
 
-fn counted(count: usize, what: &str) -> String {
-    format!("{count} {what}{}", if count == 1 { "" } else { "s" })
+fn with_plural(count: usize, noun: &str) -> String {
+    format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
 }
 
 fn info(file: &FileArgs, json: bool) -> Result<ExitCode, Failure> {
@@ -142,12 +143,12 @@ fn info(file: &FileArgs, json: bool) -> Result<ExitCode, Failure> {
     print(&text)
 }
 
-fn generate(kind: &Generate) -> Result<ExitCode, Failure> {
-    let (text, output) = match *kind {
-        Generate::Warehouse { aisles, rows, bays, ref output } => {
+fn generate(generator: &Generator) -> Result<ExitCode, Failure> {
+    let (text, output) = match *generator {
+        Generator::Warehouse { aisles, rows, bays, ref output } => {
             (Warehouse { aisles, rows, bays }.generate()?, output)
         }
-        Generate::Grid { columns, rows, spacing, one_way, ref output } => {
+        Generator::Grid { columns, rows, spacing, one_way, ref output } => {
             (Grid { columns, rows, spacing, one_way }.generate()?, output)
         }
     };
@@ -168,7 +169,7 @@ fn read(file: &FileArgs) -> Result<RouteGraph, GraphError> {
 }
 
 fn write_file(file: &Path, text: &str) -> Result<ExitCode, Failure> {
-    std::fs::write(file, text).map_err(|error| format!("{}: can't be written: {error}", file.display()))?;
+    std::fs::write(file, text).map_err(|error| format!("{}: can't write: {error}", file.display()))?;
     Ok(ExitCode::SUCCESS)
 }
 

@@ -1,16 +1,18 @@
-//! The command line of Regatta: one binary, many processes.
+//! The command line of Regatta. `regatta run` starts the engine, the plugins and the viewer as child processes of this same
+//! binary. Each subcommand has a file of its own, which only connects the command line to the crate that does the work.
 
 mod cli;
 mod control;
-mod demo;
 mod doctor;
 mod engine;
+mod failure;
 mod graph;
-mod pipe;
+mod output_error;
 mod plugin;
 mod recording;
 mod report;
 mod run;
+mod scenario;
 mod supervisor;
 mod top;
 mod viewer;
@@ -20,30 +22,23 @@ use std::process::ExitCode;
 use clap::Parser;
 
 use cli::{Cli, Command};
-
-/// What went wrong, for a person: one line that says what to do, and its causes for `-v`.
-type Failure = Box<dyn std::error::Error + Send + Sync>;
-
-/// The contract's catch-all error is one line already.
-fn plugin_failure(error: regatta_plugin::Error) -> Failure {
-    error.to_string().into()
-}
+use failure::{Failure, print_failure};
 
 fn main() -> ExitCode {
-    pipe::hush_broken();
+    output_error::silence_panics();
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
-        Err(error) => return cli::explain(&error),
+        Err(error) => return cli::print_usage(&error),
     };
     cli::start_logging(cli.verbose);
     let verbose = cli.verbose > 0;
     match std::panic::catch_unwind(|| dispatch(cli)) {
         Ok(Ok(code)) => code,
         Ok(Err(failure)) => {
-            cli::print_failure(&*failure, verbose);
+            print_failure(&*failure, verbose);
             ExitCode::FAILURE
         }
-        Err(panic) if pipe::is_broken(&*panic) => pipe::exit_code(&*panic),
+        Err(panic) if output_error::caused(&*panic) => output_error::exit_code(&*panic),
         Err(panic) => std::panic::resume_unwind(panic),
     }
 }

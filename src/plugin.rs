@@ -1,16 +1,16 @@
-//! `regatta plugin NAME`: the plugins that come with Regatta.
+//! `regatta plugin NAME`: the built-in plugins.
 
 use std::process::ExitCode;
 
 use clap::Args;
 
-use crate::Failure;
+use crate::failure::{Failure, plugin_failure};
 
-/// Starts a plugin of this project by name, with its arguments.
-type Starter = fn(Vec<String>) -> regatta_plugin::Result;
+/// A function that runs a plugin with its arguments, the first of which is the plugin's name.
+type Run = fn(Vec<String>) -> regatta_plugin::Result;
 
-/// The shelf. A new plugin is a crate under `plugins/` and a line here.
-const PLUGINS: &[(&str, Starter)] = &[
+/// The built-in plugins by name. A new one is a crate under `plugins/` and a line here.
+const PLUGINS: &[(&str, Run)] = &[
     ("collision", |args| regatta_collision::run_from(args)),
     ("hello", |args| regatta_plugin::run_from(regatta_hello::Centre, args)),
     ("metrics", |args| regatta_metrics::run_from(args)),
@@ -21,19 +21,19 @@ const PLUGINS: &[(&str, Starter)] = &[
 
 #[derive(Args)]
 pub struct PluginArgs {
-    /// Which one, and its arguments; `NAME --help` lists them.
+    /// Name of the plugin, and its arguments; `NAME --help` lists them.
     #[arg(value_name = "NAME [ARG]", trailing_var_arg = true, allow_hyphen_values = true)]
-    pub words: Vec<String>,
+    pub name_and_args: Vec<String>,
 }
 
-/// Whether a plugin of that name comes with Regatta.
-pub fn exists(name: &str) -> bool {
-    PLUGINS.iter().any(|(known, _)| *known == name)
+/// Whether a built-in plugin has this name.
+pub fn is_built_in(name: &str) -> bool {
+    PLUGINS.iter().any(|(built_in, _)| *built_in == name)
 }
 
-/// What to say when one doesn't.
+/// Returns the error message for a name that no built-in plugin has.
 pub fn unknown(name: &str) -> String {
-    format!("no plugin is called '{name}'; there are: {}", names())
+    format!("unknown plugin '{name}'; the built-in plugins are: {}", names())
 }
 
 fn names() -> String {
@@ -41,14 +41,17 @@ fn names() -> String {
 }
 
 pub fn run(args: PluginArgs) -> Result<ExitCode, Failure> {
-    let Some(name) = args.words.first() else {
-        return Err(format!("which plugin? There are: {}", names()).into());
+    let Some(name) = args.name_and_args.first() else {
+        return Err(format!("the name of the plugin is missing; the built-in plugins are: {}", names()).into());
     };
     if ["-h", "--help"].contains(&name.as_str()) {
-        println!("Usage: regatta plugin NAME [OPTIONS]\n\nPlugins: {}\nOptions: regatta plugin NAME --help", names());
+        println!(
+            "Usage: regatta plugin NAME [OPTIONS]\n\nPlugins: {}\nFor a plugin's options: regatta plugin NAME --help",
+            names()
+        );
         return Ok(ExitCode::SUCCESS);
     }
-    let (_, start) = PLUGINS.iter().find(|(known, _)| known == name).ok_or_else(|| unknown(name))?;
-    start(args.words).map_err(crate::plugin_failure)?;
+    let (_, run) = PLUGINS.iter().find(|(built_in, _)| built_in == name).ok_or_else(|| unknown(name))?;
+    run(args.name_and_args).map_err(plugin_failure)?;
     Ok(ExitCode::SUCCESS)
 }

@@ -1,13 +1,13 @@
-//! `regatta record | replay | export | plot`: recordings of fleets.
+//! `regatta record`, `replay`, `export` and `plot`: recordings of fleets.
 
 use std::process::ExitCode;
 
 use regatta_record::{ExportArgs, PlotArgs, RecordArgs, ReplayArgs};
 
-use crate::Failure;
+use crate::failure::{Failure, plugin_failure};
 
 pub fn record(args: &RecordArgs) -> Result<ExitCode, Failure> {
-    regatta_record::record(args).map_err(crate::plugin_failure)?;
+    regatta_record::record(args).map_err(plugin_failure)?;
     Ok(ExitCode::SUCCESS)
 }
 

@@ -1,4 +1,4 @@
-//! `regatta run`: a scenario as a set of processes.
+//! `regatta run`: runs a scenario as a set of child processes.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
@@ -6,61 +6,67 @@ use std::time::{Duration, Instant};
 
 use clap::Args;
 use regatta_engine::scenario::{LightEntry, PluginCommand, Scenario, Viewer};
-use regatta_plugin::{Control, FleetName, Termination};
+use regatta_plugin::{AFTER_VARIABLE, Control, FleetName, Termination};
 
-use crate::engine::Tuning;
-use crate::supervisor::{Ended, Supervisor};
-use crate::{Failure, control, demo, plugin};
+use crate::engine::EngineOptions;
+use crate::failure::{Failure, plugin_failure};
+use crate::supervisor::{EndedChild, Supervisor};
+use crate::{control, plugin, scenario};
 
-/// How long the engine may take to answer for the first time: a large graph is compiled first.
-const START_PATIENCE: Duration = Duration::from_secs(60);
-const POLL: Duration = Duration::from_millis(20);
-/// The engine and the viewer among the children.
+/// The longest time until the engine's first response: it compiles the route graph first, which may be large.
+const START_TIMEOUT: Duration = Duration::from_secs(60);
+/// The time between two checks of the children.
+const POLL_INTERVAL: Duration = Duration::from_millis(20);
+/// The time between two status lines.
+const STATUS_INTERVAL: Duration = Duration::from_secs(1);
+/// The name of the engine's process in messages.
 const ENGINE: &str = "engine";
+/// The name of the viewer's process in messages.
 const VIEWER: &str = "viewer";
 
 #[derive(Args, Default)]
 pub struct RunArgs {
-    /// Scenario file; the built-in demo if left out.
+    /// Scenario file; the built-in demo if not given.
     scenario: Option<PathBuf>,
     #[command(flatten)]
-    tuning: Tuning,
+    options: EngineOptions,
     /// Stop after this time: 10s, 5min, 1h …
     #[arg(long = "for", value_name = "TIME")]
-    for_: Option<humantime::Duration>,
+    time_limit: Option<humantime::Duration>,
 }
 
 pub fn run(args: RunArgs) -> Result<ExitCode, Failure> {
-    let termination = Termination::watch().map_err(crate::plugin_failure)?;
-    // Read here too, so that a mistake in it is told once, by this process, before anything starts.
-    let scenario = demo::scenario(args.scenario.as_deref(), &args.tuning.overrides())?;
-    let plugins = scenario.plugins.iter().map(|plugin| plugin_command(plugin, &args.tuning.fleet));
+    let termination = Termination::watch().map_err(plugin_failure)?;
+    // The engine reads the scenario too. Reading it here first reports an error once, before any process starts.
+    let scenario = scenario::load(args.scenario.as_deref(), &args.options.overrides())?;
+    let fleet = &args.options.fleet;
+    let plugins = scenario.plugins.iter().map(|plugin| plugin_command(plugin, fleet));
     let plugins = plugins.collect::<Result<Vec<_>, _>>()?;
 
     let mut supervisor = Supervisor::default();
-    let engine = supervisor.start(ENGINE, &mut engine_command(args.scenario.as_deref(), &args.tuning)?)?;
+    let engine = supervisor.start(ENGINE, &mut engine_command(args.scenario.as_deref(), &args.options)?)?;
     for (plugin, mut command) in scenario.plugins.iter().zip(plugins) {
         supervisor.start(&plugin.name, &mut command)?;
     }
-    announce(&scenario, &args.tuning.fleet);
+    print_summary(&scenario, fleet);
     match scenario.viewer {
         Viewer::Off => {}
-        Viewer::Auto if !has_display() => eprintln!("regatta: no display, so no viewer; the run goes on without it"),
+        Viewer::Auto if !has_display() => eprintln!("regatta: no display; the run continues without a viewer"),
         Viewer::Auto | Viewer::On => {
-            supervisor.start(VIEWER, &mut viewer_command(&args.tuning.fleet, &scenario.lights)?)?;
+            supervisor.start(VIEWER, &mut viewer_command(fleet, &scenario.lights)?)?;
         }
     }
 
-    let needed = Needed { engine, viewer: scenario.viewer == Viewer::On };
-    let mut all_well = watch(&mut supervisor, &needed, &args.tuning.fleet, args.for_.map(Into::into), &termination)?;
+    let required = Required { engine_pid: engine, viewer: scenario.viewer == Viewer::On };
+    let mut success = watch(&mut supervisor, &required, fleet, args.time_limit.map(Into::into), &termination)?;
     for failure in supervisor.stop() {
         eprintln!("regatta: {failure}");
-        all_well = false;
+        success = false;
     }
-    Ok(if all_well { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+    Ok(if success { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
-fn announce(scenario: &Scenario, fleet: &FleetName) {
+fn print_summary(scenario: &Scenario, fleet: &FleetName) {
     println!(
         "fleet '{fleet}': {} robots on {} edges, {} ticks a second; Ctrl-C stops",
         scenario.robots(),
@@ -69,46 +75,46 @@ fn announce(scenario: &Scenario, fleet: &FleetName) {
     );
 }
 
-/// What a run can't go on without.
-struct Needed {
-    /// The engine's process.
-    engine: u32,
-    /// Whether the scenario insists on the viewer.
+/// The child processes that a run can't continue without. Plugins aren't among them: neither the engine nor another plugin
+/// depends on a plugin.
+struct Required {
+    /// The process id of the engine.
+    engine_pid: u32,
+    /// Whether the scenario requires the viewer.
     viewer: bool,
 }
 
-impl Needed {
-    /// Whether a child that failed takes the run with it: neither the engine nor another plugin notices if a plugin does.
-    fn ends_with(&self, ended: &Ended) -> bool {
-        ended.name == ENGINE || ended.name == VIEWER && self.viewer
+impl Required {
+    fn contains(&self, child: &EndedChild) -> bool {
+        child.name == ENGINE || child.name == VIEWER && self.viewer
     }
 }
 
-/// Tells of the children that have ended. Whether the run ends with them, and whether all is well.
-fn tell(ended: &[Ended], needed: &Needed) -> (bool, bool) {
-    let (mut over, mut all_well) = (false, true);
-    for ended in ended {
-        let ends = needed.ends_with(ended);
-        over |= ended.name == ENGINE;
-        let Some(failure) = ended.failure() else { continue };
-        over |= ends;
-        // The viewer has said itself what is wrong, and is no part of what was asked for.
-        all_well &= ended.name == VIEWER && !ends;
-        eprintln!("regatta: {failure}{}", if ends { "" } else { "; the run goes on without it" });
+/// Prints the failures of children that have ended. Returns whether the run is over and whether it is still a success.
+fn report_ended(children: &[EndedChild], required: &Required) -> (bool, bool) {
+    let (mut over, mut success) = (false, true);
+    for child in children {
+        let is_required = required.contains(child);
+        over |= child.name == ENGINE;
+        let Some(failure) = child.failure() else { continue };
+        over |= is_required;
+        // An optional viewer that fails doesn't make the run a failure; it has printed its error itself.
+        success &= child.name == VIEWER && !is_required;
+        eprintln!("regatta: {failure}{}", if is_required { "" } else { "; the run continues without it" });
     }
-    (over, all_well)
+    (over, success)
 }
 
-/// Whether a window can be shown.
+/// Whether a window can be opened.
 fn has_display() -> bool {
-    let named = |variable| std::env::var_os(variable).is_some_and(|value| !value.is_empty());
-    cfg!(any(target_os = "macos", windows)) || named("DISPLAY") || named("WAYLAND_DISPLAY")
+    let is_set = |variable| std::env::var_os(variable).is_some_and(|value| !value.is_empty());
+    cfg!(any(target_os = "macos", windows)) || is_set("DISPLAY") || is_set("WAYLAND_DISPLAY")
 }
 
-/// Prints a status line a second until it is time to stop; returns whether all went well.
+/// Prints a status line per second until the run is over; returns whether it is a success.
 fn watch(
     supervisor: &mut Supervisor,
-    needed: &Needed,
+    required: &Required,
     fleet: &FleetName,
     limit: Option<Duration>,
     termination: &Termination,
@@ -117,42 +123,43 @@ fn watch(
     let mut control = Control::open(fleet)?;
     let mut answered = false;
     let mut next_line = started;
-    let mut all_well = true;
+    let mut success = true;
     while !termination.requested() && limit.is_none_or(|limit| started.elapsed() < limit) {
-        let (over, well) = tell(&supervisor.ended(), needed);
-        all_well &= well;
+        let (over, no_failure) = report_ended(&supervisor.take_ended(), required);
+        success &= no_failure;
         if over {
-            return Ok(all_well);
+            return Ok(success);
         }
         if Instant::now() >= next_line && control.has_engine() {
             match control.status() {
-                // Another engine of that name: ours is about to say so.
-                Ok(status) if status.pid != needed.engine => {}
-                Ok(status) => println!("{}", control::line(&status)),
-                // Seen as an ended child, or there may be an answer next time.
+                // Another engine has this fleet name: this run's engine is about to report that and end.
+                Ok(status) if status.pid != required.engine_pid => {}
+                Ok(status) => println!("{}", control::status_line(&status)),
+                // Either the engine has ended, which the next iteration reports, or the next request succeeds.
                 Err(error) => tracing::info!("{error}"),
             }
             answered = true;
-            // Nothing to catch up with after a pause of this process or of the engine.
-            next_line = (next_line + Duration::from_secs(1)).max(Instant::now());
+            // Lines that are missing after a pause of this process or of the engine are not printed later.
+            next_line = (next_line + STATUS_INTERVAL).max(Instant::now());
         }
-        if !answered && started.elapsed() > START_PATIENCE {
-            eprintln!("regatta: the engine gave no answer within {} s", START_PATIENCE.as_secs());
+        if !answered && started.elapsed() > START_TIMEOUT {
+            eprintln!("regatta: the engine did not respond within {} s", START_TIMEOUT.as_secs());
             return Ok(false);
         }
-        std::thread::sleep(POLL);
+        std::thread::sleep(POLL_INTERVAL);
     }
-    Ok(all_well)
+    Ok(success)
 }
 
+/// Returns a command that starts this executable.
 fn this_program() -> Result<Command, Failure> {
-    let path = std::env::current_exe().map_err(|error| format!("can't find this program's own file: {error}"))?;
+    let path = std::env::current_exe().map_err(|error| format!("can't find the path of this program: {error}"))?;
     Ok(Command::new(path))
 }
 
-fn engine_command(scenario: Option<&Path>, tuning: &Tuning) -> Result<Command, Failure> {
+fn engine_command(scenario: Option<&Path>, options: &EngineOptions) -> Result<Command, Failure> {
     let mut command = this_program()?;
-    command.arg("engine").args(scenario).args(tuning.to_args());
+    command.arg("engine").args(scenario).args(options.to_args());
     Ok(command)
 }
 
@@ -172,7 +179,7 @@ fn plugin_command(plugin: &PluginCommand, fleet: &FleetName) -> Result<Command, 
             command.args(args);
             command
         }
-        None if plugin::exists(&plugin.name) => {
+        None if plugin::is_built_in(&plugin.name) => {
             let mut command = this_program()?;
             command.args(["plugin", &plugin.name]);
             command
@@ -180,6 +187,9 @@ fn plugin_command(plugin: &PluginCommand, fleet: &FleetName) -> Result<Command, 
         None => return Err(plugin::unknown(&plugin.name).into()),
     };
     command.args(["--fleet", &fleet.to_string()]).args(&plugin.args);
+    if !plugin.after.is_empty() {
+        command.env(AFTER_VARIABLE, plugin.after.join(","));
+    }
     Ok(command)
 }
 
@@ -191,20 +201,21 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_viewer_gets_the_scenarios_lights() {
+    fn the_viewer_receives_the_lights_of_the_scenario() {
         let lights = "[{x: -1.5, y: 2, z: 3}, {x: 4, y: 5e2, z: 6, colour: [1, 0.5, 0.25]}]";
         let text = format!("graph: none.yaml\nlights: {lights}\nrobots: [{{node: 1}}]\n");
         let graph = include_str!("../graphs/square.yaml");
-        let scenario = Scenario::from_texts(&text, graph, Path::new("test"), &Overrides::default()).expect("sound");
+        let scenario =
+            Scenario::from_texts(&text, graph, Path::new("test"), &Overrides::default()).expect("a valid scenario");
         let command = viewer_command(&"lit".parse().expect("a name"), &scenario.lights).expect("a command");
         let arguments: Vec<_> = command.get_args().map(|argument| argument.to_string_lossy().into_owned()).collect();
-        let wanted = ["viewer", "--fleet", "lit", "--light", "-1.5,2,3,1,1,1", "--light", "4,500,6,1,0.5,0.25"];
-        assert_eq!(arguments, wanted);
+        let expected = ["viewer", "--fleet", "lit", "--light", "-1.5,2,3,1,1,1", "--light", "4,500,6,1,0.5,0.25"];
+        assert_eq!(arguments, expected);
 
         let parser = regatta_viewer::Options::augment_args(clap::Command::new("viewer"));
-        let matches = parser.try_get_matches_from(&arguments).expect("the viewer takes them");
-        let options = regatta_viewer::Options::from_arg_matches(&matches).expect("the viewer takes them");
-        let hung: Vec<_> = options.look.scene().lights.iter().map(|light| light.position.to_array()).collect();
-        assert_eq!(hung, [[-1.5, 2.0, 3.0], [4.0, 500.0, 6.0]]);
+        let matches = parser.try_get_matches_from(&arguments).expect("valid options of the viewer");
+        let options = regatta_viewer::Options::from_arg_matches(&matches).expect("valid options of the viewer");
+        let positions: Vec<_> = options.look.scene().lights.iter().map(|light| light.position.to_array()).collect();
+        assert_eq!(positions, [[-1.5, 2.0, 3.0], [4.0, 500.0, 6.0]]);
     }
 }

@@ -1,58 +1,58 @@
-//! The child processes of `regatta run`: started together, watched, stopped together.
+//! The child processes of `regatta run`: starts them, watches them and stops them together.
 
 use std::process::{Child, Command, ExitStatus};
 use std::time::{Duration, Instant};
 
 use regatta_plugin::{NAME_VARIABLE, PARENT_VARIABLE, health};
 
-use crate::Failure;
+use crate::failure::Failure;
 
-/// How long a child may take to end after it was asked to.
-const GRACE: Duration = Duration::from_secs(5);
+/// The longest time that a child may take to end after a request to end.
+const GRACE_PERIOD: Duration = Duration::from_secs(5);
 
-/// A child process by the name that messages call it.
-struct Process {
+/// A running child process, and its name in messages.
+struct NamedChild {
     name: String,
     child: Child,
 }
 
-/// The running children. Dropping it stops them all.
+/// The running child processes. Dropping the supervisor stops them all.
 #[derive(Default)]
 pub struct Supervisor {
-    processes: Vec<Process>,
+    children: Vec<NamedChild>,
 }
 
-/// A child that ended by itself.
-pub struct Ended {
+/// A child process that has ended.
+pub struct EndedChild {
     pub name: String,
     pub status: ExitStatus,
 }
 
-impl Ended {
-    /// What to tell the user, unless the child ended well.
+impl EndedChild {
+    /// Returns the message for the user if the child failed.
     pub fn failure(&self) -> Option<String> {
         (!self.status.success()).then(|| format!("{} failed ({})", self.name, self.status))
     }
 }
 
 impl Supervisor {
-    /// Starts a child, and returns its id.
+    /// Starts a child process and returns its process id.
     pub fn start(&mut self, name: &str, command: &mut Command) -> Result<u32, Failure> {
         let child =
             command.env(PARENT_VARIABLE, std::process::id().to_string()).env(NAME_VARIABLE, name).spawn().map_err(
                 |error| format!("can't start {name} ({}): {error}", command.get_program().to_string_lossy()),
             )?;
         let id = child.id();
-        self.processes.push(Process { name: name.into(), child });
+        self.children.push(NamedChild { name: name.into(), child });
         Ok(id)
     }
 
-    /// The children that have ended since the last call.
-    pub fn ended(&mut self) -> Vec<Ended> {
+    /// Removes and returns the children that have ended since the last call.
+    pub fn take_ended(&mut self) -> Vec<EndedChild> {
         let mut ended = Vec::new();
-        self.processes.retain_mut(|process| match process.child.try_wait() {
+        self.children.retain_mut(|named| match named.child.try_wait() {
             Ok(Some(status)) => {
-                ended.push(Ended { name: std::mem::take(&mut process.name), status });
+                ended.push(EndedChild { name: std::mem::take(&mut named.name), status });
                 false
             }
             _ => true,
@@ -60,27 +60,26 @@ impl Supervisor {
         ended
     }
 
-    /// Asks all children to end, waits, kills those that don't, and names what failed.
+    /// Asks all children to end, kills those that don't end within the grace period, and returns a message for each failure.
     pub fn stop(&mut self) -> Vec<String> {
-        for process in &self.processes {
-            ask_to_end(&process.child);
+        for named in &self.children {
+            request_end(&named.child);
         }
-        let patience = Instant::now() + GRACE;
+        let deadline = Instant::now() + GRACE_PERIOD;
         let mut failures = Vec::new();
-        while !self.processes.is_empty() && Instant::now() < patience {
-            failures.extend(self.ended().iter().filter_map(Ended::failure));
+        while !self.children.is_empty() && Instant::now() < deadline {
+            failures.extend(self.take_ended().iter().filter_map(EndedChild::failure));
             std::thread::sleep(Duration::from_millis(5));
         }
-        let hung = !self.processes.is_empty();
-        for mut process in self.processes.drain(..) {
-            failures.push(format!("{} did not end within {} s and was killed", process.name, GRACE.as_secs()));
-            // Errors mean that it has just ended by itself.
-            let _ = process.child.kill();
-            let _ = process.child.wait();
+        let any_killed = !self.children.is_empty();
+        for mut named in self.children.drain(..) {
+            failures.push(format!("{} did not end within {} s and was killed", named.name, GRACE_PERIOD.as_secs()));
+            // An error means that the child has just ended by itself.
+            let _ = named.child.kill();
+            let _ = named.child.wait();
         }
-        if hung {
-            // What a killed process leaves in shared memory, it can't clean up itself.
-            // Where that fails, `regatta doctor` says why.
+        if any_killed {
+            // A killed process can't remove its own shared memory. If this fails, `regatta doctor` shows why.
             let _ = health::clean();
         }
         failures
@@ -94,14 +93,14 @@ impl Drop for Supervisor {
 }
 
 #[cfg(unix)]
-fn ask_to_end(child: &Child) {
+fn request_end(child: &Child) {
     use rustix::process::{Pid, Signal, kill_process};
     if let Some(pid) = Pid::from_raw(child.id() as i32) {
-        // An error means that it has just ended by itself.
+        // An error means that the child has just ended by itself.
         let _ = kill_process(pid, Signal::TERM);
     }
 }
 
-/// Elsewhere there is no gentle way: the grace period ends with a kill.
+/// Does nothing: without signals, the child is killed at the end of the grace period.
 #[cfg(not(unix))]
-fn ask_to_end(_child: &Child) {}
+fn request_end(_child: &Child) {}

@@ -1,11 +1,11 @@
-//! `regatta top`: a fleet live in a terminal.
+//! `regatta top`: a running fleet, live in a terminal.
 
 use std::process::ExitCode;
 
-use crate::Failure;
-use crate::cli::Target;
+use crate::control::Target;
+use crate::failure::{Failure, plugin_failure};
 
 pub fn run(target: &Target) -> Result<ExitCode, Failure> {
-    regatta_metrics::top::run(&target.fleet).map_err(crate::plugin_failure)?;
+    regatta_metrics::top::run(&target.fleet).map_err(plugin_failure)?;
     Ok(ExitCode::SUCCESS)
 }

@@ -4,9 +4,9 @@ use std::process::ExitCode;
 
 use regatta_viewer::Options;
 
-use crate::Failure;
+use crate::failure::{Failure, plugin_failure};
 
 pub fn run(options: &Options) -> Result<ExitCode, Failure> {
-    regatta_viewer::run(options).map_err(crate::plugin_failure)?;
+    regatta_viewer::run(options).map_err(plugin_failure)?;
     Ok(ExitCode::SUCCESS)
 }

@@ -1,4 +1,4 @@
-//! The arrows of the architecture, held against the manifests and the sources.
+//! Checks of the architecture: who depends on whom, where `unsafe` is, and whether the documents match the repository.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -12,7 +12,7 @@ fn manifest(folder: &str) -> String {
     fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
 }
 
-/// Names under `[dependencies]` of a crate's manifest: what it needs to be built, not tested.
+/// Returns the names under `[dependencies]` of a crate's manifest. Dev-dependencies and build dependencies aren't among them.
 fn dependencies(folder: &str) -> Vec<String> {
     let text = manifest(folder);
     let mut section = "";
@@ -27,13 +27,14 @@ fn dependencies(folder: &str) -> Vec<String> {
     names
 }
 
-/// Every crate of the workspace, by folder.
+/// Returns the folder of every crate of the workspace.
 fn crates() -> Vec<String> {
     let text = manifest(".");
     let members = text.split("members = [").nth(1).and_then(|rest| rest.split(']').next()).expect("members");
     members.split(',').map(|name| name.trim().trim_matches('"').to_owned()).filter(|name| !name.is_empty()).collect()
 }
 
+/// Returns all Rust files below a folder.
 fn sources(folder: &Path) -> Vec<PathBuf> {
     let mut found = Vec::new();
     for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
@@ -48,23 +49,36 @@ fn sources(folder: &Path) -> Vec<PathBuf> {
     found
 }
 
-#[test]
-fn the_contract_depends_on_nothing_of_ours() {
-    let ours: Vec<_> = dependencies("plugins/api").into_iter().filter(|name| name.starts_with("regatta")).collect();
-    assert!(ours.is_empty(), "{ours:?}");
+/// Returns the crates of this workspace that a crate depends on.
+fn workspace_dependencies(folder: &str) -> Vec<String> {
+    dependencies(folder).into_iter().filter(|name| name.starts_with("regatta")).collect()
 }
 
 #[test]
-fn the_engine_knows_only_the_contract() {
-    let ours: Vec<_> = dependencies("engine").into_iter().filter(|name| name.starts_with("regatta")).collect();
-    assert_eq!(ours, ["regatta-plugin"]);
+fn the_contract_depends_on_no_other_crate_of_the_workspace() {
+    assert_eq!(workspace_dependencies("plugins/api"), Vec::<String>::new());
 }
 
 #[test]
-fn plugins_know_only_the_contract() {
+fn the_engine_depends_only_on_the_contract() {
+    assert_eq!(workspace_dependencies("engine"), ["regatta-plugin"]);
+}
+
+#[test]
+fn motion_depends_on_nothing_of_the_fleet() {
+    let folder = root().join("engine/src/motion");
+    let files = sources(&folder);
+    assert!(!files.is_empty(), "no sources in {}", folder.display());
+    for path in files.into_iter().chain([folder.with_extension("rs")]) {
+        let text = fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+        assert!(!text.contains("crate::fleet"), "{} names crate::fleet", path.display());
+    }
+}
+
+#[test]
+fn plugins_depend_only_on_the_contract() {
     for folder in crates().iter().filter(|folder| folder.starts_with("plugins/") && *folder != "plugins/api") {
-        let ours: Vec<_> = dependencies(folder).into_iter().filter(|name| name.starts_with("regatta")).collect();
-        assert_eq!(ours, ["regatta-plugin"], "{folder}");
+        assert_eq!(workspace_dependencies(folder), ["regatta-plugin"], "{folder}");
     }
 }
 
@@ -94,9 +108,9 @@ fn each_heavy_dependency_has_one_owner() {
     }
 }
 
-/// Rows of the README's table of dependencies: crates, and who may use them.
+/// Returns the rows of the table in docs/dependencies.md: crates, and the folders that may use them.
 fn table_of_dependencies() -> Vec<(Vec<String>, String)> {
-    let text = fs::read_to_string(root().join("README.md")).expect("README.md");
+    let text = read("docs/dependencies.md");
     let table = text.split("| crate | used by | why |").nth(1).expect("the table");
     let rows = table.lines().skip(2).take_while(|line| line.starts_with('|'));
     rows.map(|row| {
@@ -107,13 +121,13 @@ fn table_of_dependencies() -> Vec<(Vec<String>, String)> {
 }
 
 #[test]
-fn the_table_of_dependencies_is_true() {
+fn the_table_of_dependencies_matches_the_manifests() {
     let table = table_of_dependencies();
     let mut used = Vec::new();
     for folder in crates().iter().map(String::as_str).chain(["."]) {
         for dependency in dependencies(folder).iter().filter(|name| !name.starts_with("regatta")) {
             let row = table.iter().find(|(names, _)| names.contains(dependency));
-            let users = row.map_or("nobody", |(_, users)| users);
+            let users = row.map_or("no folder", |(_, users)| users);
             let place = match folder {
                 "." => "the command line",
                 folder => folder,
@@ -121,14 +135,14 @@ fn the_table_of_dependencies_is_true() {
             let any_plugin = folder.starts_with("plugins/") && users.contains("plugins") && !users.contains("plugins/");
             assert!(
                 users == "all" || users.split(", ").any(|user| user == place) || any_plugin,
-                "{folder} depends on {dependency}, which the README gives to {users}"
+                "{folder} depends on {dependency}, but docs/dependencies.md lists it for {users}"
             );
             used.push(dependency.clone());
         }
     }
-    for (names, users) in table.iter().filter(|(_, users)| !users.ends_with("alone")) {
+    for (names, users) in table.iter().filter(|(_, users)| !users.ends_with("only")) {
         let unused = names.iter().find(|name| !used.contains(name));
-        assert_eq!(unused, None, "given to {users}, but nobody depends on it");
+        assert_eq!(unused, None, "docs/dependencies.md lists it for {users}, but no crate depends on it");
     }
 }
 
@@ -148,8 +162,8 @@ fn versions_are_pinned_once_in_the_workspace() {
 }
 
 #[test]
-fn unsafe_code_stands_only_where_the_design_allows_it() {
-    let allowed = ["plugins/api/src", "engine/src/motion/vector"];
+fn unsafe_code_is_only_in_the_contract_and_in_the_vector_code() {
+    let allowed = ["plugins/api/src", "engine/src/motion/vector", "engine/src/motion/pieces.rs"];
     for path in sources(root()) {
         let relative = path.strip_prefix(root()).expect("below the root").to_string_lossy().replace('\\', "/");
         let text = fs::read_to_string(&path).expect("readable");
@@ -162,26 +176,74 @@ fn unsafe_code_stands_only_where_the_design_allows_it() {
     }
 }
 
-#[test]
-fn paths_that_the_readmes_name_exist() {
-    for readme in ["README.md", "graphs/README.md", "plugins/README.md", "plugins/python/README.md"] {
-        let text = fs::read_to_string(root().join(readme)).expect(readme);
-        let folder = root().join(readme).parent().expect("a folder").to_path_buf();
-        for link in text.split("](").skip(1).filter_map(|rest| rest.split(')').next()) {
-            let path = link.split('#').next().unwrap_or("");
-            if !path.is_empty() && !path.contains("://") {
-                assert!(folder.join(path).exists(), "{readme} names {path}");
-            }
-        }
-        let quoted = text.split('`').skip(1).step_by(2);
-        for path in quoted.filter(|path| is_path_of_ours(path)) {
-            assert!(root().join(path).exists() || folder.join(path).exists(), "{readme} names {path}");
-        }
-    }
+fn read(path: &str) -> String {
+    fs::read_to_string(root().join(path)).unwrap_or_else(|error| panic!("{path}: {error}"))
 }
 
-/// `engine/src/x.rs`, `graphs/porto.yaml`, `plugins/api`: no spaces, and a folder of ours first.
-fn is_path_of_ours(text: &str) -> bool {
-    let ours = ["engine/", "plugins/", "graphs/", "bench/", "tests/", "src/", "examples/", "fuzz/"];
-    ours.iter().any(|folder| text.starts_with(folder)) && !text.contains([' ', '*', '\n', '…', 'N'])
+/// Returns the paths of the files in `docs/`.
+fn docs() -> Vec<String> {
+    let entries = fs::read_dir(root().join("docs")).expect("docs/");
+    let names = entries.map(|entry| entry.expect("an entry").file_name().to_string_lossy().into_owned());
+    let docs: Vec<_> = names.filter(|name| name.ends_with(".md")).map(|name| format!("docs/{name}")).collect();
+    assert!(!docs.is_empty(), "docs/ has no documents");
+    docs
+}
+
+#[test]
+fn paths_in_the_documents_exist() {
+    let fixed = ["README.md", "ARCHITECTURE.md", "graphs/README.md", "plugins/README.md", "plugins/python/README.md"];
+    let missing: Vec<_> =
+        fixed.map(str::to_owned).into_iter().chain(docs()).flat_map(|path| missing_paths(&path)).collect();
+    assert!(missing.is_empty(), "these paths don't exist: {missing:#?}");
+}
+
+/// Returns the links and the paths in backticks of a document that lead to no file or folder.
+fn missing_paths(document: &str) -> Vec<String> {
+    let text = read(document);
+    let document_path = root().join(document);
+    let folder = document_path.parent().expect("a folder");
+    let links = text.split("](").skip(1).filter_map(|rest| rest.split([')', '#']).next());
+    let links = links.filter(|link| !link.is_empty() && !link.contains("://") && !folder.join(link).exists());
+    let paths = text.split('`').skip(1).step_by(2).filter(|text| is_path(text));
+    let paths = paths.filter(|path| !root().join(path).exists() && !folder.join(path).exists());
+    links.chain(paths).map(|path| format!("{document}: {path}")).collect()
+}
+
+/// Whether a text in backticks is a path: it begins with a folder of the repository, and has no spaces or placeholders.
+fn is_path(text: &str) -> bool {
+    let folders = [
+        "engine/",
+        "plugins/",
+        "viewer/",
+        "graphs/",
+        "bench/",
+        "tests/",
+        "src/",
+        "examples/",
+        "fuzz/",
+        "docs/",
+        ".ci/",
+    ];
+    folders.iter().any(|folder| text.starts_with(folder)) && !text.contains([' ', '*', '\n', '…', 'N'])
+}
+
+/// The largest number of words of README.md, counted as `wc -w` does. What doesn't fit belongs into `docs/`.
+const MAX_README_WORDS: usize = 900;
+/// The largest number of characters in a cell of a table.
+const MAX_CELL_CHARS: usize = 100;
+
+#[test]
+fn the_readme_is_short() {
+    let words = read("README.md").split_whitespace().count();
+    assert!(words <= MAX_README_WORDS, "README.md has {words} words");
+}
+
+#[test]
+fn cells_of_tables_are_short() {
+    for document in ["README.md".to_owned(), "ARCHITECTURE.md".to_owned()].into_iter().chain(docs()) {
+        let text = read(&document);
+        let cells = text.lines().filter(|line| line.starts_with('|')).flat_map(|row| row.split('|').map(str::trim));
+        let long = cells.into_iter().find(|cell| cell.chars().count() > MAX_CELL_CHARS);
+        assert_eq!(long, None, "{document} has a cell of more than {MAX_CELL_CHARS} characters");
+    }
 }

@@ -1,5 +1,5 @@
-//! How long a frame takes to a reader in another process: from just before it is sent to the woken reader's
-//! first access to its poses. Bars at 10 k robots on a quiet machine: median 15 µs, 99th percentile 80 µs.
+//! The latency of a frame to a reader in another process: from just before the frame is sent to the first access of the woken
+//! reader to its poses. Goals for 10,000 robots on a quiet machine: median 15 µs, 99th percentile 80 µs.
 //!
 //!     cargo bench -p regatta-bench --bench latency -- [--robots N] [--hz N] [--frames N]
 
@@ -10,9 +10,10 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 use regatta_plugin::ProducerPorts;
 use regatta_plugin::{FleetName, Result, Subscriber};
 
-/// Frames before the measured ones.
+/// The number of frames before the measured ones.
 const WARM_UP: usize = 200;
-const PATIENCE: Duration = Duration::from_secs(10);
+/// The longest wait for the reader, and of the reader for a frame.
+const TIMEOUT: Duration = Duration::from_secs(10);
 
 fn main() -> Result {
     let number = |option: &str, default: usize| {
@@ -26,6 +27,7 @@ fn main() -> Result {
     }
 }
 
+/// Publishes frames to a reader process and measures the cost of sending and of waking.
 fn publish(robots: usize, hz: usize, frames: usize) -> Result {
     let fleet: FleetName = format!("bench-latency-{}", std::process::id()).parse()?;
     let producer = ProducerPorts::create(&fleet, robots)?;
@@ -35,7 +37,7 @@ fn publish(robots: usize, hz: usize, frames: usize) -> Result {
         .stdin(Stdio::null())
         .spawn()?;
     let started = Instant::now();
-    while producer.frame_readers() == 0 && started.elapsed() < PATIENCE {
+    while producer.frame_readers() == 0 && started.elapsed() < TIMEOUT {
         std::thread::sleep(Duration::from_millis(1));
     }
     println!("{robots} robots at {hz} Hz, {frames} frames, in µs:");
@@ -57,19 +59,20 @@ fn publish(robots: usize, hz: usize, frames: usize) -> Result {
         deadline += Duration::from_secs(1) / hz as u32;
         std::thread::sleep(deadline.saturating_duration_since(Instant::now()));
     }
-    report("send", &mut sends);
-    report("notify", &mut wakes);
-    // The last frame may have come while the reader was busy with the one before.
+    print_percentiles("send", &mut sends);
+    print_percentiles("notify", &mut wakes);
+    // The reader may have missed the last frame. It ends when the producer is gone and no frame arrives in time.
     drop(producer);
     reader.wait()?;
     Ok(())
 }
 
+/// Reads frames and measures their latency.
 fn read(fleet: &FleetName, frames: usize) -> Result {
     let mut subscriber = Subscriber::open(fleet)?;
     let mut latencies = Vec::with_capacity(frames);
     let last = (WARM_UP + frames) as u64 - 1;
-    while let Some(frame) = subscriber.wait(PATIENCE)? {
+    while let Some(frame) = subscriber.wait(TIMEOUT)? {
         black_box(frame.x()[0]);
         let now = SystemTime::now().duration_since(UNIX_EPOCH)?.as_nanos() as u64;
         if frame.tick() >= WARM_UP as u64 {
@@ -79,14 +82,14 @@ fn read(fleet: &FleetName, frames: usize) -> Result {
             break;
         }
     }
-    println!("  reader got {} of {frames} frames", latencies.len());
-    report("frame to reader", &mut latencies);
+    println!("  reader received {} of {frames} frames", latencies.len());
+    print_percentiles("frame to reader", &mut latencies);
     Ok(())
 }
 
-fn report(what: &str, nanos: &mut [u64]) {
+fn print_percentiles(name: &str, nanos: &mut [u64]) {
     nanos.sort_unstable();
     let percentile = |p: f64| nanos.get(((nanos.len() as f64 * p) as usize).min(nanos.len().saturating_sub(1)));
     let micros = |p| percentile(p).map_or(f64::NAN, |&nanos| nanos as f64 * 1e-3);
-    println!("  {what}: median {:.1}, p99 {:.1}, worst {:.1}", micros(0.5), micros(0.99), micros(1.0));
+    println!("  {name}: median {:.1}, p99 {:.1}, worst {:.1}", micros(0.5), micros(0.99), micros(1.0));
 }

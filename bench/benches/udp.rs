@@ -1,9 +1,9 @@
-//! What a line costs to write, to read and to send. A fleet of 10 k robots is one frame.
+//! Measures the time to write, read and send lines. One frame has 10,000 robots.
 //!
 //!     cargo bench -p regatta-bench --bench udp
 //!
-//! `send/…` is the time of the sender's thread for one frame of datagrams of 1,400 bytes over loopback, in three ways:
-//! a call a datagram, `sendmmsg`, and generic segmentation offload. Another thread receives.
+//! `send/…` is the time that the sender's thread takes for one frame of datagrams of 1,400 bytes over the loopback
+//! interface, in three ways: one call per datagram, `sendmmsg`, and generic segmentation offload. Another thread receives.
 
 use std::hint::black_box;
 use std::io::{IoSlice, Write as _};
@@ -32,7 +32,7 @@ fn fleet() -> Vec<PoseLine> {
     (0..ROBOTS).map(pose).collect()
 }
 
-/// All datagrams of a frame, end to end.
+/// Returns all batches of a frame.
 fn packed(fleet: &[PoseLine]) -> Vec<Vec<u8>> {
     let mut packer = Packer::new(format(), DATAGRAM_BYTES);
     let mut batches = Vec::new();
@@ -89,7 +89,7 @@ fn text(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// Runs `work` while another thread receives what is sent to the address that `work` is given.
+/// Calls `work` with the address of a socket, and receives at that address on another thread meanwhile.
 fn received<T>(work: impl FnOnce(SocketAddr) -> T) -> T {
     let receiver = Socket::listen(&Listen::loopback(0)).expect("a socket");
     let to = receiver.local_address().expect("an address");
@@ -139,7 +139,7 @@ fn send(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// All datagrams of a batch in as few calls as it takes.
+/// Sends all datagrams of a batch in as few calls as possible.
 fn sendmmsg(socket: &UdpSocket, batch: &[u8]) {
     use rustix::net::{MMsgHdr, SendAncillaryBuffer, SendFlags};
     let slices: Vec<_> = batch.chunks(DATAGRAM_BYTES).map(|datagram| [IoSlice::new(datagram)]).collect();

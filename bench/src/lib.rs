@@ -1,4 +1,4 @@
-//! What the benches share: a warehouse to drive in, fleets, and frames as the publisher loans them.
+//! Shared parts of the benchmarks: a warehouse to drive in, fleets, and frames as the publisher loans them.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -11,36 +11,36 @@ use regatta_engine::motion::Isa;
 use regatta_plugin::frame::{ColumnsMut, Line, frame_lines};
 use regatta_plugin::world::Shape;
 
-/// Simulated time a tick: 60 Hz.
+/// The simulated time per tick: 60 Hz.
 pub const TICK: Duration = Duration::from_nanos(16_666_667);
 
-/// A route graph, compiled.
+/// A route graph with its compiled tracks.
 #[derive(Debug)]
 pub struct World {
-    /// The graph.
+    /// The route graph.
     pub graph: Arc<RouteGraph>,
-    /// Its pieces.
+    /// The tracks of its legs.
     pub tracks: Arc<Tracks>,
 }
 
 impl World {
-    /// A warehouse with some 6,000 edges.
+    /// Generates a warehouse with some 6,000 edges.
     ///
     /// # Panics
-    /// If the generator and the reader don't agree.
+    /// If the reader rejects the generated graph.
     pub fn new() -> Self {
-        let yaml = Warehouse { aisles: 24, rows: 18, bays: 6 }.generate().expect("a sensible size");
-        let (graph, _) = parse(&yaml, "warehouse", &ReadOptions::default()).expect("a sound graph");
+        let yaml = Warehouse { aisles: 24, rows: 18, bays: 6 }.generate().expect("a valid size");
+        let (graph, _) = parse(&yaml, "warehouse", &ReadOptions::default()).expect("a valid graph");
         let tracks = Arc::new(Tracks::compile(&graph));
         Self { graph: Arc::new(graph), tracks }
     }
 
-    /// That many robots on random walks, spread over all edges.
+    /// Returns a fleet of `robots` robots on random walks, spread over all edges.
     ///
     /// # Panics
-    /// If this machine can't run the instruction set.
+    /// If this machine doesn't support the instruction set.
     pub fn fleet(&self, robots: usize, isa: Isa, threads: usize, max_acceleration: f32) -> Fleet {
-        let kind = RobotType {
+        let robot_type = RobotType {
             name: "cart".into(),
             shape: Shape::Rectangle,
             length: 1.0,
@@ -48,18 +48,24 @@ impl World {
             max_speed: f32::INFINITY,
             max_acceleration,
         };
-        let config =
-            FleetConfig { types: vec![kind], tick_period: TICK, seed: 1, isa, threads, most_robots: robots as u32 };
-        let mut fleet = Fleet::new(self.graph.clone(), self.tracks.clone(), config).expect("a sound fleet");
+        let config = FleetConfig {
+            types: vec![robot_type],
+            tick_period: TICK,
+            seed: 1,
+            isa,
+            threads,
+            most_robots: robots as u32,
+        };
+        let mut fleet = Fleet::new(self.graph.clone(), self.tracks.clone(), config).expect("a valid fleet");
         fleet.reserve(robots);
-        let mut events = silence();
+        let mut events = unread_events();
         let edges = self.graph.edges().len();
         for robot in 0..robots {
-            // Multiples of the golden ratio spread evenly.
+            // Multiples of the golden ratio are evenly distributed.
             let edge = EdgeIndex((robot * 2_654_435_769 % edges) as u32);
-            let part = (robot as f64 * 0.618_033_988_75).fract();
-            let s = (part * self.tracks.edge_length(edge)) as f32;
-            fleet.spawn(Placement::Edge(edge, s), 0, RouteSource::Random, 0, &mut events).expect("a place");
+            let fraction = (robot as f64 * 0.618_033_988_75).fract();
+            let s = (fraction * self.tracks.edge_length(edge)) as f32;
+            fleet.spawn(Placement::Edge(edge, s), 0, RouteSource::Random, 0, &mut events).expect("a free place");
         }
         fleet
     }
@@ -71,28 +77,28 @@ impl Default for World {
     }
 }
 
-/// Events that nobody listens to.
-pub fn silence() -> Events {
+/// Returns an event buffer without readers.
+pub fn unread_events() -> Events {
     let mut events = Events::new(0);
     events.set_wanted(false);
     events
 }
 
-/// Three frames in turn, as a publisher with one reader loans them.
+/// Three frames that are loaned in turn, as by a publisher with one reader.
 #[derive(Debug)]
-pub struct Ring {
+pub struct FrameRing {
     frames: [Vec<Line>; 3],
     next: usize,
     robots: usize,
 }
 
-impl Ring {
-    /// Frames for that many robots.
+impl FrameRing {
+    /// Allocates frames for `robots` robots.
     pub fn new(robots: usize) -> Self {
         Self { frames: [(); 3].map(|()| vec![Line::default(); frame_lines(robots)]), next: 0, robots }
     }
 
-    /// The next frame to write.
+    /// Returns the columns of the next frame to write.
     pub fn loan(&mut self) -> ColumnsMut<'_> {
         self.next = (self.next + 1) % self.frames.len();
         ColumnsMut::split(&mut self.frames[self.next], self.robots)

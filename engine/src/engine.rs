@@ -139,7 +139,7 @@ impl Simulation {
         } else {
             ports.take_orders(|_, records| apply(records))?;
         }
-        if came && self.fleet.kinds() != self.robot_types {
+        if came && self.fleet.robot_types() != self.robot_types {
             self.publish_types(session)?;
         }
         Ok(())

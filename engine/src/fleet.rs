@@ -1,23 +1,14 @@
-//! The fleet's truth as private columns, and what changes it: orders and time.
+//! The state of all robots as private columns, and everything that changes it: spawns, orders and time.
+//!
+//! The parts of a fleet (`ahead`, `orders`, `spawn`) are methods of [`Fleet`] by topic.
 
 mod ahead;
 mod columns;
-mod crew;
-mod events;
 mod orders;
-mod routes;
 mod spawn;
-
+mod step_pool;
 #[cfg(test)]
-mod drive_tests;
-#[cfg(test)]
-mod equality_tests;
-#[cfg(test)]
-mod limit_tests;
-#[cfg(test)]
-mod order_tests;
-#[cfg(test)]
-pub(crate) mod testing;
+mod tests;
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -28,19 +19,17 @@ use regatta_plugin::world::Shape;
 
 pub use self::ahead::Ahead;
 use self::columns::FleetColumns;
-use self::crew::Crew;
-pub use self::events::Events;
-pub(crate) use self::routes::{Ending, Plans, Route};
-pub use self::routes::{Repeat, RouteSource};
-pub use self::spawn::Placement;
+pub use self::spawn::{Placement, RouteSource};
+use self::step_pool::StepPool;
 use crate::graph::RouteGraph;
 use crate::graph::arc_length::Tracks;
-use crate::motion::{Isa, Motion, Pace, Roads};
+pub use crate::motion::{Events, Repeat};
+use crate::motion::{Isa, KinematicLimits, LegTable, Motion, Plans, Route, SupportedIsa, TimeStep, TooManyPieces};
 
-/// What robots have in common.
+/// A type of robot, with everything that its robots have in common.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RobotType {
-    /// Name, for people.
+    /// Name, for display.
     pub name: String,
     /// Footprint.
     pub shape: Shape,
@@ -48,13 +37,13 @@ pub struct RobotType {
     pub length: f32,
     /// Metres across it.
     pub width: f32,
-    /// Metres per second, > 0; infinity for no limit but the edges'.
+    /// Metres per second, > 0; infinity if only edges limit the speed.
     pub max_speed: f32,
-    /// Metres per second squared, > 0; infinity if speed changes at once.
+    /// Metres per second squared, > 0; infinity if the speed changes at once.
     pub max_acceleration: f32,
 }
 
-/// A fleet can't be set up like that.
+/// The error of setting up a fleet.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum FleetError {
     /// A robot could drive more than [`Fleet::LONGEST_STEP`] in a tick.
@@ -63,7 +52,7 @@ pub enum FleetError {
         Fleet::LONGEST_STEP
     )]
     StepTooLong {
-        /// How far.
+        /// Metres per tick.
         metres: f64,
         /// The tick period.
         tick: Duration,
@@ -71,13 +60,21 @@ pub enum FleetError {
     /// A robot type has a limit that is not a positive number.
     #[error("robot type {name:?}: max speed and max acceleration must be more than 0; leave them out for no limit")]
     BadLimit {
-        /// The type.
+        /// Name of the type.
         name: String,
     },
-    /// More types than fit the column.
+    /// There are more robot types than fit the column.
     #[error("{0} robot types are more than 65535; merge some")]
     TooManyTypes(usize),
-    /// This machine can't run that kernel.
+    /// The route graph has more pieces than the fleet can index.
+    #[error("the route graph compiles to {pieces} pieces, more than {max}; use a smaller graph")]
+    TooManyPieces {
+        /// Number of pieces.
+        pieces: usize,
+        /// The most pieces that a fleet can index.
+        max: usize,
+    },
+    /// This machine doesn't have that instruction set.
     #[error("this machine can't run {0} instructions; use {best}", best = Isa::detect())]
     Unsupported(Isa),
     /// The threads could not be started.
@@ -85,104 +82,109 @@ pub enum FleetError {
     Threads(usize),
 }
 
-/// How a fleet is set up.
+impl From<TooManyPieces> for FleetError {
+    fn from(TooManyPieces { pieces, max }: TooManyPieces) -> Self {
+        Self::TooManyPieces { pieces, max }
+    }
+}
+
+/// The configuration of a fleet.
 #[derive(Clone, Debug)]
 pub struct FleetConfig {
-    /// What kinds of robots there are; at most 65,535.
+    /// Robot types; at most 65,535.
     pub types: Vec<RobotType>,
-    /// Simulated time a tick.
+    /// Simulated time per tick.
     pub tick_period: Duration,
-    /// Of the random walks.
+    /// Seed of the random walks.
     pub seed: u64,
     /// Instruction set. All give the same bits.
     pub isa: Isa,
-    /// Threads that share a step; ≥ 1. Any number gives the same bits.
+    /// Number of threads that share a step; ≥ 1. Any number gives the same bits.
     pub threads: usize,
-    /// Rows there may be: [`Refusal::FleetFull`](regatta_plugin::event::Refusal::FleetFull) beyond.
+    /// The most rows. A spawn beyond is refused with
+    /// [`Refusal::FleetFull`](regatta_plugin::event::Refusal::FleetFull).
     pub most_robots: u32,
 }
 
 /// All robots of a route graph.
 ///
-/// A robot's id is its row. Rows of removed robots are [`RobotState::Absent`] until a spawn takes them again; a
+/// A robot's id is its row. Rows of removed robots are [`RobotState::Absent`] until a spawn uses them again; a
 /// frame has [`Fleet::robots`] rows.
 #[derive(Debug)]
 pub struct Fleet {
     motion: Motion,
+    types: Vec<RobotType>,
     columns: FleetColumns,
-    /// Rows in use.
+    /// Number of rows in use.
     robots: u32,
     /// Rows among them that hold no robot.
     free: BTreeSet<u32>,
     most_robots: u32,
-    crew: Option<Crew>,
+    /// None if a step runs on the calling thread alone.
+    pool: Option<StepPool>,
 }
 
 impl Fleet {
-    /// Metres that a robot may drive in one tick.
+    /// The longest distance in metres that a robot may drive in one tick.
     pub const LONGEST_STEP: f64 = 8.0;
 
-    /// An empty fleet.
+    /// Makes an empty fleet.
     ///
     /// # Errors
     /// See [`FleetError`].
     pub fn new(graph: Arc<RouteGraph>, tracks: Arc<Tracks>, config: FleetConfig) -> Result<Self, FleetError> {
-        check(&graph, &config)?;
-        let limited = config.types.iter().any(|kind| kind.max_acceleration.is_finite());
-        let crew = if config.threads > 1 { Some(Crew::new(config.threads)?) } else { None };
-        let motion = Motion {
-            roads: Roads::new(graph, tracks),
-            plans: Plans::new(config.seed),
-            types: config.types,
-            pace: Pace::new(config.tick_period.as_secs_f64()),
-            isa: config.isa,
+        check_config(&graph, &config)?;
+        let FleetConfig { types, tick_period, seed, isa, threads, most_robots } = config;
+        let limits: Vec<_> = types.iter().map(kinematic_limits).collect();
+        let limited = limits.iter().any(|limits| limits.max_acceleration.is_finite());
+        let isa = SupportedIsa::detect(isa).ok_or(FleetError::Unsupported(isa))?;
+        let pool = match threads {
+            0 | 1 => None,
+            _ => Some(StepPool::new(threads).ok_or(FleetError::Threads(threads))?),
         };
-        Ok(Self {
-            motion,
-            columns: FleetColumns::new(limited),
-            robots: 0,
-            free: BTreeSet::new(),
-            most_robots: config.most_robots,
-            crew,
-        })
+        let legs = LegTable::new(graph, tracks)?;
+        let columns = FleetColumns::new(legs.pieces().len(), limited);
+        let time_step = TimeStep::new(tick_period.as_secs_f64());
+        let motion = Motion { legs, plans: Plans::new(seed), limits, time_step, isa };
+        Ok(Self { motion, types, columns, robots: 0, free: BTreeSet::new(), most_robots, pool })
     }
 
-    /// Takes memory for that many robots at once. Spawning takes it bit by bit otherwise, and more of it.
+    /// Reserves memory for that many robots. Otherwise spawning allocates it step by step, and more of it.
     pub fn reserve(&mut self, robots: usize) {
         self.columns.reserve(robots.min(self.most_robots as usize));
     }
 
     /// Robot types, by index.
     pub fn types(&self) -> &[RobotType] {
-        &self.motion.types
+        &self.types
     }
 
-    /// Type index of every row in use; means nothing for absent robots.
-    pub fn kinds(&self) -> &[u16] {
-        &self.columns.kind[..self.robots()]
+    /// Robot type of every row in use, as an index into [`types`](Self::types); meaningless for absent robots.
+    pub fn robot_types(&self) -> &[u16] {
+        &self.columns.robot_type[..self.robots()]
     }
 
-    /// Rows in use, those of absent robots between others included.
+    /// Number of rows in use, including those of absent robots between others.
     pub fn robots(&self) -> usize {
         self.robots as usize
     }
 
-    /// Robots that are there.
+    /// Number of robots that are not absent.
     pub fn present(&self) -> usize {
         self.robots() - self.free.len()
     }
 
-    /// Whether the robot is there.
+    /// Whether there is a robot with this id.
     pub fn contains(&self, robot: u32) -> bool {
         self.row(robot).is_ok()
     }
 
-    /// A [`RobotState`] for every row in use.
+    /// The [`RobotState`] of every row in use.
     pub fn states(&self) -> &[u8] {
         &self.columns.state[..self.robots()]
     }
 
-    /// Robots by state: idle, driving, waiting, held, faulted. Reads a byte a robot.
+    /// Number of robots by state: idle, driving, waiting, held, faulted. Reads one byte per robot.
     pub fn robots_by_state(&self) -> [u32; 5] {
         let mut by_state = [0; 256];
         self.states().iter().for_each(|&state| by_state[usize::from(state)] += 1);
@@ -190,30 +192,30 @@ impl Fleet {
             .map(|state| by_state[state as usize])
     }
 
-    /// Bytes of memory that each robot takes, frames and ordered routes not counted.
+    /// Bytes of memory per robot, without frames and ordered routes.
     pub fn bytes_per_robot(&self) -> usize {
         self.columns.bytes_per_row()
     }
 
-    /// One tick for every robot. Poses go straight into the frame, if there is one.
+    /// Moves every robot by one tick and writes its pose straight into the frame, if there is one.
     ///
     /// # Panics
-    /// If the columns are not those of a frame for [`Fleet::robots`] robots.
+    /// If the columns are not those of a frame for [`Fleet::robots`] robots, each of which starts on a cache line.
     pub fn step(&mut self, columns: Option<ColumnsMut>, events: &mut Events) {
         if let Some(columns) = &columns {
             check_frame(columns, self.robots());
         }
         let rows = self.columns.rows(self.robots as usize);
-        match &mut self.crew {
+        match &mut self.pool {
             None => self.motion.step(rows, columns, events),
-            Some(crew) => crew.step(&self.motion, rows, columns, events),
+            Some(pool) => pool.step(&self.motion, rows, columns, events),
         }
     }
 
-    /// Writes the poses as they are.
+    /// Writes the poses into a frame as they are.
     ///
     /// # Panics
-    /// If the columns are not those of a frame for [`Fleet::robots`] robots.
+    /// If the columns are not those of a frame for [`Fleet::robots`] robots, each of which starts on a cache line.
     pub fn write(&mut self, columns: ColumnsMut) {
         check_frame(&columns, self.robots());
         self.motion.write(self.columns.rows(self.robots as usize), columns);
@@ -226,17 +228,24 @@ fn check_frame(columns: &ColumnsMut, robots: usize) {
     let lengths = [&columns.x, &columns.y, &columns.theta, &columns.speed, &columns.s].map(|column| column.len());
     assert_eq!(lengths, [words; 5], "a frame of {robots} robots");
     assert_eq!((columns.edge.len(), columns.state.len()), (words, bytes), "a frame of {robots} robots");
+    let starts =
+        [&columns.x, &columns.y, &columns.theta, &columns.speed, &columns.s].map(|column| column.as_ptr().addr());
+    let starts = starts.into_iter().chain([columns.edge.as_ptr().addr(), columns.state.as_ptr().addr()]);
+    let is_aligned = starts.into_iter().all(|start| start.is_multiple_of(BYTES_PER_LINE));
+    assert!(robots == 0 || is_aligned, "the columns of a frame start on cache lines");
 }
 
-fn check(graph: &RouteGraph, config: &FleetConfig) -> Result<(), FleetError> {
+fn kinematic_limits(robot_type: &RobotType) -> KinematicLimits {
+    KinematicLimits { max_speed: robot_type.max_speed, max_acceleration: robot_type.max_acceleration }
+}
+
+fn check_config(graph: &RouteGraph, config: &FleetConfig) -> Result<(), FleetError> {
     if config.types.len() > usize::from(u16::MAX) {
         return Err(FleetError::TooManyTypes(config.types.len()));
     }
-    if let Some(bad) = config.types.iter().find(|kind| !(kind.max_speed > 0.0 && kind.max_acceleration > 0.0)) {
+    let has_limits = |robot_type: &RobotType| robot_type.max_speed > 0.0 && robot_type.max_acceleration > 0.0;
+    if let Some(bad) = config.types.iter().find(|robot_type| !has_limits(robot_type)) {
         return Err(FleetError::BadLimit { name: bad.name.clone() });
-    }
-    if !config.isa.is_supported() {
-        return Err(FleetError::Unsupported(config.isa));
     }
     let speeds = graph.edges().iter().flat_map(|edge| [edge.velocity_forward, edge.velocity_backwards.unwrap_or(0.0)]);
     let metres = speeds.fold(0.0, f64::max) * config.tick_period.as_secs_f64();

@@ -1,17 +1,18 @@
-//! One test for each kind of finding, and for each way in which a file can fail to be a route graph.
+//! Tests each finding about a route graph file, and each way in which a file can't be read as a route graph.
 
 use regatta_engine::graph::{self, GraphError, Handles, ReadOptions, Severity, Subject};
 
-/// Two nodes and a road there and back, without a finding.
+/// Two nodes. Together with [`EDGES`], a graph without findings.
 const NODES: &str = "Vertices:
 - {Id: 1, X: 0, Y: 0, Theta: 0}
 - {Id: 2, X: 5, Y: 0, Theta: 0}
 ";
+/// An edge that may be driven in both directions.
 const EDGES: &str = "Edges:
 - {Id: 10, Origin_ID: 1, Destination_ID: 2, CurveType: Linear, VelocityForward: 1, VelocityBackwards: 0.5}
 ";
 
-/// Findings as `line severity subject: message`.
+/// Returns the findings about a text as `line severity subject: message`.
 fn check_with(text: &str, options: &ReadOptions) -> Vec<String> {
     let findings = match graph::parse(text, "g.yaml", options) {
         Ok((_, warnings)) => warnings,
@@ -33,51 +34,51 @@ fn assert_only(found: &[String], start: &str, part: &str) {
     assert!(found.len() == 1 && found[0].starts_with(start) && found[0].contains(part), "{found:#?}");
 }
 
-/// The small graph with one more edge.
+/// Returns the small graph with one more edge.
 fn with_edge(edge: &str) -> String {
     format!("{NODES}{EDGES}- {{{edge}}}\n")
 }
 
-/// The small graph with one more node.
+/// Returns the small graph with one more node.
 fn with_node(node: &str) -> String {
     format!("{EDGES}{NODES}- {{{node}}}\n")
 }
 
 #[test]
-fn the_small_graph_is_fine() {
+fn the_small_graph_has_no_findings() {
     assert_eq!(check(&format!("{NODES}{EDGES}")), [""; 0]);
     assert_eq!(check(&format!("{EDGES}{NODES}")), [""; 0]);
 }
 
 #[test]
-fn duplicate_ids() {
+fn duplicate_ids_are_reported() {
     let edge = "Id: 10, Origin_ID: 1, Destination_ID: 2, CurveType: Linear, VelocityForward: 1";
-    assert_only(&check(&with_edge(edge)), "6 error edge 10: ", "the edge of line 5 has the same Id");
-    assert_only(&check(&with_node("Id: 2, X: 1, Y: 1, Theta: 0")), "6 error node 2: ", "the node of line 5");
+    assert_only(&check(&with_edge(edge)), "6 error edge 10: ", "the edge in line 5 has the same Id");
+    assert_only(&check(&with_node("Id: 2, X: 1, Y: 1, Theta: 0")), "6 error node 2: ", "the node in line 5");
 }
 
 #[test]
-fn one_id_may_be_an_edges_and_a_nodes() {
+fn an_edge_and_a_node_may_have_the_same_id() {
     let text = format!("{NODES}{EDGES}").replace("Id: 10", "Id: 1");
     assert_eq!(check(&text), [""; 0]);
 }
 
 #[test]
-fn missing_nodes_and_keys() {
+fn missing_nodes_and_keys_are_reported() {
     let edge = "Id: 11, Origin_ID: 7, Destination_ID: 2, CurveType: Linear, VelocityForward: 1";
-    assert_only(&check(&with_edge(edge)), "6 error edge 11: ", "Origin_ID 7 names no node");
+    assert_only(&check(&with_edge(edge)), "6 error edge 11: ", "Origin_ID is 7, but no node has that Id");
     assert_only(&check(&with_node("Id: 3, X: 1, Theta: 0")), "6 error node 3: ", "has no Y");
     assert_only(&check(&with_node("X: 1, Y: 2, Theta: 0")), "6 error node: ", "has no Id");
 }
 
 #[test]
-fn an_edge_to_a_faulty_node_isnt_blamed() {
+fn an_edge_to_an_invalid_node_is_not_reported() {
     let text = format!("{NODES}{EDGES}").replace("X: 5", "X: far");
     assert_only(&check(&text), "3 error node 2: ", "X is `far`");
 }
 
 #[test]
-fn all_findings_in_one_go() {
+fn all_findings_are_reported_at_once() {
     let text = "Vertices:\n- {Id: 1, X: 0, Y: 1e9, Theta: x}\n- {Id: 1, X: 0, Y: 0, Theta: 0}\nEdges:\n\
                 - {Id: 4, Origin_ID: 8, Destination_ID: 9, CurveType: arc, VelocityForward: -1}\n";
     let found = check(text);
@@ -85,7 +86,7 @@ fn all_findings_in_one_go() {
 }
 
 #[test]
-fn numbers_that_arent_finite_or_sane() {
+fn numbers_that_are_not_finite_or_out_of_range_are_reported() {
     for (x, part) in [
         (".nan", "X is NaN"),
         ("-.inf", "X is -inf"),
@@ -105,7 +106,7 @@ fn numbers_that_arent_finite_or_sane() {
 }
 
 #[test]
-fn ids_that_arent_whole_numbers() {
+fn ids_that_are_not_whole_numbers_are_reported() {
     for id in ["-1", "4294967296", "1.5", "one", "[1]", "1e99", "99999999999999999999999"] {
         let found = check(&with_node(&format!("Id: {id}, X: 0, Y: 0, Theta: 0")));
         assert_only(&found, "6 error node: ", "it must be a whole number from 0 to 4294967295");
@@ -113,7 +114,7 @@ fn ids_that_arent_whole_numbers() {
 }
 
 #[test]
-fn numbers_in_any_dress() {
+fn numbers_may_be_written_in_several_ways() {
     let text =
         format!("{NODES}{EDGES}").replace("X: 5", "X: '5.0'").replace("Id: 2", "Id: 2.0").replace("Y: 0", "Y: +0");
     let (graph, findings) = graph::parse(&text, "g.yaml", &ReadOptions::default()).unwrap();
@@ -122,7 +123,7 @@ fn numbers_in_any_dress() {
 }
 
 #[test]
-fn zero_length_edges() {
+fn edges_without_length_are_reported() {
     let edge = "Id: 11, Origin_ID: 1, Destination_ID: 1, CurveType: Linear, VelocityForward: 1";
     assert_only(&check(&with_edge(edge)), "6 error edge 11: ", "same node");
     let text = format!("{NODES}{EDGES}").replace("X: 5", "X: 0");
@@ -130,18 +131,18 @@ fn zero_length_edges() {
 }
 
 #[test]
-fn curve_types() {
+fn invalid_curve_types_and_handles_are_reported() {
     let edge = |curve: &str| with_edge(&format!("Id: 11, Origin_ID: 1, Destination_ID: 2, {curve} VelocityForward: 1"));
     assert_only(&check(&edge("CurveType: arc,")), "6 error edge 11: ", "CurveType is `arc`: use Spline or Linear");
     assert_only(&check(&edge("CurveType: 3,")), "6 error edge 11: ", "CurveType is 3");
     assert_only(&check(&edge("")), "6 error edge 11: ", "has no CurveType");
     assert_only(&check(&edge("CurveType: spline, ParamF: 1,")), "6 error edge 11: ", "has no ParamB");
     assert_only(&check(&edge("CurveType: SPLINE, ParamF: -1, ParamB: 1,")), "6 error edge 11: ", "ParamF is -1");
-    assert_only(&check(&edge("CurveType: Spline, ParamF: 1, ParamB: 15000,")), "6 error edge 11: ", "reach beyond");
+    assert_only(&check(&edge("CurveType: Spline, ParamF: 1, ParamB: 15000,")), "6 error edge 11: ", "extend beyond");
 }
 
 #[test]
-fn speeds() {
+fn invalid_speeds_are_reported() {
     for (speeds, part) in [
         ("VelocityForward: 0", "VelocityForward is 0"),
         ("VelocityForward: -2", "VelocityForward is -2"),
@@ -156,21 +157,21 @@ fn speeds() {
 }
 
 #[test]
-fn an_empty_graph() {
+fn an_empty_graph_is_reported() {
     let found = check("Edges: []\nVertices:\n");
     assert_eq!(found.len(), 2, "{found:#?}");
     assert!(found[0].contains("no nodes") && found[1].contains("no edges"), "{found:#?}");
 }
 
 #[test]
-fn keys_given_twice() {
+fn keys_given_twice_are_reported() {
     assert_only(&check(&with_node("Id: 3, X: 1, x: 2, Y: 1, Theta: 0")), "6 error node 3: ", "`x` is given twice");
     let found = check(&format!("{NODES}{EDGES}nodes: []\n"));
     assert_only(&found, "6 error file: ", "`nodes` is given twice");
 }
 
 #[test]
-fn items_of_the_wrong_shape() {
+fn items_of_the_wrong_type_are_reported() {
     let found = check(&format!("{NODES}{EDGES}- 7\n- [a]\n"));
     assert_eq!(found.len(), 2, "{found:#?}");
     assert!(found[0].contains("edge number 2 of the list must be a map, not 7"), "{found:#?}");
@@ -179,7 +180,7 @@ fn items_of_the_wrong_shape() {
 }
 
 #[test]
-fn unknown_keys_are_told_once() {
+fn each_unknown_key_is_reported_once() {
     let text = format!("{NODES}{EDGES}Author: me\n").replace("Theta: 0}", "Theta: 0, Colour: red, Label: pass}");
     let found = check(&text);
     assert_eq!(found.len(), 2, "{found:#?}");
@@ -188,7 +189,7 @@ fn unknown_keys_are_told_once() {
 }
 
 #[test]
-fn settings() {
+fn invalid_settings_are_reported() {
     let ok = |line: &str| check(&format!("{line}\n{NODES}{EDGES}"));
     assert_eq!(ok("AngleUnit: deg"), [""; 0]);
     assert_eq!(ok("handles: F_at_origin"), [""; 0]);
@@ -197,7 +198,7 @@ fn settings() {
 }
 
 #[test]
-fn degrees() {
+fn angles_in_degrees_are_suspected_and_can_be_declared() {
     let text = format!("{NODES}{EDGES}").replace("Theta: 0", "Theta: 90");
     let found = check(&text);
     assert!(
@@ -210,7 +211,7 @@ fn degrees() {
 }
 
 #[test]
-fn swapped_handles() {
+fn swapped_handles_are_suspected() {
     let text = "Edges:\n- {Id: 1, Origin_ID: 1, Destination_ID: 2, CurveType: Spline, ParamB: 9, ParamF: 1, \
                 VelocityForward: 1, VelocityBackwards: 1}\nVertices:\n- {Id: 1, X: 0, Y: 0, Theta: 0}\n- {Id: 2, X: 2, Y: 9, Theta: 1.57}\n";
     assert_only(&check(text), "1 warning file: ", "with `Handles: f_at_origin`: if the latter is meant");
@@ -222,7 +223,7 @@ fn swapped_handles() {
 }
 
 #[test]
-fn heading_jumps() {
+fn heading_jumps_are_reported() {
     let text = with_node("Id: 3, X: 5, Y: 4, Theta: 0").replace(
         "Vertices",
         "- {Id: 11, Origin_ID: 2, Destination_ID: 3, CurveType: Linear, VelocityForward: 1, VelocityBackwards: 1}\nVertices",
@@ -233,17 +234,17 @@ fn heading_jumps() {
 }
 
 #[test]
-fn dead_ends_and_unreachable_nodes() {
+fn dead_ends_and_unreachable_nodes_are_reported() {
     let text = format!("{NODES}{EDGES}").replace(", VelocityBackwards: 0.5", "");
     let found = check(&text);
     assert_eq!(found.len(), 2, "{found:#?}");
     assert!(found[0].starts_with("2 warning node 1: unreachable: no edge leads to it"), "{found:#?}");
     assert!(found[1].starts_with("3 warning node 2: dead end"), "{found:#?}");
-    assert_only(&check(&with_node("Id: 3, X: 1, Y: 1, Theta: 0")), "6 warning node 3: ", "no edge touches it");
+    assert_only(&check(&with_node("Id: 3, X: 1, Y: 1, Theta: 0")), "6 warning node 3: ", "no edge starts or ends here");
 }
 
 #[test]
-fn a_part_that_no_edge_enters_is_told_once() {
+fn a_component_that_no_edge_enters_is_reported_once() {
     let text = format!(
         "{NODES}- {{Id: 3, X: 9, Y: 9, Theta: 0}}\n- {{Id: 4, X: 9, Y: 12, Theta: 0}}\n{EDGES}\
          - {{Id: 11, Origin_ID: 3, Destination_ID: 4, CurveType: Linear, VelocityForward: 1, VelocityBackwards: 1}}\n"
@@ -252,23 +253,23 @@ fn a_part_that_no_edge_enters_is_told_once() {
 }
 
 #[test]
-fn the_reverse_of_edge_zero_has_no_name() {
+fn a_reversible_edge_with_id_zero_is_reported() {
     let text = format!("{NODES}{EDGES}").replace("Id: 10", "Id: 0");
     assert_only(&check(&text), "5 warning edge 0: ", "-Id");
 }
 
 #[test]
-fn lines_in_block_style_with_comments_and_accents() {
+fn lines_are_correct_in_block_style_with_comments_and_multibyte_characters() {
     let text = "# Straße – 道路\nedges:\n  -\n    # first\n    ID: 1\n    origin_id: 1\n    DESTINATION_ID: 99\n    curvetype: LINEAR\n\
                 \x20   velocityforward: 1\n\nNODES:\n  - FrameID: 'é'\n    ID: 1\n    x: 0\n    y: \"?\"\n    theta: 0\n";
     let found = check(text);
     assert_eq!(found.len(), 2, "{found:#?}");
-    assert!(found[0].starts_with("5 error edge 1: Destination_ID 99"), "{found:#?}");
+    assert!(found[0].starts_with("5 error edge 1: Destination_ID is 99"), "{found:#?}");
     assert!(found[1].starts_with("12 error node 1: Y is `?`"), "{found:#?}");
 }
 
 #[test]
-fn display_is_one_line() {
+fn an_error_is_displayed_as_one_line() {
     let error =
         graph::parse(&with_node("Id: 2, X: far, Y: 1, Theta: 0"), "g.yaml", &ReadOptions::default()).unwrap_err();
     assert_eq!(error.to_string(), "g.yaml:6: error: node 2: X is `far`: it must be a finite number (and 1 more error)");
@@ -279,7 +280,7 @@ fn display_is_one_line() {
 }
 
 #[track_caller]
-fn refused(text: &str, part: &str) {
+fn assert_rejected(text: &str, part: &str) {
     let error = graph::parse(text, "g.yaml", &ReadOptions::default()).unwrap_err();
     assert!(error.findings().is_none(), "{error}");
     let message = error.to_string();
@@ -287,24 +288,24 @@ fn refused(text: &str, part: &str) {
 }
 
 #[test]
-fn texts_that_arent_route_graphs() {
-    refused("", "is empty");
-    refused("  \n# nothing\n", "is empty");
-    refused("just words", "this is `just words`");
-    refused("- 1\n- 2\n", "this is a list");
-    refused("Edges: [\n", "g.yaml:");
-    refused("Edges: [}\n", "g.yaml:1");
-    refused("Edges: []\n---\nEdges: []\n", "more than one document");
-    refused("a: \u{1}\n", "control characters");
-    refused("a\0b", "zero byte");
-    refused("*nowhere", "anchor");
-    refused(&"[".repeat(100_000), "brackets are open");
-    refused(&"- ".repeat(7_000_000), "too large");
-    refused(&"a".repeat(65 << 20), "too large");
+fn texts_that_are_not_route_graphs_are_rejected() {
+    assert_rejected("", "is empty");
+    assert_rejected("  \n# nothing\n", "is empty");
+    assert_rejected("just words", "found `just words`");
+    assert_rejected("- 1\n- 2\n", "found a list");
+    assert_rejected("Edges: [\n", "g.yaml:");
+    assert_rejected("Edges: [}\n", "g.yaml:1");
+    assert_rejected("Edges: []\n---\nEdges: []\n", "more than one document");
+    assert_rejected("a: \u{1}\n", "control characters");
+    assert_rejected("a\0b", "zero byte");
+    assert_rejected("*nowhere", "anchor");
+    assert_rejected(&"[".repeat(100_000), "nested brackets");
+    assert_rejected(&"- ".repeat(7_000_000), "too large");
+    assert_rejected(&"a".repeat(65 << 20), "too large");
 }
 
 #[test]
-fn a_yaml_bomb_goes_off_harmlessly() {
+fn a_yaml_bomb_is_read_or_rejected_in_bounded_memory() {
     let mut bomb = String::from("a: &a [lol, lol, lol, lol, lol, lol, lol, lol, lol]\n");
     for (this, last) in ('b'..='i').zip('a'..) {
         bomb.push_str(&format!("{this}: &{this} [{}]\n", vec![format!("*{last}"); 9].join(",")));
@@ -313,17 +314,17 @@ fn a_yaml_bomb_goes_off_harmlessly() {
     assert!(found.iter().any(|finding| finding.contains("edge number 9 of the list must be a map")), "{found:#?}");
     let keys: String = (0..2000).map(|key| format!("k{key}: 0, ")).collect();
     let items = "*e, ".repeat(100_000);
-    refused(&format!("Vertices: [&e {{{keys}}}, {items}]\n"), "aliases included");
+    assert_rejected(&format!("Vertices: [&e {{{keys}}}, {items}]\n"), "aliases included");
 }
 
 #[test]
-fn a_scalar_alias_is_welcome() {
+fn a_scalar_may_be_an_alias() {
     let text = format!("{NODES}{EDGES}").replace("X: 0", "X: &zero 0").replace("Y: 0", "Y: *zero");
     assert_eq!(check(&text), [""; 0]);
 }
 
 #[test]
-fn files_that_cant_be_read() {
+fn files_that_can_not_be_read_are_rejected() {
     let folder = tempfile::tempdir().unwrap();
     let read = |name: &str| graph::read(&folder.path().join(name), &ReadOptions::default()).unwrap_err();
     assert!(matches!(graph::read(folder.path(), &ReadOptions::default()), Err(GraphError::Folder { .. })));
@@ -332,9 +333,9 @@ fn files_that_cant_be_read() {
     assert!(matches!(read("binary"), GraphError::NotText { line: 2, .. }));
     std::fs::write(folder.path().join("utf16"), [0xff, 0xfe, b'E', 0]).unwrap();
     assert!(read("utf16").to_string().contains("UTF-16"));
-    // A sparse file: it takes no room on the disk, and must take none in memory.
+    // A sparse file: it takes no space on the disk, and must take none in memory.
     std::fs::File::create(folder.path().join("large")).unwrap().set_len(2 << 30).unwrap();
-    assert!(read("large").to_string().contains("too large: 64 MiB at most"));
+    assert!(read("large").to_string().contains("too large: at most 64 MiB"));
     assert!(matches!(
         graph::read(std::path::Path::new("/dev/zero"), &ReadOptions::default()),
         Err(GraphError::TooLarge { .. })
@@ -342,22 +343,22 @@ fn files_that_cant_be_read() {
 }
 
 #[test]
-fn a_byte_order_mark_is_no_obstacle() {
+fn a_byte_order_mark_is_ignored() {
     assert_eq!(check(&format!("\u{feff}{NODES}{EDGES}")), [""; 0]);
 }
 
 #[test]
-fn all_that_is_wrong_with_an_edge_is_told_at_once() {
+fn all_errors_of_an_edge_are_reported_at_once() {
     let edge = "Id: 11, Origin_ID: 1, Destination_ID: 9, CurveType: wavy, ParamF: -5, ParamB: 1e6, VelocityForward: 0";
     let found = check(&with_edge(edge));
-    for part in ["Destination_ID 9", "CurveType", "ParamF is -5", "ParamB is 1000000", "VelocityForward is 0"] {
+    for part in ["Destination_ID is 9", "CurveType", "ParamF is -5", "ParamB is 1000000", "VelocityForward is 0"] {
         assert!(found.iter().any(|finding| finding.contains(part)), "{part}: {found:#?}");
     }
     assert_eq!(found.len(), 5, "{found:#?}");
 }
 
 #[test]
-fn a_straight_edge_needs_no_handles_but_may_not_have_absurd_ones() {
+fn a_straight_edge_needs_no_handles_but_invalid_ones_are_reported() {
     let edge = |handles: &str| {
         with_edge(&format!("Id: 11, Origin_ID: 1, Destination_ID: 2, CurveType: Linear, VelocityForward: 1{handles}"))
     };

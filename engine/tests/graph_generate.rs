@@ -1,4 +1,4 @@
-//! Generated graphs can be driven for ever, whatever their size, and say the same each time.
+//! Generated graphs of any size can be driven without end, and are the same each time.
 
 use proptest::prelude::*;
 use regatta_engine::graph::components::Components;
@@ -12,7 +12,7 @@ fn parse(text: &str) -> RouteGraph {
     graph
 }
 
-/// One strong part along forward legs alone, as random walks need it.
+/// Asserts that the graph is strongly connected in forward gear, as random walks need it, and without dead ends.
 #[track_caller]
 fn assert_drivable(graph: &RouteGraph) {
     let nodes = graph.nodes().len();
@@ -23,20 +23,20 @@ fn assert_drivable(graph: &RouteGraph) {
             let (from, to) = if backwards { (to, from) } else { (from, to) };
             next[from as usize].push(to);
         }
-        let (mut met, mut open) = (vec![false; nodes], vec![0]);
+        let (mut reached, mut open) = (vec![false; nodes], vec![0]);
         while let Some(node) = open.pop() {
-            if !std::mem::replace(&mut met[node as usize], true) {
+            if !std::mem::replace(&mut reached[node as usize], true) {
                 open.extend(&next[node as usize]);
             }
         }
-        assert!(met.into_iter().all(|met| met), "backwards: {backwards}");
+        assert!(reached.into_iter().all(|reached| reached), "backwards: {backwards}");
     }
     assert!((0..nodes as u32).all(|node| !graph.departures(NodeIndex(node)).is_empty()));
     assert_eq!(Components::strong(graph).sizes.len(), 1);
 }
 
 #[test]
-fn the_smallest() {
+fn the_smallest_graphs_are_drivable() {
     assert_drivable(&parse(&Warehouse { aisles: 1, rows: 1, bays: 1 }.generate().unwrap()));
     for one_way in [false, true] {
         for (columns, rows) in [(2, 2), (2, 3), (3, 2), (3, 3)] {
@@ -46,7 +46,7 @@ fn the_smallest() {
 }
 
 #[test]
-fn sizes() {
+fn large_graphs_have_the_expected_size() {
     let edges = |text: String| parse(&text).edges().len();
     assert!(edges(Warehouse { aisles: 60, rows: 6, bays: 6 }.generate().unwrap()) >= 4096);
     assert!(edges(Warehouse { aisles: 400, rows: 20, bays: 6 }.generate().unwrap()) >= 100_000);
@@ -54,7 +54,7 @@ fn sizes() {
 }
 
 #[test]
-fn bad_arguments() {
+fn arguments_out_of_range_are_rejected() {
     let warehouse = |aisles, rows, bays| Warehouse { aisles, rows, bays }.generate().unwrap_err().to_string();
     assert_eq!(warehouse(0, 1, 1), "--aisles is 0: it must be 1 to 10000");
     assert!(warehouse(10_000, 10_000, 1000).contains("edges"));
@@ -69,7 +69,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(48))]
 
     #[test]
-    fn warehouses(aisles in 1u32..20, rows in 1u32..8, bays in 1u32..8) {
+    fn warehouses_are_drivable_and_reproducible(aisles in 1u32..20, rows in 1u32..8, bays in 1u32..8) {
         let warehouse = Warehouse { aisles, rows, bays };
         let text = warehouse.generate().unwrap();
         prop_assert_eq!(&text, &warehouse.generate().unwrap());
@@ -77,7 +77,7 @@ proptest! {
     }
 
     #[test]
-    fn grids(columns in 2u32..15, rows in 2u32..15, spacing in 10u32..60, one_way: bool) {
+    fn grids_are_drivable(columns in 2u32..15, rows in 2u32..15, spacing in 10u32..60, one_way: bool) {
         assert_drivable(&parse(&Grid { columns, rows, spacing, one_way }.generate().unwrap()));
     }
 }

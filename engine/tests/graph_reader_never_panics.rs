@@ -1,14 +1,14 @@
-//! Whatever is fed to the reader, it answers; and what it wrote it reads.
+//! The reader accepts or rejects any input without panicking, and reads every generated file.
 
 use proptest::prelude::*;
 use regatta_engine::graph::generate::{Grid, Warehouse};
 use regatta_engine::graph::info::Info;
 use regatta_engine::graph::{GraphError, Handles, ReadOptions, draw, parse, read};
 
-/// Reads a text; a graph that is accepted must be usable.
-fn feed(text: &str) {
+/// Reads a text; an accepted graph must be usable.
+fn check(text: &str) {
     for handles in [None, Some(Handles::BAtOrigin), Some(Handles::FAtOrigin)] {
-        match parse(text, "fed.yaml", &ReadOptions { handles }) {
+        match parse(text, "input.yaml", &ReadOptions { handles }) {
             Ok((graph, findings)) => {
                 assert_eq!(findings.errors(), 0);
                 let info = Info::of(&graph);
@@ -23,8 +23,8 @@ fn feed(text: &str) {
     }
 }
 
-/// Pieces of route graph files, in no order that makes sense.
-fn piece() -> impl Strategy<Value = String> {
+/// Fragments of route graph files.
+fn fragment() -> impl Strategy<Value = String> {
     prop_oneof![
         4 => prop::sample::select(&[
             "Edges:", "Vertices:", "nodes: ", "- ", "\n", "  ", "{", "}", "[", "]", ", ", ": ", "Id: 1", "X: ", "Y: 3", "Theta: ",
@@ -39,22 +39,22 @@ fn piece() -> impl Strategy<Value = String> {
 
 proptest! {
     #[test]
-    fn pieces(pieces in prop::collection::vec(piece(), 0..60)) {
-        feed(&pieces.concat());
+    fn fragments_in_any_order_do_not_panic(fragments in prop::collection::vec(fragment(), 0..60)) {
+        check(&fragments.concat());
     }
 
     #[test]
-    fn bytes(bytes in prop::collection::vec(any::<u8>(), 0..300)) {
+    fn arbitrary_bytes_do_not_panic(bytes in prop::collection::vec(any::<u8>(), 0..300)) {
         let file = tempfile::NamedTempFile::new().unwrap();
         std::fs::write(file.path(), &bytes).unwrap();
         let read = read(file.path(), &ReadOptions::default());
-        let misread = matches!(read, Err(GraphError::Unreadable { .. } | GraphError::TooLarge { .. }));
-        prop_assert!(!misread);
+        let is_wrong_error = matches!(read, Err(GraphError::Unreadable { .. } | GraphError::TooLarge { .. }));
+        prop_assert!(!is_wrong_error);
     }
 
     #[test]
-    fn mutations(
-        changes in prop::collection::vec((any::<prop::sample::Index>(), 0usize..20, piece()), 1..8),
+    fn mutated_graphs_do_not_panic(
+        changes in prop::collection::vec((any::<prop::sample::Index>(), 0usize..20, fragment()), 1..8),
         one_way: bool,
     ) {
         let mut text = Grid { columns: 3, rows: 2, spacing: 10, one_way }.generate().unwrap();
@@ -64,12 +64,12 @@ proptest! {
             let to = (from + removed..=text.len()).find(|&to| text.is_char_boundary(to)).unwrap_or(text.len());
             text.replace_range(from..to, &inserted);
         }
-        feed(&text);
+        check(&text);
     }
 
-    /// Both spellings, either order, any case.
+    /// Both names of the vertices, either order of the lists, any case.
     #[test]
-    fn spellings(upper: bool, nodes: bool, vertices_first: bool) {
+    fn all_spellings_of_a_graph_are_equal(upper: bool, nodes: bool, vertices_first: bool) {
         let text = Warehouse { aisles: 1, rows: 1, bays: 1 }.generate().unwrap();
         let (graph, _) = parse(&text, "g", &ReadOptions::default()).unwrap();
         let mut other = text.replace("CurveType: Linear", "CurveType: lINEAR");
@@ -90,7 +90,7 @@ proptest! {
 }
 
 #[test]
-fn the_two_spellings_of_the_format_are_one() {
+fn both_spellings_of_the_format_are_read() {
     let dissertation = "\
         Nodes:\n- {FrameID: map, ID: 1, Theta: 0.5, X: 1, Y: 2}\n- {FrameID: map, ID: 2, Theta: 0.5, X: 9, Y: 6}\n\
         Edges:\n- ID: 7\n  Origin_ID: 1\n  Destination_ID: 2\n  CurveType: Spline\n  ParamF: 2\n  ParamB: 3\n  VelocityForward: 1.5\n";

@@ -1,4 +1,5 @@
-//! `graphs/porto.yaml` has what the dissertation published of its graph, and `graphs/thirty.yaml` its routes.
+//! Compares `graphs/porto.yaml` with the published parts of the dissertation's graph, and `graphs/thirty.yaml` with its
+//! routes.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -7,8 +8,8 @@ use regatta_engine::graph::arc_length::{Distance, Tracks};
 use regatta_engine::graph::{Gear, Leg, NodeIndex, ReadOptions, RouteGraph, read};
 use regatta_engine::scenario::{Overrides, Scenario, Start};
 
-/// Tables 5.1 and 5.3: a route, and the wanted X, Y and θ (degrees) of its end. Two rows want the simulated 90.03 where
-/// the single edge's row wants 90; 90 stands here.
+/// Tables 5.1 and 5.3: a route, and the target X, Y and θ (degrees) of its end. Two rows have the simulated target 90.03
+/// where the row of the single edge has 90; here it is 90.
 const END_POSES: [(&[u32], [f64; 3]); 18] = [
     (&[45], [13.00, 13.50, 90.0]),
     (&[34], [-5.0, -8.0, 180.0]),
@@ -30,11 +31,12 @@ const END_POSES: [(&[u32], [f64; 3]); 18] = [
     (&[23, 16, 12, 11, 13, 34, 45], [13.00, 13.5, 90.0]),
 ];
 
-/// Tables 5.5 to 5.7: seconds that one robot took. Here, what the reconstruction may be off by, as it is all made up.
+/// Tables 5.5 to 5.7: routes, and the time in seconds that one robot took.
 const TIMES: [(&[u32], f64); 3] = [(&[23, 16, 12], 15.57), (&[84, 85], 10.31), (&[64, 65], 10.05)];
+/// The allowed difference in seconds: the lengths and speeds of the reconstruction are invented.
 const TIME_TOLERANCE: f64 = 0.05;
 
-/// The thirty-robot test, by robot.
+/// The routes of the thirty-robot test, by robot.
 const THIRTY: [&[u32]; 30] = [
     &[64, 65],
     &[100, 101, 102],
@@ -85,7 +87,7 @@ fn legs(graph: &RouteGraph, route: &[u32]) -> Vec<Leg> {
 }
 
 #[test]
-fn routes_end_where_the_dissertation_wants_them() {
+fn routes_end_at_the_published_poses() {
     let graph = porto();
     let tracks = Tracks::compile(&graph);
     for (route, [x, y, degrees]) in END_POSES {
@@ -98,14 +100,14 @@ fn routes_end_where_the_dissertation_wants_them() {
 }
 
 #[test]
-fn edge_34_starts_where_the_figure_shows_it() {
+fn edge_34_starts_at_the_position_in_the_figure() {
     let graph = porto();
     let start = graph.node(graph.edge(graph.edge_by_id(34).unwrap()).origin).position;
     assert!((start.x - 13.0).abs() < 0.05 && start.y == 17.5, "{start}");
 }
 
 #[test]
-fn routes_join_without_a_jump() {
+fn headings_are_continuous_along_routes() {
     let graph = porto();
     let tracks = Tracks::compile(&graph);
     let all = END_POSES.iter().map(|row| row.0).chain(TIMES.iter().map(|row| row.0)).chain(THIRTY);
@@ -133,7 +135,7 @@ fn routes_take_about_as_long_as_published() {
 }
 
 #[test]
-fn the_thirty_drive_the_published_routes_from_different_places_to_different_places() {
+fn thirty_robots_drive_the_published_routes_between_different_nodes() {
     let scenario =
         Scenario::read(&graphs("thirty.yaml"), &Overrides::default()).unwrap_or_else(|error| panic!("{error}"));
     assert!(scenario.warnings.is_empty(), "{:?}", scenario.warnings);
@@ -148,12 +150,12 @@ fn the_thirty_drive_the_published_routes_from_different_places_to_different_plac
         starts.insert(graph.leg_start(legs[0]));
         ends.insert(graph.leg_end(legs[legs.len() - 1]));
     }
-    assert_eq!((starts.len(), ends.len()), (30, 30), "robots would stand in one another");
+    assert_eq!((starts.len(), ends.len()), (30, 30), "robots would overlap");
     assert_eq!(scenario.robots(), 30);
 }
 
 #[test]
-fn every_place_can_be_reached_from_every_other_in_forward_gear() {
+fn every_node_can_be_reached_from_every_other_in_forward_gear() {
     let graph = porto();
     for (start, _) in (0..).map(NodeIndex).zip(graph.nodes()) {
         let mut reached = BTreeSet::from([start]);

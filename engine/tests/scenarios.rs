@@ -1,11 +1,11 @@
-//! Scenarios as users write them, and as they get them wrong.
+//! Tests valid scenarios, and the errors of invalid ones.
 
 use std::path::Path;
 
 use regatta_engine::scenario::{Overrides, Scenario, ScenarioError, Start};
 use regatta_plugin::world::Shape;
 
-/// Nodes 1, 2, 3 in a row; edges 10 (1 to 2), 11 (2 to 1), 12 (2 to 3, also in reverse gear).
+/// Nodes 1, 2 and 3 in a row; edges 10 (1 to 2), 11 (2 to 1) and 12 (2 to 3, also in reverse gear).
 const GRAPH: &str = "
 Vertices:
 - {Id: 1, X: 0, Y: 0, Theta: 0}
@@ -23,7 +23,7 @@ fn read(text: &str) -> Result<Scenario, ScenarioError> {
 }
 
 #[test]
-fn a_scenario_means_what_it_says() {
+fn a_valid_scenario_is_resolved() {
     let scenario = read(
         "rate: 200\npublish_rate: 50\nseed: 3
 robot_types:
@@ -34,7 +34,7 @@ robots:
 - {count: 3, type: disc, routes: random}
 - {node: 3}",
     )
-    .expect("a good scenario");
+    .expect("a valid scenario");
     assert_eq!((scenario.tick_period.as_millis(), scenario.ticks_per_frame, scenario.seed), (5, 4, 3));
     let [tug, disc] = &scenario.robot_types[..] else { panic!("two types") };
     assert_eq!((tug.shape, tug.max_acceleration), (Shape::Rectangle, 0.5));
@@ -46,12 +46,13 @@ robots:
 }
 
 #[test]
-fn lights_are_white_unless_told_otherwise() {
-    let lit = "robots: [{node: 1}]\nlights: [{x: 1, y: -2.5, z: 3}, {x: 0, y: 0, z: 4, colour: [1, 0.5, 0]}]";
-    let lights = read(lit).expect("a good scenario").lights;
-    let seen: Vec<_> = lights.iter().map(|light| ([light.x, light.y, light.z], light.colour)).collect();
-    assert_eq!(seen, [([1.0, -2.5, 3.0], [1.0; 3]), ([0.0, 0.0, 4.0], [1.0, 0.5, 0.0])]);
-    assert!(read("robots: [{node: 1}]").expect("a good scenario").lights.is_empty());
+fn lights_are_white_by_default() {
+    let text = "robots: [{node: 1}]\nlights: [{x: 1, y: -2.5, z: 3}, {x: 0, y: 0, z: 4, colour: [1, 0.5, 0]}]";
+    let lights = read(text).expect("a valid scenario").lights;
+    let positions_and_colours: Vec<_> =
+        lights.iter().map(|light| ([light.x, light.y, light.z], light.colour)).collect();
+    assert_eq!(positions_and_colours, [([1.0, -2.5, 3.0], [1.0; 3]), ([0.0, 0.0, 4.0], [1.0, 0.5, 0.0])]);
+    assert!(read("robots: [{node: 1}]").expect("a valid scenario").lights.is_empty());
     for bad in ["[{x: 1, y: 2}]", "[{x: 1, y: 2, z: 3, color: [1, 1, 1]}]", "[{x: 1, y: 2, z: 3, colour: [1, 1]}]"] {
         let error = read(&format!("robots: [{{node: 1}}]\nlights: {bad}")).expect_err(bad).to_string();
         assert!(error.contains("plant.yaml") && error.contains("line 3") && error.lines().count() == 1, "{error}");
@@ -59,7 +60,7 @@ fn lights_are_white_unless_told_otherwise() {
 }
 
 #[test]
-fn a_mistake_is_told_with_its_place_and_what_to_do() {
+fn an_error_names_the_entry_and_what_to_do() {
     let robots = "robots: [{route: [10]}]";
     for (text, place, advice) in [
         ("robots: [{route: [10, 10]}]", "robots, entry 1", "edge 10 ends at node 2, but edge 10 starts at node 1"),
@@ -74,8 +75,8 @@ fn a_mistake_is_told_with_its_place_and_what_to_do() {
         ("robots: [{type: ghost, node: 1}]", "robots, entry 1", "list it under robot_types"),
         ("robots: []", "robots", "at least one"),
         ("robots: [{count: 4000000000, node: 1}, {count: 4000000000, node: 1}]", "robots", "at most"),
-        (&format!("rate: 0\n{robots}"), "rate", "0 ticks a second is out of range"),
-        (&format!("rate: .nan\n{robots}"), "rate", "NaN ticks a second"),
+        (&format!("rate: 0\n{robots}"), "rate", "0 ticks per second is out of range"),
+        (&format!("rate: .nan\n{robots}"), "rate", "NaN ticks per second"),
         (&format!("publish_rate: 200\n{robots}"), "rate", "not above the rate"),
         (&format!("robot_types: [{{name: a, length: -1, width: 1}}]\n{robots}"), "robot_types", "length is -1"),
         (&format!("robot_types: [{{name: a, length: 1}}]\n{robots}"), "robot_types", "width is missing"),
@@ -87,7 +88,7 @@ fn a_mistake_is_told_with_its_place_and_what_to_do() {
         (
             &format!("robot_types: [{{name: a, length: 1, width: 1}}, {{name: a, length: 2, width: 1}}]\n{robots}"),
             "robot_types",
-            "a name of its own",
+            "a unique name",
         ),
         (&format!("lights: [{{x: 0, y: 0, z: 5}}, {{x: 0, y: .inf, z: 5}}]\n{robots}"), "lights", "entry 2: y is inf"),
         (&format!("lights: [{{x: 0, y: 0, z: .nan}}]\n{robots}"), "lights", "entry 1: z is NaN; give metres"),
@@ -101,35 +102,50 @@ fn a_mistake_is_told_with_its_place_and_what_to_do() {
 }
 
 #[test]
-fn a_misspelt_key_or_a_broken_file_is_told_with_its_line() {
-    for (text, told) in [
+fn an_unknown_key_or_a_syntax_error_is_reported_with_its_line() {
+    for (text, expected) in [
         ("robots:\n- {rout: [10]}", "unknown field `rout`"),
-        ("robots: [{route: [x10]}]", "names no edge"),
+        ("robots: [{route: [x10]}]", "invalid edge 'x10'"),
         ("viewer: maybe\nrobots: [{node: 1}]", "maybe"),
         ("robots: [", "line"),
         ("robots: {", "line"),
     ] {
         let message = read(text).expect_err(text).to_string();
-        assert!(message.starts_with("plant.yaml: ") && message.contains(told), "{text}: {message}");
+        assert!(message.starts_with("plant.yaml: ") && message.contains(expected), "{text}: {message}");
         assert!(message.contains("line "), "{text}: {message}");
     }
 }
 
 #[test]
-fn a_publish_rate_that_does_not_fit_is_rounded_and_told() {
-    let scenario = read("rate: 100\npublish_rate: 40\nrobots: [{node: 1}]").expect("usable");
+fn a_publish_rate_that_does_not_divide_the_rate_is_rounded_with_a_warning() {
+    let scenario = read("rate: 100\npublish_rate: 40\nrobots: [{node: 1}]").expect("a valid scenario");
     assert_eq!(scenario.ticks_per_frame, 3);
-    assert!(scenario.warnings.iter().any(|warning| warning.contains("frames come at 33.333")), "{scenario:?}");
-    let scenario = read("rate: 100\npublish_rate: 50\nrobots: [{node: 1}]").expect("usable");
+    assert!(scenario.warnings.iter().any(|warning| warning.contains("33.333 frames per second")), "{scenario:?}");
+    let scenario = read("rate: 100\npublish_rate: 50\nrobots: [{node: 1}]").expect("a valid scenario");
     assert!(!scenario.warnings.iter().any(|warning| warning.contains("publish_rate")), "{scenario:?}");
 }
 
 #[test]
-fn what_is_no_file_is_told() {
+fn files_that_can_not_be_read_are_rejected() {
     let read = |path: &str| Scenario::read(Path::new(path), &Overrides::default()).expect_err(path).to_string();
     assert!(read("no/such.yaml").starts_with("no/such.yaml: "));
     assert!(read(env!("CARGO_MANIFEST_DIR")).contains("directory"));
     if cfg!(target_os = "linux") {
         assert!(read("/dev/zero").contains("too large"));
+    }
+}
+
+#[test]
+fn plugins_come_after_plugins_of_the_scenario_without_a_cycle() {
+    let plugins = |list: &str| read(&format!("robots: [{{node: 1}}]\nplugins: {list}\n"));
+    let scenario = plugins("[collision, {name: mine, command: [./mine], after: [collision]}]").expect("valid");
+    assert_eq!(scenario.plugins[1].after, ["collision"]);
+    for (list, expected) in [
+        ("[{name: mine, command: [./mine], after: [collision]}]", "which is not among the plugins"),
+        ("[{name: a, command: [./a], after: [a]}]", "a comes after itself"),
+        ("[hello, {name: a, command: [./a], after: [b, hello]}, {name: b, command: [./b], after: [a]}]", "after itself"),
+    ] {
+        let error = plugins(list).expect_err(list).to_string();
+        assert!(error.contains("plant.yaml") && error.contains(expected), "{error}");
     }
 }

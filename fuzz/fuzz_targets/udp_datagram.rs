@@ -1,5 +1,5 @@
-//! No datagram makes the UDP plugins panic, hang or eat memory: neither the source that makes a fleet of it, nor the
-//! check of a visualiser's answers. A line that is read is written so that it is read the same again.
+//! No datagram makes the UDP plugins panic, hang or exhaust memory: neither the source, which turns datagrams into a
+//! fleet, nor the check of a visualiser's answers. A line that is parsed, written and parsed again has the same values.
 //!
 //! `mkdir -p fuzz/corpus/udp_datagram; cargo +nightly fuzz run udp_datagram fuzz/corpus/udp_datagram fuzz/seeds-udp -- -max_total_time=600`
 
@@ -13,36 +13,36 @@ use regatta_udp::echo::{EchoCheck, EchoRules};
 use regatta_udp::line::{AngleUnit, LineFormat, PoseLine, Separator, lines};
 use regatta_udp::source::intake::Intake;
 
-const MOST_ROBOTS: u32 = 1_000;
+const MAX_ROBOTS: u32 = 1_000;
 const DEADLINE: Duration = Duration::from_millis(50);
 
-// A byte for the options, then some datagrams, set apart by zeros.
+// The input is one byte of options, and datagrams separated by zero bytes.
 fuzz_target!(|input: (u8, &[u8])| {
     let (options, bytes) = input;
     let unit = if options & 1 == 0 { AngleUnit::Degrees } else { AngleUnit::Radians };
     let datagrams = || bytes.split(|&byte| byte == 0);
     for line in datagrams().flat_map(lines) {
-        read_again(line, Separator::Comma);
-        read_again(line, Separator::Space);
+        assert_round_trip(line, Separator::Comma);
+        assert_round_trip(line, Separator::Space);
     }
-    make_a_fleet(datagrams(), unit, options);
+    check_source(datagrams(), unit, options);
     check_answers(datagrams(), unit);
 });
 
-fn read_again(line: &[u8], separator: Separator) {
+fn assert_round_trip(line: &[u8], separator: Separator) {
     let Ok(read) = PoseLine::parse(line, separator) else { return };
     assert!(read.x.is_finite() && read.y.is_finite() && read.theta.is_finite());
     let format = LineFormat { separator, decimals: 9, theta_decimals: 9 };
     let mut text = Vec::new();
     read.write(&mut text, format);
-    let again = PoseLine::parse(text.trim_ascii_end(), separator).expect("its own writing");
+    let again = PoseLine::parse(text.trim_ascii_end(), separator).expect("a written line can be parsed");
     let near = |a: f32, b: f32| (a - b).abs() <= 1e-9;
     assert!(again.id == read.id && near(again.x, read.x) && near(again.y, read.y) && near(again.theta, read.theta));
 }
 
-fn make_a_fleet<'a>(datagrams: impl Iterator<Item = &'a [u8]>, unit: AngleUnit, options: u8) {
+fn check_source<'a>(datagrams: impl Iterator<Item = &'a [u8]>, unit: AngleUnit, options: u8) {
     let offset = if options & 2 == 0 { [0.0, 0.0] } else { [1e38, -0.5] };
-    let mut intake = Intake::new(unit, offset, 300, MOST_ROBOTS);
+    let mut intake = Intake::new(unit, offset, 300, MAX_ROBOTS);
     let (mut now, mut used) = (Duration::ZERO, 0);
     for datagram in datagrams {
         now += Duration::from_millis(60);
@@ -50,10 +50,10 @@ fn make_a_fleet<'a>(datagrams: impl Iterator<Item = &'a [u8]>, unit: AngleUnit, 
         intake.robots.forget(Duration::from_secs(1), now);
     }
     let rows = intake.robots.len();
-    assert!(rows <= MOST_ROBOTS as usize && used == intake.lines);
+    assert!(rows <= MAX_ROBOTS as usize && used == intake.lines);
     let mut lines = vec![Line::default(); frame_lines(rows)];
     intake.robots.write(&mut ColumnsMut::split(&mut lines, rows), now);
-    let columns = Columns::split(&lines, rows).expect("lines enough");
+    let columns = Columns::split(&lines, rows).expect("enough lines");
     for column in [columns.x, columns.y, columns.theta, columns.speed] {
         assert!(column.iter().all(|value| value.is_finite()));
     }
@@ -61,7 +61,7 @@ fn make_a_fleet<'a>(datagrams: impl Iterator<Item = &'a [u8]>, unit: AngleUnit, 
     assert!(columns.theta.iter().all(|theta| -pi < *theta && *theta <= pi));
 }
 
-/// The lines of every other datagram are sent, and those of the others are answers.
+/// Sends the lines of every other datagram, and treats those of the others as answers.
 fn check_answers<'a>(datagrams: impl Iterator<Item = &'a [u8]>, unit: AngleUnit) {
     let format = LineFormat::new(Separator::Comma, 3, unit);
     let mut check = EchoCheck::new(EchoRules::new(format, 3, unit, [0.0; 2], DEADLINE));
@@ -71,7 +71,7 @@ fn check_answers<'a>(datagrams: impl Iterator<Item = &'a [u8]>, unit: AngleUnit)
         if number % 2 == 0 {
             let mut sent = check.frame(2, now);
             let all = lines(datagram).filter_map(|line| PoseLine::parse(line, Separator::Comma).ok());
-            all.filter(|line| line.id < MOST_ROBOTS).for_each(|line| sent.push(&line));
+            all.filter(|line| line.id < MAX_ROBOTS).for_each(|line| sent.push(&line));
             check.note(sent);
         } else {
             let answers = lines(datagram).filter_map(|line| PoseLine::parse(line, Separator::Space).ok());
@@ -79,7 +79,7 @@ fn check_answers<'a>(datagrams: impl Iterator<Item = &'a [u8]>, unit: AngleUnit)
         }
         check.pass_time(now);
     }
-    // Would overflow if a line had met two fates.
+    // This subtraction would overflow if a line were counted twice.
     let open = check.totals().open();
     assert!(open <= check.totals().sent && !check.to_string().is_empty());
     check.pass_time(now + 3 * DEADLINE);

@@ -1,5 +1,5 @@
-//! Compiles the message definitions in `proto/`: to Rust types, and to the descriptors that recordings carry so that
-//! any program can read them.
+//! Compiles the message definitions in `proto/` to Rust types, and to the descriptors that each recording contains so
+//! that any program can read it.
 
 use std::env;
 use std::error::Error;
@@ -18,7 +18,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     ] {
         let mut descriptors = protox::compile(files, ["proto"])?;
         Config::new().compile_fds(descriptors.clone())?;
-        // Comments and line numbers are of no use in a recording.
+        // Recordings don't need comments and line numbers.
         descriptors.file.iter_mut().for_each(|file| file.source_code_info = None);
         fs::write(out.join(format!("{name}.descriptors")), descriptors.encode_to_vec())?;
     }

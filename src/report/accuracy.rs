@@ -1,29 +1,31 @@
-//! Tables 5.1 and 5.3: do robots end where they should?
+//! `regatta report accuracy`: the end poses of the dissertation's tables 5.1 and 5.3.
 
 use std::fmt::Write as _;
 use std::process::ExitCode;
 use std::time::Duration;
 
 use super::experiment::{Experiment, all_idle, folder_with_porto};
+use super::output::{Output, environment, write};
+use super::plot;
 use super::published::{AVERAGE_RATES, END_POSES, EndPose, Pose, success_rate};
-use super::{Output, circumstances, plot, write};
-use crate::Failure;
+use crate::failure::Failure;
 
-/// Of tables 5.1 and 5.3, the rows that are single edges.
+/// The number of rows of [`END_POSES`] that are single edges; the others are routes.
 const SINGLE_EDGES: usize = 10;
-/// The route whose drive is plotted, as the dissertation does.
+/// The route whose driven path is plotted, as in the dissertation.
 const PLOTTED_ROUTE: &[u32] = &[34];
 
-/// What a drive of all routes gave.
+/// The result of driving all routes.
 struct Drive {
+    /// The end pose of each route, in the order of [`END_POSES`].
     end_poses: Vec<Pose>,
-    /// Poses along the plotted route.
+    /// The poses along the plotted route.
     path: Vec<Pose>,
 }
 
 pub fn run(output: &Output) -> Result<ExitCode, Failure> {
     let drive = drive()?;
-    let (line, machine) = circumstances();
+    let (line, machine) = environment();
     plot::path(&output.file("accuracy.svg")?, PLOTTED_ROUTE, &drive.path)?;
     output.write("accuracy", &markdown(&drive, &line), &json(&drive, machine))?;
     Ok(ExitCode::SUCCESS)
@@ -57,12 +59,12 @@ fn drive() -> Result<Drive, Failure> {
     Ok(drive)
 }
 
-/// Success rates of a row's x, y and θ.
+/// Returns the success rates of x, y and θ of a row.
 fn rates(row: &EndPose, pose: &Pose) -> [Option<f64>; 3] {
     std::array::from_fn(|column| success_rate(pose[column], row.wanted[column], column == 2))
 }
 
-/// Mean of each column over rows where the formula has a value.
+/// Returns the mean success rate of each column over the rows where the formula has a value.
 fn averages(rows: &[EndPose], poses: &[Pose]) -> Pose {
     std::array::from_fn(|column| {
         let values: Vec<_> = rows.iter().zip(poses).filter_map(|(row, pose)| rates(row, pose)[column]).collect();
@@ -83,11 +85,11 @@ fn rates_text(rates: [Option<f64>; 3]) -> String {
     rates.map(text).join(" / ")
 }
 
-fn markdown(drive: &Drive, circumstances: &str) -> String {
+fn markdown(drive: &Drive, environment: &str) -> String {
     let mut text = format!(
-        "# Accuracy: end poses of the dissertation's routes\n\n{circumstances}\n\n\
-         Poses are x m, y m, θ °; success rates are by equation 5.1, in % for x / y / θ, and have no value where\n\
-         0 is wanted. 'Dissertation' is what its own system reached on its own graph.\n\n\
+        "# Accuracy: end poses of the dissertation's routes\n\n{environment}\n\n\
+         Poses are x m, y m, θ °; success rates follow equation 5.1, in % for x / y / θ, and have no value where\n\
+         the wanted value is 0. 'Dissertation' is the result of its own system on its own graph.\n\n\
          | route | simulated | wanted | success rate | dissertation simulated | its success rate |\n|---|---|---|---|---|---|\n"
     );
     for (row, pose) in END_POSES.iter().zip(&drive.end_poses) {
@@ -110,7 +112,7 @@ fn markdown(drive: &Drive, circumstances: &str) -> String {
     text
 }
 
-/// Name, our average, the dissertation's average.
+/// Returns the name, Regatta's average and the dissertation's average of the single edges and of the routes.
 fn mean_rates(drive: &Drive) -> [(&'static str, Pose, Pose); 2] {
     let (edges, routes) = END_POSES.split_at(SINGLE_EDGES);
     let (edge_poses, route_poses) = drive.end_poses.split_at(SINGLE_EDGES);

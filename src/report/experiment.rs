@@ -1,4 +1,4 @@
-//! One engine process with a reader attached: what every report measures.
+//! The setup of every report: an engine process with a reader attached.
 
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -8,12 +8,14 @@ use regatta_plugin::control::ControlResponse;
 use regatta_plugin::frame::RobotState;
 use regatta_plugin::{Control, FleetName, Frame, Subscriber};
 
-use crate::Failure;
+use super::output::write;
+use crate::failure::Failure;
 use crate::supervisor::Supervisor;
 
-const START_PATIENCE: Duration = Duration::from_secs(60);
+/// The longest time until the engine can be read.
+const START_TIMEOUT: Duration = Duration::from_secs(60);
 
-/// An engine process, its control and its reader.
+/// An engine process, its control client and its reader.
 pub struct Experiment {
     supervisor: Supervisor,
     pub control: Control,
@@ -21,7 +23,7 @@ pub struct Experiment {
 }
 
 impl Experiment {
-    /// Starts `regatta engine SCENARIO ARGS` under a fleet name of its own and waits until it can be read.
+    /// Starts `regatta engine SCENARIO ARGS` with a fleet name of its own, and waits until the fleet can be read.
     pub fn start(name: &str, scenario: &Path, args: &[String]) -> Result<Self, Failure> {
         let fleet: FleetName = format!("report-{name}-{}", std::process::id()).parse()?;
         let mut command = Command::new(std::env::current_exe()?);
@@ -34,7 +36,7 @@ impl Experiment {
             if control.has_engine() && reader.has_producer() {
                 return Ok(Self { supervisor, control, reader });
             }
-            if !supervisor.ended().is_empty() || started.elapsed() > START_PATIENCE {
+            if !supervisor.take_ended().is_empty() || started.elapsed() > START_TIMEOUT {
                 return Err(format!("the engine of experiment '{name}' did not start; run `regatta doctor`").into());
             }
             std::thread::sleep(Duration::from_millis(5));
@@ -45,23 +47,23 @@ impl Experiment {
         Ok(self.control.status()?)
     }
 
-    /// Hands each frame to `watch`, woken as they come, until it says that it has seen enough.
-    pub fn watch(&mut self, patience: Duration, mut watch: impl FnMut(&Frame<'_>) -> bool) -> Result<(), Failure> {
+    /// Calls `is_last` with each frame as it arrives, until it returns true.
+    pub fn watch(&mut self, timeout: Duration, mut is_last: impl FnMut(&Frame<'_>) -> bool) -> Result<(), Failure> {
         let started = Instant::now();
-        while started.elapsed() < patience {
+        while started.elapsed() < timeout {
             if let Some(frame) = self.reader.wait(Duration::from_millis(200))?
-                && watch(&frame)
+                && is_last(&frame)
             {
                 return Ok(());
             }
-            if let Some(ended) = self.supervisor.ended().first() {
-                return Err(ended.failure().unwrap_or_else(|| "the engine ended early".into()).into());
+            if let Some(child) = self.supervisor.take_ended().first() {
+                return Err(child.failure().unwrap_or_else(|| "the engine ended early".into()).into());
             }
         }
-        Err(format!("the experiment did not end within {} s", patience.as_secs()).into())
+        Err(format!("the experiment did not end within {} s", timeout.as_secs()).into())
     }
 
-    /// Ends the engine, which must end well.
+    /// Stops the engine, and returns an error if it failed.
     pub fn finish(mut self) -> Result<(), Failure> {
         match self.supervisor.stop().into_iter().next() {
             Some(failure) => Err(failure.into()),
@@ -70,14 +72,19 @@ impl Experiment {
     }
 }
 
-/// Whether every robot has come to the end of its route.
+/// Whether every robot has reached the end of its route.
 pub fn all_idle(frame: &Frame<'_>) -> bool {
     frame.state().iter().all(|&state| state == RobotState::Idle as u8)
 }
 
-/// Folder for an experiment's scenarios, with the graph beside them; removed when dropped.
+/// Creates a folder for an experiment's scenarios that contains the graph `porto.yaml`; it is removed when dropped.
 pub fn folder_with_porto() -> Result<tempfile::TempDir, Failure> {
-    let folder = tempfile::tempdir().map_err(|error| format!("can't make a temporary folder: {error}"))?;
-    super::write(&folder.path().join("porto.yaml"), include_str!("../../graphs/porto.yaml"))?;
+    let folder = temporary_folder()?;
+    write(&folder.path().join("porto.yaml"), include_str!("../../graphs/porto.yaml"))?;
     Ok(folder)
+}
+
+/// Creates a folder that is removed when dropped.
+pub fn temporary_folder() -> Result<tempfile::TempDir, Failure> {
+    tempfile::tempdir().map_err(|error| format!("can't create a temporary folder: {error}").into())
 }

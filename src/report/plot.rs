@@ -1,4 +1,4 @@
-//! The reports' plots, as SVG.
+//! The plots of the reports, as SVG.
 
 use std::path::Path;
 
@@ -6,21 +6,21 @@ use plotters::coord::Shift;
 use plotters::prelude::*;
 
 use super::published::Pose;
-use crate::Failure;
+use crate::failure::Failure;
 
-/// Colours that stay apart for colour-blind readers (Okabe and Ito).
+/// Colours that colour-blind people can distinguish (Okabe and Ito).
 const COLOURS: [RGBColor; 4] =
     [RGBColor(0, 114, 178), RGBColor(213, 94, 0), RGBColor(0, 158, 115), RGBColor(204, 121, 167)];
 
 type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 
-/// A line through points, by name.
+/// A named line through points.
 pub struct Series {
     pub name: String,
     pub points: Vec<(f64, f64)>,
 }
 
-/// A driven path, and the heading along it (the dissertation's figures of edge 34).
+/// Draws a driven path and the heading along it, as the dissertation's figures of edge 34 do.
 pub fn path(file: &Path, route: &[u32], poses: &[Pose]) -> Result<(), Failure> {
     let root = SVGBackend::new(file, (1100, 500)).into_drawing_area();
     root.fill(&WHITE)?;
@@ -28,7 +28,7 @@ pub fn path(file: &Path, route: &[u32], poses: &[Pose]) -> Result<(), Failure> {
     let start = (0.0, poses.first().map_or(0.0, |pose| pose[2]));
     let along = poses.windows(2).scan(start, |(distance, heading), pair| {
         *distance += (pair[1][0] - pair[0][0]).hypot(pair[1][1] - pair[0][1]);
-        // The short way round, so that the line doesn't jump where the angle wraps.
+        // The difference is wrapped to half a turn, so that the line has no jump where the angle wraps.
         *heading += (pair[1][2] - *heading + 180.0).rem_euclid(360.0) - 180.0;
         Some((*distance, *heading))
     });
@@ -41,7 +41,8 @@ pub fn path(file: &Path, route: &[u32], poses: &[Pose]) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Durations over fleet size, and tick cost over fleet size, both logarithmic to the right.
+/// Draws the durations over the fleet size on the left, and the cost of a tick over the fleet size on the right with both
+/// axes logarithmic.
 pub fn scaling(file: &Path, durations: &[Series], costs: &[Series]) -> Result<(), Failure> {
     let root = SVGBackend::new(file, (1100, 500)).into_drawing_area();
     root.fill(&WHITE)?;

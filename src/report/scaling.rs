@@ -1,5 +1,5 @@
-//! Tables 5.5 to 5.7, and on to a million: does the fleet's size change how fast robots move, and what does
-//! a tick cost?
+//! `regatta report scaling`: the dissertation's tables 5.5 to 5.7 (does the size of the fleet change how fast robots move?),
+//! and the cost of a tick for up to a million robots.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -9,45 +9,46 @@ use std::time::{Duration, Instant, SystemTime};
 use clap::Args;
 use regatta_engine::graph::generate::Warehouse;
 
-use super::experiment::{Experiment, all_idle, folder_with_porto};
+use super::experiment::{Experiment, all_idle, folder_with_porto, temporary_folder};
+use super::output::{Output, environment, write};
+use super::plot;
 use super::published::{DURATIONS, FLEET_SIZES};
-use super::{Output, circumstances, plot, write};
-use crate::Failure;
+use crate::failure::Failure;
 
-/// Fleet sizes beyond the dissertation's, each with its ticks per second.
+/// The loads beyond the dissertation's fleet sizes: number of robots, ticks per second.
 const LOADS: &[(u32, u32)] = &[(1_000, 100), (10_000, 100), (100_000, 60), (100_000, 500), (1_000_000, 60)];
-/// Where they drive: 9,898 edges.
+/// The warehouse of these loads: 9,898 edges.
 const LARGE_WAREHOUSE: Warehouse = Warehouse { aisles: 60, rows: 12, bays: 4 };
-/// Before a load is measured: pages are touched, caches warm.
+/// The time before a load is measured, in which memory pages are touched and caches warm up.
 const WARM_UP: Duration = Duration::from_secs(2);
 
 #[derive(Args)]
 pub struct ScalingArgs {
     #[command(flatten)]
     output: Output,
-    /// Speed at which the dissertation's routes are driven; 1 is real time and takes three minutes.
+    /// Speed at which the dissertation's routes are driven; 1 is real time, which takes three minutes.
     #[arg(long, default_value_t = 1.0)]
     speed: f32,
-    /// Seconds that each larger fleet is measured for.
+    /// Seconds for which each larger fleet is measured.
     #[arg(long, default_value_t = 10)]
     secs: u64,
     /// Threads of the engine for the larger fleets.
     #[arg(long, default_value_t = 1)]
     threads: u32,
-    /// Largest fleet to try.
+    /// Number of robots of the largest fleet.
     #[arg(long, default_value_t = 1_000_000)]
     max_robots: u32,
 }
 
-/// How long a fleet took for a route.
-struct Finish {
+/// The time until all robots of a fleet have driven a route.
+struct RouteTime {
     simulated_secs: f64,
-    /// Wall time times speed: what a watch beside the simulation would have shown.
+    /// Wall time times speed: the wall time of the same drive at speed 1.
     wall_secs: f64,
 }
 
-/// What a large fleet cost.
-struct Load {
+/// The cost of a large fleet.
+struct Cost {
     robots: u32,
     rate_hz: u32,
     tick_cost_p50_ms: f64,
@@ -62,53 +63,53 @@ struct Load {
 }
 
 pub fn run(args: &ScalingArgs) -> Result<ExitCode, Failure> {
-    let finishes = finishes(args.speed)?;
-    let loads = loads(args)?;
-    let (line, machine) = circumstances();
-    let (durations, costs) = series(&finishes, &loads);
-    plot::scaling(&args.output.file("scaling.svg")?, &durations, &costs)?;
-    args.output.write("scaling", &markdown(&finishes, &loads, &line), &json(&finishes, &loads, args, machine))?;
+    let times = route_times(args.speed)?;
+    let costs = costs(args)?;
+    let (line, machine) = environment();
+    let (duration_series, cost_series) = series(&times, &costs);
+    plot::scaling(&args.output.file("scaling.svg")?, &duration_series, &cost_series)?;
+    args.output.write("scaling", &markdown(&times, &costs, &line), &json(&times, &costs, args, machine))?;
     Ok(ExitCode::SUCCESS)
 }
 
-/// Every route of the tables, with every fleet size.
-fn finishes(speed: f32) -> Result<Vec<Vec<Finish>>, Failure> {
+/// Measures every route of the tables with every fleet size.
+fn route_times(speed: f32) -> Result<Vec<Vec<RouteTime>>, Failure> {
     let folder = folder_with_porto()?;
-    let all_sizes = |route| FLEET_SIZES.iter().map(|&robots| finish(folder.path(), route, robots, speed)).collect();
+    let all_sizes = |route| FLEET_SIZES.iter().map(|&robots| route_time(folder.path(), route, robots, speed)).collect();
     DURATIONS.iter().map(|row| all_sizes(row.route)).collect()
 }
 
-fn finish(folder: &Path, route: &[u32], robots: u32, speed: f32) -> Result<Finish, Failure> {
+fn route_time(folder: &Path, route: &[u32], robots: u32, speed: f32) -> Result<RouteTime, Failure> {
     let scenario = folder.join("scaling.yaml");
     write(&scenario, &format!("graph: porto.yaml\nrate: 100\nrobots: [{{count: {robots}, route: {route:?}}}]\n"))?;
     let mut experiment = Experiment::start("finish", &scenario, &["--speed".into(), speed.to_string()])?;
     let mut first = None;
-    let mut finish = Finish { simulated_secs: 0.0, wall_secs: 0.0 };
+    let mut time = RouteTime { simulated_secs: 0.0, wall_secs: 0.0 };
     experiment.watch(Duration::from_secs(600), |frame| {
         let now = frame.sim_time().as_secs_f64();
         let (start, start_time) = *first.get_or_insert((Instant::now(), now));
-        finish.simulated_secs = now;
-        // The reader may have joined a few ticks late: those passed at the wanted speed or are late ticks.
-        finish.wall_secs = start.elapsed().as_secs_f64() * f64::from(speed) + start_time;
+        time.simulated_secs = now;
+        // The reader may have joined a few ticks late. Those ticks took their nominal time, or were counted as late ticks.
+        time.wall_secs = start.elapsed().as_secs_f64() * f64::from(speed) + start_time;
         all_idle(frame)
     })?;
     experiment.finish()?;
-    Ok(finish)
+    Ok(time)
 }
 
-fn loads(args: &ScalingArgs) -> Result<Vec<Load>, Failure> {
-    let folder = tempfile::tempdir().map_err(|error| format!("can't make a temporary folder: {error}"))?;
+fn costs(args: &ScalingArgs) -> Result<Vec<Cost>, Failure> {
+    let folder = temporary_folder()?;
     write(&folder.path().join("warehouse.yaml"), &LARGE_WAREHOUSE.generate()?)?;
     let scenario = folder.path().join("load.yaml");
     write(&scenario, "graph: warehouse.yaml\nseed: 1\nrobots: [{count: 1, routes: random}]\n")?;
-    let one = load(&scenario, (1, 100), args, 0)?;
+    let one = cost(&scenario, (1, 100), args, 0)?;
     let empty_bytes = one.bytes_per_robot as u64;
-    let wanted = LOADS.iter().filter(|(robots, _)| *robots <= args.max_robots);
-    wanted.map(|&size| load(&scenario, size, args, empty_bytes)).collect()
+    let loads = LOADS.iter().filter(|(robots, _)| *robots <= args.max_robots);
+    loads.map(|&load| cost(&scenario, load, args, empty_bytes)).collect()
 }
 
 /// Measures one fleet; `empty_bytes` is the resident memory of an engine with a single robot.
-fn load(scenario: &Path, (robots, rate_hz): (u32, u32), args: &ScalingArgs, empty_bytes: u64) -> Result<Load, Failure> {
+fn cost(scenario: &Path, (robots, rate_hz): (u32, u32), args: &ScalingArgs, empty_bytes: u64) -> Result<Cost, Failure> {
     let options = [("robots", robots), ("rate", rate_hz), ("threads", args.threads)];
     let options: Vec<_> = options.iter().flat_map(|(name, value)| [format!("--{name}"), value.to_string()]).collect();
     let mut experiment = Experiment::start("load", scenario, &options)?;
@@ -119,7 +120,7 @@ fn load(scenario: &Path, (robots, rate_hz): (u32, u32), args: &ScalingArgs, empt
     experiment.finish()?;
     ages.sort_by(f64::total_cmp);
     let percentile = |part: f64| ages.get((ages.len() as f64 * part) as usize).copied().unwrap_or(f64::NAN);
-    Ok(Load {
+    Ok(Cost {
         robots,
         rate_hz,
         tick_cost_p50_ms: after.tick_cost_p50_nanos as f64 * 1e-6,
@@ -134,7 +135,7 @@ fn load(scenario: &Path, (robots, rate_hz): (u32, u32), args: &ScalingArgs, empt
     })
 }
 
-/// Reads frames as they come; their ages in microseconds from send to first access.
+/// Reads each frame as it arrives, and returns the ages of the frames in microseconds from the send to the first access.
 fn read_for(experiment: &mut Experiment, time: Duration) -> Result<Vec<f64>, Failure> {
     let end = Instant::now() + time;
     let mut ages = Vec::new();
@@ -149,91 +150,90 @@ fn read_for(experiment: &mut Experiment, time: Duration) -> Result<Vec<f64>, Fai
     Ok(ages)
 }
 
-fn series(finishes: &[Vec<Finish>], loads: &[Load]) -> (Vec<plot::Series>, Vec<plot::Series>) {
+fn series(times: &[Vec<RouteTime>], costs: &[Cost]) -> (Vec<plot::Series>, Vec<plot::Series>) {
     let mut durations = Vec::new();
-    for (row, finishes) in DURATIONS.iter().zip(finishes) {
+    for (row, times) in DURATIONS.iter().zip(times) {
         let over_one = |secs: &[f64]| FLEET_SIZES.iter().zip(secs).map(|(&n, s)| (f64::from(n), s / secs[0])).collect();
-        let ours: Vec<_> = finishes.iter().map(|finish| finish.wall_secs).collect();
+        let ours: Vec<_> = times.iter().map(|time| time.wall_secs).collect();
         durations.push(plot::Series { name: format!("dissertation {:?}", row.route), points: over_one(&row.secs) });
         durations.push(plot::Series { name: format!("Regatta {:?}", row.route), points: over_one(&ours) });
     }
-    let point = |load: &Load, cost: f64| (f64::from(load.robots).log10(), cost.log10());
-    let sixty: Vec<_> = loads.iter().filter(|load| load.rate_hz <= 100).collect();
+    let point = |cost: &Cost, milliseconds: f64| (f64::from(cost.robots).log10(), milliseconds.log10());
+    let usual_rates: Vec<_> = costs.iter().filter(|cost| cost.rate_hz <= 100).collect();
     let costs = vec![
         plot::Series {
             name: "median".into(),
-            points: sixty.iter().map(|load| point(load, load.tick_cost_p50_ms)).collect(),
+            points: usual_rates.iter().map(|cost| point(cost, cost.tick_cost_p50_ms)).collect(),
         },
         plot::Series {
             name: "p99".into(),
-            points: sixty.iter().map(|load| point(load, load.tick_cost_p99_ms)).collect(),
+            points: usual_rates.iter().map(|cost| point(cost, cost.tick_cost_p99_ms)).collect(),
         },
     ];
     (durations, costs)
 }
 
-fn markdown(finishes: &[Vec<Finish>], loads: &[Load], circumstances: &str) -> String {
+fn markdown(times: &[Vec<RouteTime>], costs: &[Cost], environment: &str) -> String {
     let mut text = format!(
-        "# Scaling: from one robot to a million\n\n{circumstances}\n\n## The dissertation's tables 5.5 to 5.7\n\n\
+        "# Scaling: from one robot to a million\n\n{environment}\n\n## The dissertation's tables 5.5 to 5.7\n\n\
          Seconds of wall time until all robots have driven the route (in brackets the dissertation's).\n\n\
          | route | 1 robot | 10 | 20 | 30 | 30 over 1 |\n|---|---|---|---|---|---|\n"
     );
-    for (row, finishes) in DURATIONS.iter().zip(finishes) {
-        let cells =
-            finishes.iter().zip(row.secs).map(|(finish, published)| format!("{:.2} ({published})", finish.wall_secs));
-        let ratio = finishes[3].wall_secs / finishes[0].wall_secs;
+    for (row, times) in DURATIONS.iter().zip(times) {
+        let cells = times.iter().zip(row.secs).map(|(time, published)| format!("{:.2} ({published})", time.wall_secs));
+        let ratio = times[3].wall_secs / times[0].wall_secs;
         let published = row.secs[3] / row.secs[0];
         let cells = cells.collect::<Vec<_>>().join(" | ");
         let _ = writeln!(text, "| {:?} | {cells} | {ratio:.3} ({published:.2}) |", row.route);
     }
     text.push_str(
         "\n## Larger fleets\n\nRandom routes on a generated warehouse, one reader attached. A tick is late when it ends after\n\
-         the next one is due. Memory is resident memory above that of an engine with one robot, frames included. Age is\n\
-         from the engine's send to the reader's first access.\n\n\
-         | robots | ticks/s | tick p50 | tick p99 | late | real-time factor | bytes a robot | frames read | age p50 | age p99 |\n\
+         the next one is due. Memory is the resident memory above that of an engine with one robot, frames included. The age\n\
+         of a frame is the time from the engine's send to the reader's first access.\n\n\
+         | robots | ticks/s | tick p50 | tick p99 | late | real-time factor | bytes per robot | frames read | age p50 | age p99 |\n\
          |---|---|---|---|---|---|---|---|---|---|\n",
     );
-    for load in loads {
+    for cost in costs {
         let _ = writeln!(
             text,
             "| {} | {} | {:.3} ms | {:.3} ms | {} of {} ({:.2} %) | {:.2} | {:.0} | {} | {:.0} µs | {:.0} µs |",
-            load.robots,
-            load.rate_hz,
-            load.tick_cost_p50_ms,
-            load.tick_cost_p99_ms,
-            load.late_ticks,
-            load.ticks,
-            load.late_ticks as f64 / load.ticks as f64 * 100.0,
-            load.real_time_factor,
-            load.bytes_per_robot,
-            load.frames_read,
-            load.frame_age_p50_us,
-            load.frame_age_p99_us,
+            cost.robots,
+            cost.rate_hz,
+            cost.tick_cost_p50_ms,
+            cost.tick_cost_p99_ms,
+            cost.late_ticks,
+            cost.ticks,
+            cost.late_ticks as f64 / cost.ticks as f64 * 100.0,
+            cost.real_time_factor,
+            cost.bytes_per_robot,
+            cost.frames_read,
+            cost.frame_age_p50_us,
+            cost.frame_age_p99_us,
         );
     }
     text.push_str("\n![Scaling](scaling.svg)\n");
     text
 }
 
-fn json(finishes: &[Vec<Finish>], loads: &[Load], args: &ScalingArgs, machine: serde_json::Value) -> serde_json::Value {
-    let finish = |(finish, robots): (&Finish, &u32)| serde_json::json!({"robots": robots, "simulated_secs": finish.simulated_secs, "wall_secs": finish.wall_secs});
+fn json(times: &[Vec<RouteTime>], costs: &[Cost], args: &ScalingArgs, machine: serde_json::Value) -> serde_json::Value {
+    let fleet = |(time, robots): (&RouteTime, &u32)| serde_json::json!({"robots": robots, "simulated_secs": time.simulated_secs, "wall_secs": time.wall_secs});
     let tables: Vec<_> = DURATIONS
         .iter()
-        .zip(finishes)
-        .map(|(row, finishes)| {
-            let fleets: Vec<_> = finishes.iter().zip(&FLEET_SIZES).map(finish).collect();
+        .zip(times)
+        .map(|(row, times)| {
+            let fleets: Vec<_> = times.iter().zip(&FLEET_SIZES).map(fleet).collect();
             serde_json::json!({"route": row.route, "fleets": fleets, "dissertation_secs": row.secs})
         })
         .collect();
-    let loads: Vec<_> = loads
+    let loads: Vec<_> = costs
         .iter()
-        .map(|load| {
+        .map(|cost| {
             serde_json::json!({
-                "robots": load.robots, "rate_hz": load.rate_hz,
-                "tick_cost_p50_ms": load.tick_cost_p50_ms, "tick_cost_p99_ms": load.tick_cost_p99_ms,
-                "ticks": load.ticks, "late_ticks": load.late_ticks, "real_time_factor": load.real_time_factor,
-                "bytes_per_robot": load.bytes_per_robot, "frames_read": load.frames_read,
-                "frame_age_p50_us": load.frame_age_p50_us, "frame_age_p99_us": load.frame_age_p99_us,
+                "robots": cost.robots, "rate_hz": cost.rate_hz,
+                "tick_cost_p50_ms": cost.tick_cost_p50_ms, "tick_cost_p99_ms": cost.tick_cost_p99_ms,
+                "ticks": cost.ticks, "late_ticks": cost.late_ticks, "real_time_factor": cost.real_time_factor,
+                "bytes_per_robot": cost.bytes_per_robot, "frames_read": cost.frames_read,
+                "frame_age_p50_us": cost.frame_age_p50_us, "frame_age_p99_us": cost.frame_age_p99_us,
             })
         })
         .collect();

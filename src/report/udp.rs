@@ -1,5 +1,5 @@
-//! How many lines a second come through UDP, and at what cost: engine → `udp` → loopback → `udp-source`, each a
-//! process of its own.
+//! `regatta report udp`: the lines per second that arrive over UDP, and their cost. An engine, `udp` and `udp-source` run as
+//! processes of their own, connected by the loopback interface.
 
 use std::fmt::Write as _;
 use std::fs::{self, File};
@@ -11,40 +11,42 @@ use clap::Args;
 use regatta_engine::graph::generate::Warehouse;
 use serde_json::{Value, json};
 
-use super::experiment::Experiment;
-use super::{Output, circumstances, write};
-use crate::Failure;
+use super::experiment::{Experiment, temporary_folder};
+use super::output::{Output, environment, write};
+use crate::failure::Failure;
 use crate::supervisor::Supervisor;
 
-/// Robots and frames a second: the two that are promised, and on to where it breaks.
+/// The loads: number of robots, frames per second. The first two are promised to arrive completely; the others grow until
+/// lines are lost.
 const LOADS: &[(u32, u32)] =
     &[(10_000, 50), (100_000, 10), (100_000, 20), (100_000, 50), (100_000, 100), (1_000_000, 2), (1_000_000, 10)];
-/// Where the robots drive.
+/// The warehouse in which the robots drive.
 const WAREHOUSE: Warehouse = Warehouse { aisles: 24, rows: 18, bays: 6 };
 const SCENARIO: &str = "udp.yaml";
-/// How long the last datagrams may take to be received.
-const LAST_WAIT: Duration = Duration::from_millis(500);
-const START_PATIENCE: Duration = Duration::from_secs(60);
+/// The time that the last datagrams have to be received.
+const DRAIN_TIME: Duration = Duration::from_millis(500);
+/// The longest time until the receiver listens.
+const START_TIMEOUT: Duration = Duration::from_secs(60);
 
 #[derive(Args)]
 pub struct UdpArgs {
     #[command(flatten)]
     output: Output,
-    /// Seconds that each load is measured for.
+    /// Seconds for which each load is measured.
     #[arg(long, default_value_t = 10)]
     secs: u64,
-    /// Measure only this many robots, and `--hz`.
+    /// Measure only a fleet of this many robots (needs --hz).
     #[arg(long, requires = "hz")]
     robots: Option<u32>,
-    /// Frames a second.
+    /// Frames per second of that fleet.
     #[arg(long, requires = "robots")]
     hz: Option<u32>,
-    /// More options for `regatta plugin udp`: --udp-option=--pace=0 say.
+    /// Another option for `regatta plugin udp`, for example --udp-option=--pace=0.
     #[arg(long, value_name = "OPTION", allow_hyphen_values = true)]
     udp_option: Vec<String>,
 }
 
-/// What either side said at the end.
+/// The figures that the sender and the receiver print at the end.
 struct Figures {
     robots: u32,
     hz: u32,
@@ -54,12 +56,12 @@ struct Figures {
 
 pub fn run(args: &UdpArgs) -> Result<ExitCode, Failure> {
     let loads = args.robots.zip(args.hz).map_or(LOADS.to_vec(), |load| vec![load]);
-    let folder = tempfile::tempdir().map_err(|error| format!("can't make a temporary folder: {error}"))?;
+    let folder = temporary_folder()?;
     write(&folder.path().join("warehouse.yaml"), &WAREHOUSE.generate()?)?;
     write(&folder.path().join(SCENARIO), "graph: warehouse.yaml\nseed: 1\nrobots: [{count: 1, routes: random}]\n")?;
     let figures = loads.into_iter().map(|load| measure(folder.path(), load, args));
     let figures = figures.collect::<Result<Vec<_>, _>>()?;
-    let (line, machine) = circumstances();
+    let (line, machine) = environment();
     let loads: Vec<_> = figures
         .iter()
         .map(|f| json!({"robots": f.robots, "hz": f.hz, "sender": f.sender, "receiver": f.receiver}))
@@ -76,68 +78,70 @@ fn measure(folder: &Path, (robots, hz): (u32, u32), args: &UdpArgs) -> Result<Fi
     let fleet = experiment.reader.participant().fleet().to_string();
 
     let mut receiver = Supervisor::default();
-    let [most, rate] = [robots, hz].map(|number| number.to_string());
+    let [max_robots, rate] = [robots, hz].map(|number| number.to_string());
     let second = format!("{fleet}-source");
-    let plugin = ["udp-source", "--listen", "0", "--max-robots", &most, "--rate", &rate, "--fleet", &second];
+    let plugin = ["udp-source", "--listen", "0", "--max-robots", &max_robots, "--rate", &rate, "--fleet", &second];
     receiver.start("udp-source", &mut plugin_command(folder, &plugin)?)?;
-    let to = listening_at(folder, &mut receiver)?;
+    let to = listening_address(folder, &mut receiver)?;
 
     let mut sender = Supervisor::default();
     let plugin = ["udp", "--to", &to, "--rate", "all", "--fleet", &fleet];
     sender.start("udp", plugin_command(folder, &plugin)?.args(&args.udp_option))?;
     std::thread::sleep(Duration::from_secs(args.secs));
-    let sender = close(folder, "udp", sender)?;
-    std::thread::sleep(LAST_WAIT);
-    let receiver = close(folder, "udp-source", receiver)?;
+    let sender = stop(folder, "udp", sender)?;
+    std::thread::sleep(DRAIN_TIME);
+    let receiver = stop(folder, "udp-source", receiver)?;
     experiment.finish()?;
     Ok(Figures { robots, hz, sender, receiver })
 }
 
-/// A plugin whose closing figures and messages go to files of its name.
+/// Returns the command of a plugin that writes its final figures to `NAME.json` and its messages to `NAME.log`.
 fn plugin_command(folder: &Path, plugin: &[&str]) -> Result<Command, Failure> {
-    let file = |end: &str| File::create(folder.join(format!("{}.{end}", plugin[0])));
+    let file = |extension: &str| File::create(folder.join(format!("{}.{extension}", plugin[0])));
     let mut command = Command::new(std::env::current_exe()?);
     command.arg("plugin").args(plugin).arg("--json");
     command.stdin(Stdio::null()).stdout(file("json")?).stderr(file("log")?);
     Ok(command)
 }
 
-fn listening_at(folder: &Path, receiver: &mut Supervisor) -> Result<String, Failure> {
+/// Waits until the receiver listens, and returns its address.
+fn listening_address(folder: &Path, receiver: &mut Supervisor) -> Result<String, Failure> {
     let started = Instant::now();
     loop {
         let log = fs::read_to_string(folder.join("udp-source.log"))?;
-        // The last line may not have been written to its end.
+        // The last line may be incomplete.
         if let Some((line, _)) = log.split_once('\n')
             && let Some(address) = line.split("listening on ").nth(1).and_then(|rest| rest.split(' ').next())
         {
             return Ok(address.to_owned());
         }
-        if !receiver.ended().is_empty() || started.elapsed() > START_PATIENCE {
+        if !receiver.take_ended().is_empty() || started.elapsed() > START_TIMEOUT {
             return Err(format!("udp-source did not start: {}", log.trim()).into());
         }
         std::thread::sleep(Duration::from_millis(5));
     }
 }
 
-fn close(folder: &Path, name: &str, mut process: Supervisor) -> Result<Value, Failure> {
+/// Stops a plugin and returns the figures that it prints at its end.
+fn stop(folder: &Path, name: &str, mut process: Supervisor) -> Result<Value, Failure> {
     let failures = process.stop();
     let text = fs::read_to_string(folder.join(format!("{name}.json")))?;
     serde_json::from_str(&text).map_err(|_| {
         let log = fs::read_to_string(folder.join(format!("{name}.log"))).unwrap_or_default();
-        format!("{name} told no figures: {} {}", failures.join(", "), log.trim()).into()
+        format!("{name} printed no figures: {} {}", failures.join(", "), log.trim()).into()
     })
 }
 
-fn markdown(figures: &[Figures], circumstances: &str) -> String {
+fn markdown(figures: &[Figures], environment: &str) -> String {
     let mut text = format!(
-        "# UDP: lines a second over loopback\n\n{circumstances}\n\n\
-         Engine, `udp` and `udp-source` are a process each. A core is one second of processor time per second of wall \
-         time.\n\n\
+        "# UDP: lines per second over loopback\n\n{environment}\n\n\
+         The engine, `udp` and `udp-source` are separate processes. A core is one second of processor time per second of \
+         wall time.\n\n\
          | robots | Hz | frames sent | lines sent/s | lines received | packets dropped | sender | receiver | receiver's late frames |\n\
          |---|---|---|---|---|---|---|---|---|\n"
     );
     for Figures { robots, hz, sender, receiver } in figures {
-        let number = |side: &Value, what: &str| side[what].as_f64().unwrap_or(f64::NAN);
+        let number = |side: &Value, key: &str| side[key].as_f64().unwrap_or(f64::NAN);
         let cores = |side: &Value| number(side, "cpu_secs") / number(side, "wall_secs");
         let (sent, received) = (number(sender, "lines"), number(receiver, "lines"));
         let _ = writeln!(
@@ -162,7 +166,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_table_tells_losses() {
+    fn the_table_lists_losses() {
         let side = |lines: u64| {
             json!({
                 "lines": lines, "frames": 100, "wall_secs": 2.0, "cpu_secs": 0.5, "dropped_packets": 3, "late_ticks": 0,

@@ -1,4 +1,4 @@
-//! The collision plugin on a real engine: two robots that certainly touch, and when.
+//! The collision plugin on a real engine, with two robots that touch at known times.
 
 use std::fs;
 use std::path::PathBuf;
@@ -8,9 +8,9 @@ use regatta_plugin::{ColumnReader, ContactEventReader, ContactReader, Participan
 use rustix::process::Signal;
 use tempfile::TempDir;
 
-use crate::fleet::{Fleet, Process, eventually, graphs, regatta, unique};
+use crate::fleet::{Fleet, Process, eventually, regatta, unique};
 
-/// Robots drive towards each other from both ends of 20 m at 1 m/s each. Both are 1 m long.
+/// Two robots, each 1 m long, drive towards each other at 1 m/s from both ends of a line of 20 m.
 const GRAPH: &str = "
 Vertices:
 - {Id: 1, X: 0, Y: 0, Theta: 0}
@@ -27,9 +27,9 @@ robot_types: [{name: cart, length: 1, width: 0.5}]
 robots: [{route: [10]}, {route: [11]}]
 viewer: off
 ";
-/// They touch when their centres are 1 m apart: after (20 - 1) / 2 s.
+/// The time at which the robots begin to touch: their centres are 1 m apart after (20 - 1) / 2 s.
 const TOUCH_SECS: f64 = 9.5;
-/// They part when they have passed each other.
+/// The time at which the robots have passed each other and stop touching.
 const PART_SECS: f64 = 10.5;
 
 fn scenario() -> (TempDir, PathBuf) {
@@ -40,7 +40,8 @@ fn scenario() -> (TempDir, PathBuf) {
     (folder, path)
 }
 
-fn changes(reader: &mut ContactEventReader, events: &mut Vec<ContactEvent>) {
+/// Appends all new contact events.
+fn append_events(reader: &mut ContactEventReader, events: &mut Vec<ContactEvent>) {
     reader
         .take(|tick| {
             events.extend_from_slice(tick.records);
@@ -50,16 +51,16 @@ fn changes(reader: &mut ContactEventReader, events: &mut Vec<ContactEvent>) {
 }
 
 fn time_of(events: &[ContactEvent], level: ContactLevel, change: ContactChange) -> Option<f64> {
-    let wanted = |event: &&ContactEvent| event.level == level as u32 && event.change == change as u32;
-    events.iter().find(wanted).map(|event| event.sim_time_nanos as f64 * 1e-9)
+    let matches = |event: &&ContactEvent| event.level == level as u32 && event.change == change as u32;
+    events.iter().find(matches).map(|event| event.sim_time_nanos as f64 * 1e-9)
 }
 
 #[test]
-fn robots_that_meet_are_warned_of_marked_logged_and_summed_up() {
+fn a_contact_is_predicted_published_logged_and_summarised() {
     let (folder, path) = scenario();
     let log = folder.path().join("contacts.csv");
     let path = path.to_string_lossy().into_owned();
-    // The graph stands outside of `graphs`, so the path is absolute.
+    // The path is absolute, because the scenario is outside `graphs`.
     let fleet = Fleet::start("collision", &path, &["--speed", "0.001"]);
     let participant = Participant::join(&fleet.name, "test").expect("joined");
     let mut reader = ContactEventReader::open_on(&participant).expect("opened");
@@ -72,33 +73,34 @@ fn robots_that_meet_are_warned_of_marked_logged_and_summed_up() {
 
     let mut events = Vec::new();
     let mut levels = Vec::new();
-    fleet.tell(&["pause"]);
-    fleet.tell(&["speed", "max"]);
-    // Step by step, so that the plugin sees each tick however busy the machine is.
+    fleet.control(&["pause"]);
+    fleet.control(&["speed", "max"]);
+    // Stepping lets the plugin see every tenth tick even on a busy machine.
     for _ in 0..115 {
-        fleet.tell(&["step", "10"]);
+        fleet.control(&["step", "10"]);
         let tick = fleet.tick();
         eventually("the column of that tick", || {
             let values = column.latest().expect("readable").filter(|values| values.header.tick == tick)?;
             levels.push(values.values[0]);
             Some(())
         });
-        changes(&mut reader, &mut events);
+        append_events(&mut reader, &mut events);
     }
 
     use ContactChange::{Began, Ended};
     use ContactLevel::{Possible, Touching};
-    let near = |time: Option<f64>, wanted: f64| time.is_some_and(|time| (time - wanted).abs() <= 0.11);
+    let near = |time: Option<f64>, expected: f64| time.is_some_and(|time| (time - expected).abs() <= 0.11);
     assert!(near(time_of(&events, Touching, Began), TOUCH_SECS), "{events:?}");
     assert!(near(time_of(&events, Touching, Ended), PART_SECS), "{events:?}");
-    let warned = time_of(&events, Possible, Began).expect("a warning");
-    assert!((TOUCH_SECS - 2.2..=TOUCH_SECS - 1.8).contains(&warned), "the horizon is 2 s, but it warned at {warned}");
+    let predicted = time_of(&events, Possible, Began).expect("a prediction");
+    let expected = TOUCH_SECS - 2.2..=TOUCH_SECS - 1.8;
+    assert!(expected.contains(&predicted), "the horizon is 2 s, but the contact was predicted at {predicted} s");
     assert_eq!(events.len(), 4, "each level begins and ends once: {events:?}");
     assert!(events.iter().all(|event| event.robots == [0, 1]));
     let touching = &events[1];
     assert!((touching.x - 10.0).abs() < 0.2 && touching.y.abs() < 0.3 && (touching.relative_speed - 2.0).abs() < 0.01);
-    let shape: Vec<_> = levels.chunk_by(|a, b| a == b).map(|same| same[0]).collect();
-    assert_eq!(shape, [0.0, 1.0, 2.0, 1.0, 0.0], "clear, possible, touching, within the margin, clear");
+    let sequence: Vec<_> = levels.chunk_by(|a, b| a == b).map(|same| same[0]).collect();
+    assert_eq!(sequence, [0.0, 1.0, 2.0, 1.0, 0.0], "clear, possible, touching, within the margin, clear");
     let totals = eventually("totals", || contacts.latest().expect("readable").map(|contacts| *contacts.header));
     assert_eq!((totals.touching_ever, totals.possible_ever, totals.touching, totals.capped), (1, 1, 0, 0));
 
@@ -108,12 +110,12 @@ fn robots_that_meet_are_warned_of_marked_logged_and_summed_up() {
     assert!(summary.contains("1 contacts (0 touch now)") && summary.contains("robots 0 and 1"), "{summary}");
     assert!(summary.contains("edge 10"), "{summary}");
     let text = fs::read_to_string(&log).expect("the log");
-    assert_eq!(text.lines().count(), 5, "a header and four events: {text}");
+    assert_eq!(text.lines().count(), 5, "the log has a header and four events: {text}");
     assert!(text.lines().nth(2).is_some_and(|line| line.contains("began,touching,0,1,10,")), "{text}");
 }
 
 #[test]
-fn a_killed_checker_costs_nothing_and_another_takes_its_place() {
+fn a_stopped_and_a_killed_checker_cost_no_late_tick_and_another_one_replaces_it() {
     let fleet = Fleet::start("collision-kill", "thirty.yaml", &["--rate", "50"]);
     let participant = Participant::join(&fleet.name, "test").expect("joined");
     let mut column = ColumnReader::open_on(&participant, "collision").expect("opened");
@@ -130,30 +132,30 @@ fn a_killed_checker_costs_nothing_and_another_takes_its_place() {
     drop(first);
     let third = fleet.plugin("collision");
     let tick = fleet.tick();
-    eventually("the new one publishes", || (next() > tick).then_some(()));
+    eventually("a column of the new checker", || (next() > tick).then_some(()));
     let late = fleet.late_ticks() - before;
     assert!(third.interrupt().status.success());
     assert!(late * 5 < fleet.tick(), "{late} late ticks");
 }
 
 #[test]
-fn it_goes_on_with_the_next_engine_and_sums_up_each_run() {
+fn the_checker_continues_with_the_next_engine_and_prints_a_summary_of_each_run() {
     let fleet = Fleet::start("collision-restart", "thirty.yaml", &[]);
     let name = fleet.name.clone();
     let plugin = Process::start(regatta().args(["plugin", "collision", "--summary", "--fleet", &name.to_string()]));
     let participant = Participant::join(&name, "test").expect("joined");
     let mut column = ColumnReader::open_on(&participant, "collision").expect("opened");
-    let mut run = |not: u64| {
+    let mut run_other_than = |previous: u64| {
         eventually("a column of the run", || {
             let run = column.latest().expect("readable")?.header.run_id;
-            (run != not).then_some(run)
+            (run != previous).then_some(run)
         })
     };
-    let first = run(0);
+    let first = run_other_than(0);
     fleet.engine.signal(Signal::KILL);
     assert!(!fleet.engine.finish().status.success());
     let fleet = Fleet::restart(name, "thirty.yaml", &[]);
-    run(first);
+    run_other_than(first);
     assert!(fleet.engine.interrupt().status.success());
     let output = plugin.interrupt();
     let printed = String::from_utf8_lossy(&output.stdout);
@@ -161,7 +163,7 @@ fn it_goes_on_with_the_next_engine_and_sums_up_each_run() {
 }
 
 #[test]
-fn a_scenario_starts_it() {
+fn a_scenario_starts_the_checker() {
     let (_folder, path) = scenario();
     let text = format!("{SCENARIO}plugins: [{{name: collision, args: [--summary]}}]\n");
     fs::write(&path, text).expect("written");
@@ -174,11 +176,10 @@ fn a_scenario_starts_it() {
 }
 
 #[test]
-fn wrong_options_get_one_line() {
+fn invalid_options_are_reported_in_one_line() {
     for args in [["--margin", "-1"], ["--horizon", "soon"], ["--log", "/no/such/folder/log.csv"]] {
         let output = regatta().args(["plugin", "collision"]).args(args).output().expect("regatta starts");
         let message = String::from_utf8_lossy(&output.stderr).into_owned();
         assert!(!output.status.success() && message.lines().count() == 1, "{args:?}: {message}");
     }
-    assert!(graphs("thirty.yaml").exists());
 }

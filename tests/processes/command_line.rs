@@ -1,4 +1,4 @@
-//! What a person meets at the command line: runs, mistakes, Ctrl-C.
+//! The command line as a user sees it: runs, error messages, Ctrl-C.
 
 use std::fs;
 use std::io::Read;
@@ -9,8 +9,8 @@ use rustix::process::Signal;
 
 use crate::fleet::{Fleet, Process, eventually, graphs, regatta, root, unique};
 
-/// Runs with arguments that must fail, and gives the one line that it says.
-fn complaint(args: &[&str]) -> String {
+/// Runs a command that must fail with an error of one line, and returns this line.
+fn error_line(args: &[&str]) -> String {
     let output = regatta().args(args).current_dir(root()).output().expect("regatta starts");
     let message = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(!output.status.success(), "{args:?} succeeded");
@@ -19,24 +19,24 @@ fn complaint(args: &[&str]) -> String {
 }
 
 #[test]
-fn mistakes_get_one_line_that_names_them() {
-    assert!(complaint(&["run", "no-such-file.yaml"]).contains("no-such-file.yaml"));
-    assert!(complaint(&["engine", "graphs"]).contains("graphs"));
-    assert!(complaint(&["engine", "Cargo.toml"]).contains("Cargo.toml"));
-    assert!(complaint(&["engine", "graphs/porto.yaml"]).contains("porto.yaml"));
-    assert!(complaint(&["plugin", "nonsense"]).contains("hello"));
-    assert!(complaint(&["graph", "check", "no-such-file.yaml"]).contains("no-such-file.yaml"));
-    assert!(complaint(&["plugin"]).contains("hello"));
-    assert!(complaint(&["nonsense"]).contains("'nonsense'"));
-    assert!(complaint(&["robots", "many"]).contains("'many'"));
-    assert!(complaint(&["robots"]).contains("<ROBOTS>"));
-    assert!(complaint(&["engine", "--threads", "0"]).contains("give 1 to"));
-    assert!(complaint(&["engine", "--threads", "100000"]).contains("cores"));
-    assert!(complaint(&["engine", "--lockstep", "hello", "graphs/thirty.yaml"]).contains("before --lockstep"));
+fn an_error_is_one_line_that_names_the_mistake() {
+    assert!(error_line(&["run", "no-such-file.yaml"]).contains("no-such-file.yaml"));
+    assert!(error_line(&["engine", "graphs"]).contains("graphs"));
+    assert!(error_line(&["engine", "Cargo.toml"]).contains("Cargo.toml"));
+    assert!(error_line(&["engine", "graphs/porto.yaml"]).contains("porto.yaml"));
+    assert!(error_line(&["plugin", "nonsense"]).contains("hello"));
+    assert!(error_line(&["graph", "check", "no-such-file.yaml"]).contains("no-such-file.yaml"));
+    assert!(error_line(&["plugin"]).contains("hello"));
+    assert!(error_line(&["nonsense"]).contains("'nonsense'"));
+    assert!(error_line(&["robots", "many"]).contains("'many'"));
+    assert!(error_line(&["robots"]).contains("<ROBOTS>"));
+    assert!(error_line(&["engine", "--threads", "0"]).contains("give 1 to"));
+    assert!(error_line(&["engine", "--threads", "100000"]).contains("cores"));
+    assert!(error_line(&["engine", "--lockstep", "hello", "graphs/thirty.yaml"]).contains("before --lockstep"));
 }
 
 #[test]
-fn each_plugin_explains_its_own_options() {
+fn help_lists_plugins_and_their_options() {
     let help = |args: &[&str]| {
         let output = regatta().args(args).output().expect("regatta starts");
         assert!(output.status.success(), "{output:?}");
@@ -50,8 +50,8 @@ fn each_plugin_explains_its_own_options() {
 
 #[test]
 #[cfg(target_os = "linux")]
-fn a_full_disk_under_the_output_is_told_in_one_line() {
-    let full = fs::File::options().write(true).open("/dev/full").expect("there");
+fn output_to_a_full_disk_is_reported_in_one_line() {
+    let full = fs::File::options().write(true).open("/dev/full").expect("opened");
     let output = regatta().args(["completions", "bash"]).stdout(full).output().expect("regatta starts");
     let message = String::from_utf8_lossy(&output.stderr).into_owned();
     assert_eq!(output.status.code(), Some(1));
@@ -66,7 +66,7 @@ fn scenario_with(folder: &tempfile::TempDir, text: &str) -> String {
 }
 
 #[test]
-fn a_bad_scenario_is_refused_with_the_entry_that_is_wrong() {
+fn an_invalid_scenario_is_refused_and_the_error_names_the_entry() {
     let folder = tempfile::tempdir().expect("a folder");
     let cases = [
         ("robots: [{route: [999]}]", "no edge 999"),
@@ -78,21 +78,21 @@ fn a_bad_scenario_is_refused_with_the_entry_that_is_wrong() {
         ("robots: [{routes: random}]\ncolour: red", "colour"),
         ("robots: [{routes: random}]\nplugins: [nonsense]", "nonsense"),
     ];
-    for (text, wanted) in cases {
+    for (text, expected) in cases {
         let path = scenario_with(&folder, text);
-        let message = complaint(&["run", &path]);
-        assert!(message.contains(wanted), "{text}: {message}");
+        let message = error_line(&["run", &path]);
+        assert!(message.contains(expected), "{text}: {message}");
     }
 }
 
 #[test]
-fn run_prints_a_line_a_second_and_ends_in_time() {
+fn run_prints_a_line_per_second_and_ends_after_its_time_limit() {
     let name = unique("run-for").to_string();
     let output = regatta().args(["run", "--for", "3s", "--fleet", &name]).output().expect("regatta starts");
     let text = String::from_utf8_lossy(&output.stdout).into_owned();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     assert!(text.lines().filter(|line| line.contains("rtf")).count() >= 2, "{text}");
-    assert!(text.contains("worst edges"), "the demo's collision checker tells at the end: {text}");
+    assert!(text.contains("worst edges"), "the demo's collision checker prints a summary at the end: {text}");
 }
 
 #[test]
@@ -110,7 +110,7 @@ fn ctrl_c_stops_engine_and_plugins_cleanly() {
 }
 
 #[test]
-fn a_plugin_that_fails_is_named_and_fails_the_run_at_its_end() {
+fn a_plugin_that_fails_is_named_and_the_run_fails_at_its_end() {
     let folder = tempfile::tempdir().expect("a folder");
     let plugin = "plugins: [{name: broken, command: [\"false\"]}]";
     let path = scenario_with(&folder, &format!("robots: [{{routes: random}}]\n{plugin}"));
@@ -119,11 +119,14 @@ fn a_plugin_that_fails_is_named_and_fails_the_run_at_its_end() {
     let message = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(!output.status.success() && message.contains("broken failed"), "{message}");
     let text = String::from_utf8_lossy(&output.stdout).into_owned();
-    assert!(text.lines().any(|line| line.starts_with("t 0.9") || line.starts_with("t 1.")), "it went on: {text}");
+    assert!(
+        text.lines().any(|line| line.starts_with("t 0.9") || line.starts_with("t 1.")),
+        "the run continued: {text}"
+    );
 }
 
 #[test]
-fn a_killed_run_takes_its_engine_and_plugins_along() {
+fn the_engine_and_the_plugins_of_a_killed_run_end() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = scenario_with(&folder, "robots: [{count: 5, routes: random}]\nplugins: [hello]");
     let name = unique("run-killed");
@@ -134,20 +137,20 @@ fn a_killed_run_takes_its_engine_and_plugins_along() {
         let alive = health::occupants().expect("listable").into_iter();
         alive.filter(|occupant| occupant.name.starts_with(&node) && occupant.alive).count()
     };
-    eventually("engine, plugin and control are there", || (processes() >= 3).then_some(()));
+    eventually("engine, plugin and control have joined", || (processes() >= 3).then_some(()));
     run.signal(Signal::KILL);
-    eventually("all end", || (processes() == 0).then_some(()));
+    eventually("all processes end", || (processes() == 0).then_some(()));
 }
 
 #[test]
-fn lockstep_knows_a_plugin_by_its_name_in_the_scenario() {
+fn lockstep_identifies_a_plugin_by_its_name_in_the_scenario() {
     let folder = tempfile::tempdir().expect("a folder");
     let plugin = format!("plugins: [{{name: mine, command: [\"{}\", plugin, hello]}}]", env!("CARGO_BIN_EXE_regatta"));
     let path = scenario_with(&folder, &format!("robots: [{{count: 5, routes: random}}]\n{plugin}"));
     let name = unique("run-lockstep").to_string();
     let args = ["run", &path, "--lockstep", "mine", "--lockstep-timeout", "50", "--fleet", &name];
     let run = Process::start(regatta().args(args));
-    eventually("ticks that the plugin has finished", || {
+    eventually("ticks that the plugin has reported", || {
         let output = regatta().args(["status", "--json", "--fleet", &name]).output().expect("regatta starts");
         let status: serde_json::Value = serde_json::from_slice(&output.stdout).ok()?;
         (status["tick"].as_u64()? > 20).then_some(())
@@ -167,11 +170,11 @@ fn completions_are_printed_for_every_shell() {
 }
 
 #[test]
-fn a_reader_of_the_output_that_goes_away_ends_a_program_quietly() {
+fn a_program_ends_silently_when_the_reader_of_its_output_is_gone() {
     let fleet = Fleet::start("pipe", "thirty.yaml", &[]);
     let mut plugin = fleet.plugin("hello");
     let mut first = [0; 5];
-    plugin.0.stdout.take().expect("a pipe").read_exact(&mut first).expect("its first line");
+    plugin.0.stdout.take().expect("a pipe").read_exact(&mut first).expect("the first line");
     assert_eq!(&first, b"tick ");
     let output = plugin.finish();
     assert_eq!(output.status.code(), Some(141), "as after SIGPIPE");
@@ -179,11 +182,11 @@ fn a_reader_of_the_output_that_goes_away_ends_a_program_quietly() {
 }
 
 #[test]
-fn a_plugin_whose_standard_error_is_closed_goes_on() {
+fn a_plugin_whose_standard_error_is_closed_keeps_running() {
     let name = unique("closed-stderr").to_string();
     let mut plugin = Process::start(regatta().args(["plugin", "hello", "--fleet", &name]));
     drop(plugin.0.stderr.take());
-    // It says that it waits for an engine after a second.
+    // After a second it prints that it waits for an engine.
     std::thread::sleep(Duration::from_millis(2_500));
-    assert!(plugin.0.try_wait().expect("a status").is_none(), "it ended");
+    assert!(plugin.0.try_wait().expect("a status").is_none(), "the plugin ended");
 }

@@ -1,8 +1,9 @@
-//! The golden hashes: the same frames, bit for bit, on every machine, instruction set and thread count.
+//! Golden hashes: frames are bit-identical on every machine, instruction set and thread count.
 
 use crate::fleet::{graphs, regatta, unique};
 
-/// Digest of all frames of a shipped scenario's first ticks.
+/// Runs the first ticks of a shipped scenario and returns the digest of all frames, or `None` if the machine lacks the
+/// instruction set.
 fn digest(test: &str, scenario: &str, ticks: u32, args: &[&str]) -> Option<String> {
     let output = regatta()
         .arg("engine")
@@ -19,7 +20,7 @@ fn digest(test: &str, scenario: &str, ticks: u32, args: &[&str]) -> Option<Strin
     Some(String::from_utf8_lossy(&output.stdout).trim().to_owned())
 }
 
-fn is_golden(test: &str, scenario: &str, ticks: u32, golden: &str) {
+fn assert_golden(test: &str, scenario: &str, ticks: u32, golden: &str) {
     let run = |name: &str, args: &[&str]| digest(&format!("{test}-{name}"), scenario, ticks, args);
     assert_eq!(run("scalar", &["--isa", "scalar"]).as_deref(), Some(golden), "scalar");
     assert_eq!(run("threads", &["--threads", "2"]).as_deref(), Some(golden), "two threads");
@@ -31,18 +32,18 @@ fn is_golden(test: &str, scenario: &str, ticks: u32, golden: &str) {
 }
 
 #[test]
-fn thirty() {
-    is_golden("thirty", "thirty.yaml", 3000, GOLDEN_THIRTY);
+fn the_frames_of_thirty_robots_match_the_golden_hash() {
+    assert_golden("thirty", "thirty.yaml", 3000, GOLDEN_THIRTY);
 }
 
 #[test]
-fn warehouse_1000() {
-    is_golden("warehouse", "warehouse-1000.yaml", 3000, GOLDEN_WAREHOUSE);
+fn the_frames_of_a_thousand_robots_match_the_golden_hash() {
+    assert_golden("warehouse", "warehouse-1000.yaml", 3000, GOLDEN_WAREHOUSE);
 }
 
-/// So many that two threads have work each: smaller fleets are moved by one.
+/// Smaller fleets are moved by one thread; 5000 robots give work to two.
 #[test]
-fn warehouse_with_5000_robots_on_two_threads() {
+fn the_frames_of_5000_robots_on_two_threads_match_the_golden_hash() {
     let run = |threads: &str, isa: &str| {
         let args = ["--robots", "5000", "--threads", threads, "--isa", isa];
         digest(&format!("many-{threads}-{isa}"), "warehouse-1000.yaml", 600, &args)
@@ -53,7 +54,7 @@ fn warehouse_with_5000_robots_on_two_threads() {
 }
 
 #[test]
-fn the_seed_counts() {
+fn different_seeds_give_different_frames() {
     let seeds = ["1", "2"].map(|seed| digest(&format!("seed-{seed}"), "warehouse-1000.yaml", 500, &["--seed", seed]));
     assert_ne!(seeds[0], seeds[1]);
 }

@@ -1,4 +1,4 @@
-//! A running engine process under a fleet name of its own.
+//! A running engine process with its own fleet name, and helpers for processes.
 
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -8,8 +8,8 @@ use std::time::{Duration, Instant};
 use regatta_plugin::{FleetName, Subscriber};
 use rustix::process::{Pid, Signal, kill_process};
 
-/// Longest wait for anything: these machines may be busy.
-pub const PATIENCE: Duration = Duration::from_secs(60);
+/// The longest time that a test waits for anything; test machines may be busy.
+pub const TIMEOUT: Duration = Duration::from_secs(60);
 
 pub fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -19,31 +19,31 @@ pub fn graphs(file: &str) -> PathBuf {
     root().join("graphs").join(file)
 }
 
-/// The program, without a display: no test opens a window by the way.
+/// Returns a command of the program, without a display so that no test opens a window by accident.
 pub fn regatta() -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_regatta"));
     command.env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY");
     command
 }
 
-/// A name that no other test and no other run of the tests uses.
+/// Returns a fleet name that no other test and no other run of the tests uses.
 pub fn unique(test: &str) -> FleetName {
     format!("test-{test}-{}", std::process::id()).parse().expect("a fleet name")
 }
 
-/// Tries until there is a value.
-pub fn eventually<T>(what: &str, mut attempt: impl FnMut() -> Option<T>) -> T {
+/// Calls `attempt` until it returns a value, and panics after [`TIMEOUT`].
+pub fn eventually<T>(expected: &str, mut attempt: impl FnMut() -> Option<T>) -> T {
     let start = Instant::now();
-    while start.elapsed() < PATIENCE {
+    while start.elapsed() < TIMEOUT {
         if let Some(value) = attempt() {
             return value;
         }
         std::thread::sleep(Duration::from_millis(5));
     }
-    panic!("{what}: not within {} s", PATIENCE.as_secs());
+    panic!("{expected}: not within {} s", TIMEOUT.as_secs());
 }
 
-/// A child process that is killed when the test ends, however it ends.
+/// A child process that is killed when the value is dropped, also if the test fails.
 pub struct Process(pub Child);
 
 impl Process {
@@ -53,10 +53,10 @@ impl Process {
     }
 
     pub fn signal(&self, signal: Signal) {
-        kill_process(Pid::from_raw(self.0.id() as i32).expect("a pid"), signal).expect("the process is there");
+        kill_process(Pid::from_raw(self.0.id() as i32).expect("a pid"), signal).expect("the process exists");
     }
 
-    /// Waits for the end and gives what it printed.
+    /// Waits for the end of the process and returns its output.
     pub fn finish(mut self) -> Output {
         let status = eventually("the process ends", || self.0.try_wait().expect("a status"));
         let read = |pipe: &mut dyn Read| {
@@ -69,7 +69,7 @@ impl Process {
         Output { status, stdout, stderr }
     }
 
-    /// Ctrl-C, and what it printed.
+    /// Sends SIGINT as Ctrl-C does, waits for the end of the process and returns its output.
     pub fn interrupt(self) -> Output {
         self.signal(Signal::INT);
         self.finish()
@@ -78,19 +78,19 @@ impl Process {
 
 impl Drop for Process {
     fn drop(&mut self) {
-        // It may have ended already.
+        // An error means that the process has ended already.
         let _ = self.0.kill();
         let status = self.0.wait();
-        // Of a test that failed, this may be the reason.
+        // The messages of the process may explain why the test failed.
         if std::thread::panicking() {
-            let mut said = String::new();
-            let _ = self.0.stderr.take().map(|mut pipe| pipe.read_to_string(&mut said));
-            eprintln!("process {}: {status:?} {said}", self.0.id());
+            let mut messages = String::new();
+            let _ = self.0.stderr.take().map(|mut pipe| pipe.read_to_string(&mut messages));
+            eprintln!("process {}: {status:?} {messages}", self.0.id());
         }
     }
 }
 
-/// An engine process and its fleet's name.
+/// An engine process and the name of its fleet.
 pub struct Fleet {
     pub name: FleetName,
     pub engine: Process,
@@ -102,7 +102,7 @@ impl Fleet {
         Self::restart(unique(test), scenario, args)
     }
 
-    /// The same under a name that was used before.
+    /// Starts an engine like [`Self::start`], with a given fleet name.
     pub fn restart(name: FleetName, scenario: &str, args: &[&str]) -> Self {
         let mut command = regatta();
         command.arg("engine").arg(graphs(scenario)).args(["--fleet", &name.to_string()]).args(args);
@@ -115,18 +115,18 @@ impl Fleet {
         eventually("the fleet can be read", || Subscriber::open(&self.name).ok())
     }
 
-    /// A plugin process on this fleet.
+    /// Starts a built-in plugin on this fleet.
     pub fn plugin(&self, name: &str) -> Process {
         Process::start(regatta().args(["plugin", name, "--fleet", &self.name.to_string()]))
     }
 
-    /// Runs a control command, which must succeed.
-    pub fn tell(&self, args: &[&str]) {
+    /// Runs a control command, for example `pause`, which must succeed.
+    pub fn control(&self, args: &[&str]) {
         let output = regatta().args(args).args(["--fleet", &self.name.to_string()]).output().expect("regatta starts");
         assert!(output.status.success(), "{args:?}: {}", String::from_utf8_lossy(&output.stderr));
     }
 
-    /// The status as JSON, as soon as the engine answers.
+    /// Waits until the engine answers, and returns its status as JSON.
     pub fn status(&self) -> serde_json::Value {
         eventually("the engine answers", || {
             let output = regatta().args(["status", "--json", "--fleet", &self.name.to_string()]).output().ok()?;
@@ -138,14 +138,14 @@ impl Fleet {
         self.status()["late_ticks"].as_u64().expect("a count")
     }
 
-    /// Ticks of the run so far.
+    /// Returns the current tick.
     pub fn tick(&self) -> u64 {
         self.status()["tick"].as_u64().expect("a count")
     }
 
-    /// Waits until the engine has made so many more ticks.
+    /// Waits until the engine has made this many more ticks.
     pub fn let_ticks_pass(&self, ticks: u64) {
         let from = self.tick();
-        eventually("the engine goes on", || (self.tick() >= from + ticks).then_some(()));
+        eventually("more ticks", || (self.tick() >= from + ticks).then_some(()));
     }
 }

@@ -9,7 +9,7 @@ use regatta_plugin::{
     Result, Subscriber,
 };
 
-use crate::fleet::{PATIENCE, Process, graphs, regatta, unique};
+use crate::fleet::{Process, TIMEOUT, graphs, regatta, unique};
 
 const TICKS: u64 = 300;
 
@@ -31,7 +31,7 @@ fn control(fleet: &FleetName, pause: Duration) {
     let reporter = Reporter::open_on(&participant).expect("opened");
     let mut next = 0;
     while next <= TICKS {
-        let frame = frames.wait(PATIENCE).expect("readable").expect("a frame in time");
+        let frame = frames.wait(TIMEOUT).expect("readable").expect("a frame in time");
         let (run, tick) = (frame.run_id(), frame.tick());
         let robot = (tick % 30) as u32;
         assert_eq!(tick, next, "every tick, from the one before the first step");
@@ -96,7 +96,7 @@ fn steer_by_events(fleet: &FleetName, ticks: u64) {
     let mut held = std::collections::VecDeque::new();
     let mut tick = 0;
     while tick < ticks {
-        let frame = frames.wait(PATIENCE).expect("readable").expect("a frame in time");
+        let frame = frames.wait(TIMEOUT).expect("readable").expect("a frame in time");
         tick = frame.tick();
         let read = events.take(|events| -> Result<(), ReadError> {
             assert_eq!(events.header.tick, tick, "the events of this frame's tick, and no others");
@@ -213,7 +213,7 @@ fn a_plugin_that_comes_after_another_finds_its_column_of_the_same_tick() {
             ended.expect("the plugin runs");
         });
     }
-    let seen: Vec<_> = (0..=TICKS).map(|_| ticks.recv_timeout(PATIENCE).expect("a tick in time")).collect();
+    let seen: Vec<_> = (0..=TICKS).map(|_| ticks.recv_timeout(TIMEOUT).expect("a tick in time")).collect();
     assert!(engine.finish().status.success());
     assert_eq!(seen, (0..=TICKS).map(|tick| (tick, tick)).collect::<Vec<_>>());
 }

@@ -1,5 +1,5 @@
-//! Whole processes: the real binary, real shared memory, real signals. Each test has a fleet name of its
-//! own, so that all run side by side.
+//! Tests with whole processes: the real binary, real shared memory, real signals. Each test has its own fleet name, so that
+//! all of them can run in parallel.
 
 mod collision;
 mod command_line;

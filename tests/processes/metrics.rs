@@ -1,4 +1,4 @@
-//! `regatta plugin metrics` beside a real engine: its page, its CSV file, and clients that misbehave.
+//! `regatta plugin metrics` on a real engine: its page, its CSV file, and clients that misbehave.
 
 use std::fs;
 use std::io::{BufRead, BufReader, Read, Write};
@@ -12,7 +12,7 @@ use rustix::process::Signal;
 use crate::fleet::{Fleet, Process, eventually, regatta, unique};
 use crate::readers::costs_no_late_tick;
 
-/// The plugin on a free port.
+/// The metrics plugin, which listens on a free port.
 struct Metrics {
     process: Process,
     address: String,
@@ -30,10 +30,10 @@ impl Metrics {
         Self { process, address }
     }
 
-    /// The page, as Prometheus asks for it.
+    /// Requests the page as Prometheus does.
     fn page(&self) -> String {
         let mut stream = TcpStream::connect(&self.address).expect("connected");
-        stream.write_all(b"GET /metrics HTTP/1.1\r\nHost: test\r\n\r\n").expect("asked");
+        stream.write_all(b"GET /metrics HTTP/1.1\r\nHost: test\r\n\r\n").expect("requested");
         let mut answer = String::new();
         stream.read_to_string(&mut answer).expect("answered");
         let (head, page) = answer.split_once("\r\n\r\n").expect("a head and a page");
@@ -41,7 +41,7 @@ impl Metrics {
         page.to_owned()
     }
 
-    /// A value of the page, by its name and labels other than the fleet.
+    /// Returns a value of the page by its name and its labels other than `fleet`.
     fn value(&self, name: &str, labels: &str) -> Option<f64> {
         let page = self.page();
         let line = page.lines().find(|line| {
@@ -51,9 +51,9 @@ impl Metrics {
         line?.rsplit(' ').next()?.parse().ok()
     }
 
-    /// Waits for a value.
-    fn reaches(&self, name: &str, labels: &str, wanted: impl Fn(f64) -> bool) -> f64 {
-        eventually(name, || self.value(name, labels).filter(|&value| wanted(value)))
+    /// Waits until a value fulfils a condition, and returns it.
+    fn reaches(&self, name: &str, labels: &str, condition: impl Fn(f64) -> bool) -> f64 {
+        eventually(name, || self.value(name, labels).filter(|&value| condition(value)))
     }
 }
 
@@ -64,7 +64,7 @@ fn the_page_agrees_with_the_status() {
     metrics.reaches("regatta_tick_jitter_seconds_count", "", |count| count > 50.0);
     assert!(metrics.value("regatta_driven_metres_total", "").is_some_and(|metres| metres > 0.0));
     metrics.reaches("regatta_real_time_ratio", "", |ratio| (0.2..5.0).contains(&ratio));
-    fleet.tell(&["pause"]);
+    fleet.control(&["pause"]);
     metrics.reaches("regatta_paused", "", |paused| paused == 1.0);
 
     let status = fleet.status();
@@ -87,7 +87,7 @@ fn the_page_agrees_with_the_status() {
 }
 
 #[test]
-fn engines_come_and_go() {
+fn the_plugin_follows_engines_that_end_and_start() {
     let name = unique("metrics-restart");
     let metrics = Metrics::start(&name, &[]);
     assert_eq!(metrics.value("regatta_up", ""), Some(0.0));
@@ -96,20 +96,20 @@ fn engines_come_and_go() {
     fleet.engine.signal(Signal::KILL);
     fleet.engine.finish();
     metrics.reaches("regatta_up", "", |up| up == 0.0);
-    assert_eq!(metrics.value("regatta_robots", "driving"), None, "of a fleet that is not there");
+    assert_eq!(metrics.value("regatta_robots", "driving"), None, "a fleet that does not run has no robots");
     let read = metrics.value("regatta_frames_read_total", "").expect("read");
     let _fleet = Fleet::restart(name, "thirty.yaml", &[]);
     metrics.reaches("regatta_frames_read_total", "", |frames| frames > read);
 }
 
 #[test]
-fn collisions_are_those_of_the_checker() {
+fn the_page_shows_the_collisions_of_the_checker() {
     let fleet = Fleet::start("metrics-collisions", "thirty.yaml", &[]);
     let metrics = Metrics::start(&fleet.name, &[]);
-    let place = Participant::join(&fleet.name, "checker").expect("joined");
-    let mut column = ColumnPublisher::open_on(&place, "collision").expect("a column");
-    let mut contacts = ContactPublisher::open_on(&place).expect("contacts");
-    fleet.tell(&["pause"]);
+    let participant = Participant::join(&fleet.name, "checker").expect("joined");
+    let mut column = ColumnPublisher::open_on(&participant, "collision").expect("a column");
+    let mut contacts = ContactPublisher::open_on(&participant).expect("contacts");
+    fleet.control(&["pause"]);
     let (run, tick) = eventually("a frame", || {
         let mut frames = fleet.subscriber();
         let frame = frames.latest().ok()??;
@@ -126,7 +126,7 @@ fn collisions_are_those_of_the_checker() {
 }
 
 #[test]
-fn a_taken_port_is_told_in_one_line() {
+fn a_port_in_use_is_reported_in_one_line() {
     let name = unique("metrics-port");
     let first = Metrics::start(&name, &[]);
     let output =
@@ -138,18 +138,18 @@ fn a_taken_port_is_told_in_one_line() {
 }
 
 #[test]
-fn hanging_clients_garbage_and_crowds_stop_neither_plugin_nor_engine() {
+fn many_hanging_and_invalid_clients_stop_neither_the_plugin_nor_the_engine() {
     costs_no_late_tick("metrics-crowd", |fleet| {
         let metrics = Metrics::start(&fleet.name, &[]);
-        let mut crowd = Vec::new();
+        let mut clients = Vec::new();
         for k in 0..200 {
             let Ok(mut stream) = TcpStream::connect(&metrics.address) else { continue };
             let start: &[u8] = [&b"GET /met"[..], b"\x16\x03\x01\x00\r\n\r\n", b"GET /metrics HTTP/1.1\r\n\r\n"][k % 3];
-            // One that was sent away may be closed already.
+            // The connection may be closed already if the plugin has refused it.
             let _ = stream.write_all(start);
-            crowd.push(stream);
+            clients.push(stream);
         }
-        // Those who hang lose their places, and the next is served.
+        // Connections of hanging clients are closed, and the next client gets a page.
         eventually("a page", || {
             let mut stream = TcpStream::connect(&metrics.address).ok()?;
             stream.write_all(b"GET /metrics HTTP/1.1\r\n\r\n").ok()?;
@@ -157,13 +157,13 @@ fn hanging_clients_garbage_and_crowds_stop_neither_plugin_nor_engine() {
             stream.read_to_string(&mut answer).ok()?;
             answer.contains("regatta_up").then_some(())
         });
-        drop(crowd);
+        drop(clients);
         assert!(metrics.process.interrupt().status.success());
     });
 }
 
 #[test]
-fn killed_and_stopped_it_costs_no_late_tick() {
+fn a_stopped_and_killed_plugin_costs_no_late_tick() {
     costs_no_late_tick("metrics-killed", |fleet| {
         let metrics = Metrics::start(&fleet.name, &[]);
         metrics.reaches("regatta_up", "", |up| up == 1.0);
@@ -177,7 +177,7 @@ fn killed_and_stopped_it_costs_no_late_tick() {
 }
 
 #[test]
-fn a_row_a_second_goes_to_the_csv_file() {
+fn the_csv_file_gets_a_row_per_second() {
     let fleet = Fleet::start("metrics-csv", "thirty.yaml", &[]);
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("run.csv");
@@ -194,7 +194,7 @@ fn a_row_a_second_goes_to_the_csv_file() {
 }
 
 #[test]
-fn a_full_disk_loses_rows_and_nothing_else() {
+fn on_a_full_disk_only_rows_are_lost() {
     let fleet = Fleet::start("metrics-full", "thirty.yaml", &[]);
     if Path::new("/dev/full").exists() {
         let metrics = Metrics::start(&fleet.name, &["--csv", "/dev/full"]);

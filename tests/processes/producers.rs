@@ -1,4 +1,4 @@
-//! What all producers have in common: the engine, a replay, and one that a user wrote.
+//! Behaviour that all producers share: the engine, a replay, and one that a user wrote.
 
 use std::process::Command;
 use std::time::Duration;

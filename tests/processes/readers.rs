@@ -1,4 +1,4 @@
-//! Readers that are killed, stopped, come and go: the engine must not notice.
+//! Readers that are killed, stopped, started and ended cause no late tick of the engine.
 
 use std::time::Duration;
 
@@ -6,13 +6,13 @@ use rustix::process::Signal;
 
 use crate::fleet::{Fleet, eventually};
 
-/// How often something is tried until it costs no late tick: a test machine that builds something meanwhile may be
-/// late by itself, but an engine that waits for a reader is late every time.
+/// The number of attempts without a late tick: a busy test machine may cause late ticks itself, but an engine that waits for
+/// a reader is late in every attempt.
 const ATTEMPTS: usize = 6;
 
-/// Runs something beside an engine, and asserts that not a single tick is late for it.
+/// Runs `disturb` beside an engine, and asserts that it causes no late tick.
 pub fn costs_no_late_tick(test: &str, disturb: impl Fn(&Fleet)) {
-    // A deadline of 20 ms: far above what a reader costs, far below how long one is stopped.
+    // The deadline of 20 ms is much longer than the cost of a reader, and much shorter than the time a reader is stopped.
     let fleet = Fleet::start(test, "thirty.yaml", &["--rate", "50"]);
     fleet.let_ticks_pass(20);
     let late: Vec<_> = (0..ATTEMPTS)
@@ -29,7 +29,7 @@ pub fn costs_no_late_tick(test: &str, disturb: impl Fn(&Fleet)) {
 }
 
 #[test]
-fn a_killed_reader() {
+fn a_killed_reader_causes_no_late_tick() {
     costs_no_late_tick("kill-reader", |fleet| {
         let reader = fleet.plugin("hello");
         fleet.let_ticks_pass(20);
@@ -38,12 +38,12 @@ fn a_killed_reader() {
 }
 
 #[test]
-fn a_stopped_reader_goes_on_where_the_fleet_is() {
+fn a_stopped_reader_continues_with_the_newest_frame() {
     costs_no_late_tick("stop-reader", |fleet| {
         let reader = fleet.plugin("hello");
         fleet.let_ticks_pass(20);
         reader.signal(Signal::STOP);
-        // Long enough for any queue of wake-ups to fill.
+        // Long enough for a queue of wake-ups to fill up.
         fleet.let_ticks_pass(300);
         reader.signal(Signal::CONT);
         fleet.let_ticks_pass(50);
@@ -59,7 +59,7 @@ fn a_stopped_reader_goes_on_where_the_fleet_is() {
 }
 
 #[test]
-fn ten_readers_come_and_go() {
+fn ten_readers_that_start_and_end_cause_no_late_tick() {
     costs_no_late_tick("ten-readers", |fleet| {
         let readers: Vec<_> = (0..10).map(|_| fleet.plugin("hello")).collect();
         fleet.let_ticks_pass(30);
@@ -71,10 +71,10 @@ fn ten_readers_come_and_go() {
 }
 
 #[test]
-fn a_late_joiner_gets_world_and_frame_of_a_paused_fleet() {
+fn a_late_joiner_gets_the_world_and_the_last_frame_of_a_paused_fleet() {
     let fleet = Fleet::start("late-joiner", "thirty.yaml", &[]);
     fleet.let_ticks_pass(10);
-    fleet.tell(&["pause"]);
+    fleet.control(&["pause"]);
     std::thread::sleep(Duration::from_millis(50));
     let mut reader = fleet.subscriber();
     let robots = eventually("the last frame", || reader.latest().expect("readable").map(|frame| frame.len()));

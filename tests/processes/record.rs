@@ -1,4 +1,4 @@
-//! The recorder: every frame bit for bit, whatever happens to the process.
+//! The recorder: it stores every frame bit for bit, and keeps its file readable when it is killed or the disk is full.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -13,14 +13,14 @@ use tempfile::TempDir;
 use crate::fleet::{Fleet, Process, eventually, graphs, regatta, root, unique};
 use crate::readers::costs_no_late_tick;
 
-/// A recorder under the name that lockstep knows it by.
+/// Starts a recorder with the name by which lockstep identifies it.
 pub fn recorder(fleet: &FleetName, file: &Path, args: &[&str]) -> Process {
     let fleet = fleet.to_string();
     let mut command = regatta();
     Process::start(command.args(["record", "--fleet", &fleet, "--name", "recorder", "-o"]).arg(file).args(args))
 }
 
-/// Records so many ticks of a shipped scenario without losing any. Gives the engine's digest.
+/// Records this many ticks of a shipped scenario in lockstep, and returns the engine's digest.
 pub fn record(test: &str, scenario: &str, ticks: u32, file: &Path, args: &[&str]) -> String {
     let fleet = unique(test);
     let common = ["--lockstep", "recorder", "--speed", "max", "--digest", "--fleet", &fleet.to_string()];
@@ -35,7 +35,7 @@ pub fn record(test: &str, scenario: &str, ticks: u32, file: &Path, args: &[&str]
     String::from_utf8_lossy(&output.stdout).trim().to_owned()
 }
 
-/// Digest of a recording's frames as the engine makes it: of each tick's first.
+/// Returns the digest of a recording's frames. Like the engine's digest it covers only the first frame of each tick.
 pub fn digest(file: &Path) -> String {
     let recording = Recording::open(file).expect("a recording");
     let mut digest = Digest::default();
@@ -72,18 +72,18 @@ fn every_frame_is_recorded_bit_for_bit() {
         let name = format!("record-{compression}");
         let golden = record(&name, "thirty.yaml", 500, &file(&folder), &["--compression", compression]);
         let recording = Recording::open(&file(&folder)).expect("a recording");
-        // Tick 0 to 500; the last is published again when the run ends.
+        // Ticks 0 to 500. The last frame may be published again at the end of the run.
         assert!(recording.is_closed() && [501, 502].contains(&recording.count(&Topic::Frames)));
         assert_eq!(digest(&file(&folder)), golden, "{compression}");
     }
 }
 
-/// Python with the packages that the script needs. Where they are missing the test is left out, unless the variable
-/// says that they must be there.
+/// Returns Python if it has the packages that the script needs. If they are missing, the test is skipped, unless the
+/// variable `REGATTA_PYTHON_TESTS` requires them.
 fn python() -> Option<Command> {
     let mut probe = Command::new("python3");
     let found = probe.args(["-c", "import mcap, mcap_protobuf, xxhash"]).output().is_ok_and(|out| out.status.success());
-    assert!(found || std::env::var_os("REGATTA_PYTHON_TESTS").is_none(), "python3 lacks what the tests need");
+    assert!(found || std::env::var_os("REGATTA_PYTHON_TESTS").is_none(), "python3 lacks packages that the tests need");
     found.then(|| Command::new("python3"))
 }
 
@@ -97,7 +97,7 @@ fn other_programs_read_a_recording() {
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let found: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
     assert_eq!(found["digest"], golden);
-    // 10 s at 10 Hz, and the first.
+    // 10 s at 10 Hz, and the first frame.
     assert_eq!((&found["topics"]["/poses"], &found["topics"]["/robots"]), (&101.into(), &101.into()));
     assert_eq!((&found["topics"]["/world"], &found["topics"]["/graph"]), (&1.into(), &1.into()));
     assert!(found["topics"]["/events"].as_u64() > Some(0) && found["topics"]["/columns/type"].as_u64() > Some(0));
@@ -105,7 +105,7 @@ fn other_programs_read_a_recording() {
 }
 
 #[test]
-fn one_frame_in_so_many_can_be_recorded() {
+fn one_in_every_n_frames_is_recorded() {
     let folder = TempDir::new().expect("a folder");
     record("record-every", "thirty.yaml", 100, &file(&folder), &["--every", "10"]);
     let mut ticks = Vec::new();
@@ -120,17 +120,17 @@ fn one_frame_in_so_many_can_be_recorded() {
 }
 
 #[test]
-fn a_recorder_that_is_killed_leaves_all_but_its_last_moment() {
+fn the_file_of_a_killed_recorder_is_readable_and_can_be_repaired() {
     let folder = TempDir::new().expect("a folder");
     let path = file(&folder);
     costs_no_late_tick("record-kill", |fleet| {
         let recorder = recorder(&fleet.name, &path, &["--force"]);
-        // Longer than a chunk.
+        // The file is longer than its header as soon as it has a chunk.
         eventually("a chunk is written", || (std::fs::metadata(&path).ok()?.len() > 1000).then_some(()));
         fleet.let_ticks_pass(120);
         recorder.signal(Signal::KILL);
     });
-    let recording = Recording::open(&path).expect("readable as it is");
+    let recording = Recording::open(&path).expect("readable without a repair");
     let frames = recording.count(&Topic::Frames);
     assert!(!recording.is_closed() && frames > 0);
     let repaired = regatta().args(["record", "--repair"]).arg(&path).output().expect("regatta starts");
@@ -141,7 +141,7 @@ fn a_recorder_that_is_killed_leaves_all_but_its_last_moment() {
 }
 
 #[test]
-fn a_stopped_recorder_loses_frames_and_says_so() {
+fn a_stopped_recorder_loses_frames_and_reports_it() {
     let folder = TempDir::new().expect("a folder");
     let path = file(&folder);
     costs_no_late_tick("record-stop", |fleet| {
@@ -153,11 +153,11 @@ fn a_stopped_recorder_loses_frames_and_says_so() {
         fleet.let_ticks_pass(100);
         let output = recorder.interrupt();
         let report = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert!(output.status.success() && report.contains("that the recorder didn't see"), "{report}");
+        assert!(output.status.success() && report.contains("that the recorder was too slow for"), "{report}");
     });
 }
 
-/// Runs the recorder where no file may grow beyond so many blocks: as on a full disk, a write then fails.
+/// The recorder runs with a limit on the size of files, so that a write fails as it does on a full disk.
 #[cfg(unix)]
 #[test]
 fn a_full_disk_ends_the_recording_but_not_the_file() {
@@ -168,7 +168,7 @@ fn a_full_disk_ends_the_recording_but_not_the_file() {
     let script = "ulimit -f 12000; exec \"$@\"";
     command.args(["-c", script, "sh", env!("CARGO_BIN_EXE_regatta"), "record", "-o"]).arg(&path);
     let recorder = Process::start(command.args(["--compression", "none", "--fleet", &fleet.name.to_string()]));
-    // Well over 12 MB, and one block may be 512 bytes or 1024.
+    // Well over 12 MB: a block of the limit has 512 or 1024 bytes.
     fleet.let_ticks_pass(200);
     let output = recorder.interrupt();
     let report = String::from_utf8_lossy(&output.stderr).into_owned();
@@ -180,9 +180,9 @@ fn a_full_disk_ends_the_recording_but_not_the_file() {
     assert!(fleet.engine.interrupt().status.success());
 }
 
-/// As when a program passes Ctrl-C on to a process that the terminal has told already.
+/// Ctrl-C arrives twice if a parent process forwards a signal that the terminal has sent to the whole process group.
 #[test]
-fn one_wish_that_arrives_twice_ends_the_recording_in_order() {
+fn a_second_interrupt_does_not_damage_the_recording() {
     let folder = TempDir::new().expect("a folder");
     let fleet = Fleet::start("record-twice", "thirty.yaml", &[]);
     let recorder = recorder(&fleet.name, &file(&folder), &[]);
@@ -194,7 +194,7 @@ fn one_wish_that_arrives_twice_ends_the_recording_in_order() {
 }
 
 #[test]
-fn a_file_that_is_there_is_not_overwritten() {
+fn an_existing_file_is_not_overwritten() {
     let folder = TempDir::new().expect("a folder");
     std::fs::write(file(&folder), "precious").expect("written");
     let output = recorder(&unique("record-exists"), &file(&folder), &[]).finish();
@@ -204,7 +204,7 @@ fn a_file_that_is_there_is_not_overwritten() {
 }
 
 #[test]
-fn a_recording_goes_on_over_a_restart_of_the_engine() {
+fn a_recording_continues_when_the_engine_restarts() {
     let folder = TempDir::new().expect("a folder");
     let fleet = Fleet::start("record-restart", "thirty.yaml", &[]);
     let recorder = recorder(&fleet.name, &file(&folder), &[]);
@@ -222,7 +222,7 @@ fn a_recording_goes_on_over_a_restart_of_the_engine() {
     });
     read.expect("readable");
     runs.dedup();
-    assert_eq!(runs.len(), 2, "one run after the other");
+    assert_eq!(runs.len(), 2, "the frames of one run follow those of the other");
     assert!(times.is_sorted());
 }
 
@@ -243,7 +243,7 @@ fn a_scenario_starts_the_recorder() {
 }
 
 #[test]
-fn a_recording_becomes_tables_and_pictures() {
+fn a_recording_is_exported_to_tables_and_plotted() {
     let folder = TempDir::new().expect("a folder");
     record("record-export", "thirty.yaml", 200, &file(&folder), &[]);
     let in_folder = |name: &str| folder.path().join(name);

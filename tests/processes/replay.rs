@@ -12,7 +12,7 @@ use regatta_plugin::{
 use regatta_record::{ReadingError, Recording, Topic};
 use tempfile::TempDir;
 
-use crate::fleet::{Fleet, PATIENCE, Process, eventually, graphs, regatta, unique};
+use crate::fleet::{Fleet, Process, TIMEOUT, eventually, graphs, regatta, unique};
 use crate::record::{digest, file, record, recorder};
 
 fn start(fleet: &FleetName, recording: &Path, args: &[&str]) -> Process {
@@ -79,7 +79,7 @@ fn in_lockstep_all_that_a_plugin_publishes_is_recorded_again_and_again() {
     assert!(report.contains("no frame lost") && !report.contains("other messages lost"), "{report}");
 }
 
-/// What a replay keeps of each tick's header.
+/// The fields of each tick's header that a replay keeps.
 fn headers(recording: &Path) -> Vec<[u64; 5]> {
     let mut headers = Vec::new();
     let read = Recording::open(recording).expect("a recording").frames(|_, frame| {
@@ -150,7 +150,7 @@ fn a_replay_that_loops_begins_a_run_each_time() {
     let mut frames = eventually("frames", || Subscriber::open(&fleet).ok());
     let mut runs = std::collections::BTreeSet::new();
     while runs.len() < 3 {
-        runs.extend(frames.wait(PATIENCE).expect("readable").map(|frame| frame.run_id()));
+        runs.extend(frames.wait(TIMEOUT).expect("readable").map(|frame| frame.run_id()));
     }
     assert!(process.interrupt().status.success());
 }

@@ -1,10 +1,10 @@
-//! Engines that are killed, restarted, doubled, interrupted.
+//! Engines that are killed, restarted, interrupted, or started twice.
 
 use crate::fleet::{Fleet, Process, eventually, graphs, regatta};
 use rustix::process::Signal;
 
 #[test]
-fn a_reader_goes_on_when_the_engine_is_killed_and_restarted() {
+fn a_reader_continues_when_the_engine_is_killed_and_restarted() {
     let fleet = Fleet::start("restart", "thirty.yaml", &[]);
     let mut reader = fleet.subscriber();
     let first = eventually("a frame", || reader.latest().expect("readable").map(|frame| frame.run_id()));
@@ -40,11 +40,11 @@ fn ctrl_c_leaves_nothing_in_shared_memory() {
     let fleet = Fleet::start("ctrl-c", "thirty.yaml", &[]);
     let name = fleet.name.clone();
     let plugin = fleet.plugin("hello");
-    let mine = || regatta_plugin::health::services_of(&name).expect("listable");
+    let services = || regatta_plugin::health::services_of(&name).expect("listable");
     fleet.let_ticks_pass(10);
-    assert!(!mine().is_empty());
+    assert!(!services().is_empty());
     assert!(fleet.engine.interrupt().status.success());
     assert!(plugin.interrupt().status.success());
-    let left = mine();
+    let left = services();
     assert!(left.is_empty(), "{left:?}");
 }

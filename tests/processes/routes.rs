@@ -1,4 +1,4 @@
-//! Routes on request: what orders gave a robot, as the engine tells it.
+//! The route service: the engine returns the routes that robots have.
 
 use regatta_plugin::event::EventKind;
 use regatta_plugin::order::RouteLeg;
@@ -9,7 +9,8 @@ use tempfile::TempDir;
 use crate::fleet::{Fleet, Process, eventually, regatta, unique};
 use crate::record::{file, record};
 
-/// A square and two robots: one stands on its first node, the other drives around it.
+/// Starts an engine with three robots on a square: the first stands on a node, the second drives around the square, and the
+/// third follows random routes.
 fn square(test: &str, folder: &TempDir) -> Fleet {
     let graph = crate::fleet::graphs("square.yaml");
     let robots = "- node: 1\n- route: [1, 11, 2, 12, 3, 13, 4, 14]\n  repeat: loop\n- routes: random\n";
@@ -18,8 +19,8 @@ fn square(test: &str, folder: &TempDir) -> Fleet {
     Fleet::restart(unique(test), path.to_str().expect("a path"), &[])
 }
 
-/// Edges as the world numbers them, by their ids.
-fn edges(participant: &Participant) -> Vec<u32> {
+/// Returns the ids of the edges by their index in the world.
+fn edge_ids(participant: &Participant) -> Vec<u32> {
     let mut worlds = WorldReader::open_on(participant).expect("opened");
     eventually("a world", || {
         let world = worlds.latest().expect("readable")?;
@@ -28,8 +29,8 @@ fn edges(participant: &Participant) -> Vec<u32> {
 }
 
 fn client(participant: &Participant) -> RouteClient {
-    let client = RouteClient::open_on(&participant).expect("opened");
-    eventually("somebody who knows routes", || client.has_routes().then_some(client.has_routes()));
+    let client = RouteClient::open_on(participant).expect("opened");
+    eventually("a process that serves routes", || client.has_routes().then_some(client.has_routes()));
     client
 }
 
@@ -38,21 +39,21 @@ fn legs(route: &RouteResponse, edges: &[u32]) -> Vec<(u32, bool)> {
 }
 
 #[test]
-fn an_ordered_route_is_told_with_its_base_and_its_horizon() {
+fn a_route_is_returned_with_its_base_and_its_horizon() {
     let folder = TempDir::new().expect("a folder");
     let fleet = square("routes", &folder);
     let participant = Participant::join(&fleet.name, "test").expect("joined");
     let mut routes = client(&participant);
-    let edges = edges(&participant);
+    let edges = edge_ids(&participant);
 
     let nothing = routes.route(0).expect("answered");
     assert!(nothing.is_found());
-    assert_eq!((nothing.legs, nothing.released, nothing.legs().len()), (0, 0, 0), "it waits for orders");
+    assert_eq!((nothing.legs, nothing.released, nothing.legs().len()), (0, 0, 0), "the robot has no route yet");
     let unknown = routes.route(4_000).expect("answered");
     assert!(!unknown.is_found());
     assert_eq!((unknown.robot, unknown.run_id), (4_000, nothing.run_id));
 
-    // Held, it takes its route and stays where it is.
+    // A held robot accepts a route and doesn't move.
     let mut events = EventReader::open_on(&participant).expect("opened");
     let mut orders = Orders::open_on(&participant).expect("opened");
     orders.hold(0);
@@ -73,13 +74,13 @@ fn an_ordered_route_is_told_with_its_base_and_its_horizon() {
     assert_eq!(legs(&route, &edges), [(1, true), (11, true), (2, false), (12, false)]);
     assert!(route.legs().all(|leg: LegAhead| !leg.reverse) && route.tick > nothing.tick);
 
-    let [first, again, lap, walk] = &routes.routes(&[0, 0, 1, 2], RouteClient::TIMEOUT).expect("answered")[..] else {
-        panic!("as many answers as robots")
+    let [first, again, lap, random] = &routes.routes(&[0, 0, 1, 2], RouteClient::TIMEOUT).expect("answered")[..] else {
+        panic!("expected as many responses as robots")
     };
     assert_eq!((first.listed, again.listed), (route.listed, route.listed));
-    assert_eq!((lap.legs, walk.legs), (8, 1), "one lap of a loop, and of a walk the leg that it is on");
+    assert_eq!((lap.legs, random.legs), (8, 1), "a loop is returned as one lap, a random route as its current leg");
 
-    // Driven to the end of its base, it waits for the rest.
+    // At the end of its base the robot waits for a release of the horizon.
     orders.resume(0);
     orders.send().expect("sent");
     let waiting = eventually("the end of the base", || {
@@ -91,13 +92,13 @@ fn an_ordered_route_is_told_with_its_base_and_its_horizon() {
 }
 
 #[test]
-fn a_paused_engine_tells_routes_and_a_replay_has_none() {
+fn a_paused_engine_returns_routes_and_a_replay_has_none() {
     let folder = TempDir::new().expect("a folder");
     let fleet = square("routes-paused", &folder);
-    fleet.tell(&["pause"]);
+    fleet.control(&["pause"]);
     let participant = Participant::join(&fleet.name, "test").expect("joined");
     let before = client(&participant).route(1).expect("answered");
-    assert_eq!(client(&participant).route(1).expect("answered"), before, "it stands");
+    assert_eq!(client(&participant).route(1).expect("answered"), before, "no robot moves");
 
     record("routes-source", "thirty.yaml", 10, &file(&folder), &[]);
     let name = unique("routes-replay");

@@ -1,4 +1,4 @@
-//! A program in a pseudo-terminal, and the screen that it draws.
+//! A pseudo-terminal that runs `regatta` and parses the screen that it draws.
 
 use std::io::{Read, Write};
 use std::num::NonZeroU16;
@@ -13,21 +13,21 @@ use vt100::Parser;
 
 use crate::fleet::{Process, eventually};
 
-/// A terminal with a program in it. The program is killed when the test ends.
+/// A pseudo-terminal with a program in it. The program is killed when the terminal is dropped.
 pub struct Terminal {
     pty: Arc<Pty>,
     parser: Arc<Mutex<Parser>>,
     program: Process,
-    /// As it was before the program started.
+    /// The modes of the terminal before the program started.
     modes: Termios,
 }
 
 impl Terminal {
-    /// Starts `regatta` in a terminal of that size.
+    /// Starts `regatta` in a terminal of the given size.
     pub fn start(args: &[&str], columns: u16, rows: u16) -> Self {
         let (pty, pts) = open().expect("a pseudo-terminal");
         pty.resize(Size::new(rows, columns)).expect("resized");
-        let modes = tcgetattr(&pty).expect("its modes");
+        let modes = tcgetattr(&pty).expect("the modes");
         let command = Command::new(env!("CARGO_BIN_EXE_regatta")).args(args).env("TERM", "xterm-256color");
         let program = Process(command.env_remove("NO_COLOR").spawn(pts).expect("regatta starts"));
         let size = |length| NonZeroU16::new(length).expect("a size");
@@ -37,12 +37,12 @@ impl Terminal {
             program,
             modes,
         };
-        terminal.follow();
+        terminal.parse_output();
         terminal
     }
 
-    /// Draws what the program writes, until it ends.
-    fn follow(&self) {
+    /// Parses the output of the program in a thread, until the program ends.
+    fn parse_output(&self) {
         let (pty, parser) = (Arc::clone(&self.pty), Arc::clone(&self.parser));
         std::thread::spawn(move || {
             let mut bytes = [0; 4096];
@@ -52,22 +52,22 @@ impl Terminal {
         });
     }
 
-    /// What the screen shows.
+    /// Returns the text on the screen.
     pub fn text(&self) -> String {
         self.parser.lock().expect("drawn").screen().contents()
     }
 
-    /// Waits until the screen shows that text.
+    /// Waits until the screen shows a text.
     pub fn shows(&self, text: &str) {
         self.shows_that(text, |screen| screen.contains(text));
     }
 
     /// Waits until the screen fulfils a condition.
-    pub fn shows_that(&self, what: &str, mut condition: impl FnMut(&str) -> bool) {
+    pub fn shows_that(&self, expected: &str, mut condition: impl FnMut(&str) -> bool) {
         let shown = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| {
-            eventually(what, || condition(&self.text()).then_some(()));
+            eventually(expected, || condition(&self.text()).then_some(()));
         }));
-        assert!(shown.is_ok(), "{what} is not on the screen:\n{}", self.text());
+        assert!(shown.is_ok(), "{expected} is not on the screen:\n{}", self.text());
     }
 
     /// Presses keys.
@@ -85,14 +85,14 @@ impl Terminal {
         self.program.signal(signal);
     }
 
-    /// Waits for the program to end, and asserts that the terminal is as it was.
+    /// Waits for the end of the program, asserts that the terminal has its former modes, and returns the exit status.
     pub fn finish(mut self) -> ExitStatus {
         let status = eventually("the program ends", || self.program.0.try_wait().expect("a status"));
-        eventually("the terminal is given back", || {
+        eventually("the terminal is restored", || {
             let parser = self.parser.lock().expect("drawn");
             (!parser.screen().alternate_screen() && !parser.screen().hide_cursor()).then_some(())
         });
-        let modes = tcgetattr(&*self.pty).expect("its modes");
+        let modes = tcgetattr(&*self.pty).expect("the modes");
         assert!(modes.local_modes.contains(LocalModes::ICANON | LocalModes::ECHO), "{:?}", modes.local_modes);
         assert_eq!((modes.local_modes, modes.input_modes), (self.modes.local_modes, self.modes.input_modes));
         assert_eq!((modes.output_modes, modes.control_modes), (self.modes.output_modes, self.modes.control_modes));

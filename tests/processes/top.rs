@@ -13,7 +13,7 @@ fn top(fleet: &FleetName) -> Terminal {
 }
 
 #[test]
-fn a_fleet_is_seen_paused_stepped_and_left() {
+fn a_fleet_is_shown_and_controlled_by_keys() {
     let fleet = Fleet::start("top", "thirty.yaml", &[]);
     let top = top(&fleet.name);
     for text in ["running", "×1", "tick cost", "real time", "frame age", "robots", "driving", "engine", "q quit"] {
@@ -31,9 +31,9 @@ fn a_fleet_is_seen_paused_stepped_and_left() {
     eventually("a step", || (fleet.tick() == tick + 1).then_some(()));
     top.shows("stepped to tick");
     top.press("+");
-    eventually("twice as fast", || (fleet.status()["speed"] == 2.0).then_some(()));
+    eventually("twice the speed", || (fleet.status()["speed"] == 2.0).then_some(()));
     top.press("--");
-    eventually("half as fast", || (fleet.status()["speed"] == 0.5).then_some(()));
+    eventually("half the speed", || (fleet.status()["speed"] == 0.5).then_some(()));
     top.press(" ");
     eventually("the clock runs", || (fleet.status()["clock"] == "running").then_some(()));
     top.press("m");
@@ -48,7 +48,7 @@ fn a_fleet_is_seen_paused_stepped_and_left() {
 }
 
 #[test]
-fn it_waits_for_an_engine_and_goes_on_with_the_next() {
+fn top_waits_for_an_engine_and_continues_with_the_next_one() {
     let name = unique("top-waits");
     let top = top(&name);
     top.shows("No engine runs");
@@ -64,7 +64,7 @@ fn it_waits_for_an_engine_and_goes_on_with_the_next() {
 }
 
 #[test]
-fn a_stopped_engine_freezes_nothing() {
+fn top_responds_to_keys_while_the_engine_is_stopped() {
     let fleet = Fleet::start("top-stopped", "thirty.yaml", &[]);
     let top = top(&fleet.name);
     top.shows("● running");
@@ -74,7 +74,7 @@ fn a_stopped_engine_freezes_nothing() {
     top.shows("pause or resume");
     top.shows("has not answered");
     top.shows("halted");
-    // Escape closes the help first.
+    // Escape closes the help before it quits.
     top.press("\x1b");
     top.shows_that("no help", |screen| !screen.contains("pause or resume"));
     fleet.engine.signal(Signal::CONT);
@@ -83,7 +83,7 @@ fn a_stopped_engine_freezes_nothing() {
 }
 
 #[test]
-fn sigterm_gives_the_terminal_back() {
+fn sigterm_restores_the_terminal() {
     let fleet = Fleet::start("top-sigterm", "thirty.yaml", &[]);
     let top = top(&fleet.name);
     top.shows("● running");
@@ -92,7 +92,7 @@ fn sigterm_gives_the_terminal_back() {
 }
 
 #[test]
-fn without_a_terminal_it_says_so_in_one_line() {
+fn a_missing_terminal_is_reported_in_one_line() {
     let output = Process::start(regatta().arg("top")).finish();
     let message = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(!output.status.success() && message.lines().count() == 1 && message.contains("terminal"), "{message}");
@@ -110,7 +110,7 @@ fn collisions_are_listed_and_scroll() {
     let pairs: Vec<_> = (0..40).map(pair).collect();
     let header = ContactHeader { run_id, tick, touching: 3, possible: 37, ..ContactHeader::default() };
     let top = top(&fleet.name);
-    // Again and again, as a checker does: what is old is not shown.
+    // The contacts are published again and again, as a checker does, because old ones are not shown.
     let mut shows = |text: &str| {
         top.shows_that(text, |screen| {
             checker.publish(&header, &pairs).expect("published");
@@ -130,7 +130,7 @@ fn collisions_are_listed_and_scroll() {
 }
 
 #[test]
-fn it_costs_no_late_tick() {
+fn top_causes_no_late_tick() {
     costs_no_late_tick("top-killed", |fleet| {
         let top = top(&fleet.name);
         top.shows("● running");

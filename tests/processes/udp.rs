@@ -12,7 +12,7 @@ use regatta_plugin::{ColumnReader, Frame, Participant, WorldReader};
 use rustix::process::Signal;
 use serde_json::Value;
 
-use crate::fleet::{Fleet, PATIENCE, Process, eventually, regatta, unique};
+use crate::fleet::{Fleet, Process, TIMEOUT, eventually, regatta, unique};
 use crate::readers::costs_no_late_tick;
 
 /// A plugin that has said where it listens.
@@ -68,7 +68,7 @@ impl Second {
 /// A socket of this test's own, as the dissertation's programs have.
 fn socket() -> (UdpSocket, String) {
     let socket = UdpSocket::bind("127.0.0.1:0").expect("a socket");
-    socket.set_read_timeout(Some(PATIENCE)).expect("set");
+    socket.set_read_timeout(Some(TIMEOUT)).expect("set");
     let address = socket.local_addr().expect("an address").to_string();
     (socket, address)
 }
@@ -144,11 +144,11 @@ fn a_second_fleet_has_the_poses_of_the_first() {
     let second = Second::start("udp-second", &["--robot-length", "1.2", "--robot-width", "0.8"]);
     let _udp = udp(&first, &second.address.to_string(), &["--rate", "all"]);
     first.let_ticks_pass(50);
-    first.tell(&["pause"]);
+    first.control(&["pause"]);
     let (mut ours, mut theirs) = (first.subscriber(), second.fleet.subscriber());
     // A datagram may get lost: each step sends them all again.
     eventually("the poses agree", || {
-        first.tell(&["step"]);
+        first.control(&["step"]);
         std::thread::sleep(Duration::from_millis(100));
         let (ours, theirs) = (ours.latest().expect("readable")?, theirs.latest().expect("readable")?);
         agree(&ours, &theirs).then_some(())
@@ -282,7 +282,7 @@ fn it_pauses_and_resumes_and_refuses_what_it_cannot_do() {
     let second = Second::start("udp-control", &[]);
     program.send_to(b"0,1,2,3\n", second.address).expect("sent");
     eventually("the robot", || (second.fleet.status()["robots"] == 1).then_some(()));
-    second.fleet.tell(&["pause"]);
+    second.fleet.control(&["pause"]);
     let status = second.fleet.status();
     assert_eq!(status["clock"], "paused");
     std::thread::sleep(Duration::from_millis(100));
@@ -291,9 +291,9 @@ fn it_pauses_and_resumes_and_refuses_what_it_cannot_do() {
     for refused in [["step", "3"], ["speed", "2"], ["robots", "5"]] {
         let output = regatta().args(refused).args(["--fleet", name]).output().expect("regatta starts");
         let message = String::from_utf8_lossy(&output.stderr);
-        assert!(!output.status.success() && message.contains("whoever sends the poses"), "{message}");
+        assert!(!output.status.success() && message.contains("the sender of the poses"), "{message}");
     }
-    second.fleet.tell(&["resume"]);
+    second.fleet.control(&["resume"]);
     second.fleet.let_ticks_pass(5);
 
     let output = Process::start(regatta().args(["plugin", "udp-source", "--listen", "0", "--fleet", name])).finish();

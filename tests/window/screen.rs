@@ -1,4 +1,4 @@
-//! A screen in memory: an X server of its own, whose pixels lie in a file, and hands.
+//! A virtual display: an X server whose pixels are in a file, with input from xdotool.
 
 use std::io::{BufRead, BufReader};
 use std::path::PathBuf;
@@ -8,24 +8,25 @@ use tempfile::TempDir;
 
 use crate::fleet::eventually;
 
-/// Pixels of the screen.
+/// Width and height of the screen, in pixels.
 pub const SIZE: (usize, usize) = (1280, 720);
 
+/// A virtual display, and a folder for the settings of its programs.
 pub struct Screen {
     server: Child,
     display: String,
     folder: TempDir,
 }
 
-/// One look at the screen: rows of pixels, blue, green and red.
+/// A screenshot: rows of pixels, each blue, green and red.
 #[derive(Clone, PartialEq, Eq)]
-pub struct Look(Vec<[u8; 3]>);
+pub struct Screenshot(Vec<[u8; 3]>);
 
 impl Screen {
     pub fn start() -> Self {
         let folder = tempfile::tempdir().expect("a folder");
         let geometry = format!("{}x{}x24", SIZE.0, SIZE.1);
-        // A server that begins anew after its last client turns away who comes meanwhile: hence -noreset.
+        // Without -noreset the server resets after its last client, and meanwhile rejects new clients.
         let mut server = Command::new("Xvfb")
             .args(["-displayfd", "1", "-screen", "0", &geometry, "-nolisten", "tcp", "-noreset", "-fbdir"])
             .arg(folder.path())
@@ -39,12 +40,12 @@ impl Screen {
         Self { server, display: format!(":{}", number.trim()), folder }
     }
 
-    /// Makes a program show its windows here, and keep its settings here.
-    pub fn dress(&self, command: &mut Command) {
+    /// Makes a program show its windows on this display and store its settings in this folder.
+    pub fn configure(&self, command: &mut Command) {
         command.env("DISPLAY", &self.display).env_remove("WAYLAND_DISPLAY").env("XDG_CONFIG_HOME", self.folder.path());
     }
 
-    /// The settings that the viewer has kept.
+    /// Returns the settings that the viewer has stored.
     pub fn settings(&self) -> Option<serde_json::Value> {
         serde_json::from_slice(&std::fs::read(self.settings_path()).ok()?).ok()
     }
@@ -53,55 +54,55 @@ impl Screen {
         self.folder.path().join("regatta").join("viewer.json")
     }
 
-    /// What xdotool prints.
-    pub fn hand(&self, args: &[&str]) -> Option<String> {
+    /// Runs xdotool, and returns its output if it succeeds.
+    pub fn try_xdotool(&self, args: &[&str]) -> Option<String> {
         let output = Command::new("xdotool").args(args).env("DISPLAY", &self.display).output().expect("xdotool starts");
         output.status.success().then(|| String::from_utf8_lossy(&output.stdout).trim().to_owned())
     }
 
-    /// Does something with mouse or keyboard.
-    pub fn must(&self, args: &[&str]) {
-        assert!(self.hand(args).is_some(), "xdotool {args:?}");
+    /// Runs xdotool, which must succeed.
+    pub fn xdotool(&self, args: &[&str]) {
+        assert!(self.try_xdotool(args).is_some(), "xdotool {args:?}");
     }
 
-    /// The window of that title, which then gets the keys.
+    /// Waits for the window with a title, gives it the keyboard focus and returns its id.
     pub fn window(&self, title: &str) -> String {
         let id = eventually("the window opens", || {
-            let found = self.hand(&["search", "--name", title])?;
+            let found = self.try_xdotool(&["search", "--name", title])?;
             found.lines().next().map(str::to_owned)
         });
-        eventually("the window takes the keys", || self.hand(&["windowfocus", &id]));
+        eventually("the window gets the focus", || self.try_xdotool(&["windowfocus", &id]));
         id
     }
 
-    /// Goes from one place to another with a button down, in steps as a hand does.
+    /// Moves the pointer from one place to another with a button down, in steps as a user does.
     pub fn drag(&self, button: &str, from: (i32, i32), to: (i32, i32)) {
-        let go = |part: i32| {
+        let move_to = |part: i32| {
             let at = [(from.0, to.0), (from.1, to.1)].map(|(from, to)| (from + (to - from) * part / 10).to_string());
-            self.must(&["mousemove", &at[0], &at[1]]);
+            self.xdotool(&["mousemove", &at[0], &at[1]]);
         };
-        go(0);
-        self.must(&["mousedown", button]);
-        (1..=10).for_each(go);
-        self.must(&["mouseup", button]);
+        move_to(0);
+        self.xdotool(&["mousedown", button]);
+        (1..=10).for_each(move_to);
+        self.xdotool(&["mouseup", button]);
     }
 
-    /// The pixels now. Xvfb keeps them in a file of xwd's format.
-    pub fn look(&self) -> Look {
+    /// Takes a screenshot. Xvfb keeps the pixels in a file in the format of xwd.
+    pub fn screenshot(&self) -> Screenshot {
         let bytes = std::fs::read(self.folder.path().join("Xvfb_screen0")).expect("the screen's file");
         let word = |i: usize| u32::from_be_bytes(bytes[i * 4..][..4].try_into().expect("a word")) as usize;
         let (header, width, height, row, colours) = (word(0), word(4), word(5), word(12), word(19));
         let pixels = &bytes[header + colours * 12..];
         let pixel = |x: usize, y: usize| pixels[y * row + x * 4..][..3].try_into().expect("a pixel");
-        Look((0..height).flat_map(|y| (0..width).map(move |x| (x, y))).map(|(x, y)| pixel(x, y)).collect())
+        Screenshot((0..height).flat_map(|y| (0..width).map(move |x| (x, y))).map(|(x, y)| pixel(x, y)).collect())
     }
 
-    /// Waits until the screen stands still, and gives its look.
-    pub fn still(&self) -> Look {
-        let mut last = self.look();
-        eventually("the picture stands still", || {
+    /// Waits until the screen does not change any more, and returns a screenshot.
+    pub fn stable_screenshot(&self) -> Screenshot {
+        let mut last = self.screenshot();
+        eventually("the screen is stable", || {
             std::thread::sleep(std::time::Duration::from_millis(700));
-            let now = self.look();
+            let now = self.screenshot();
             let same = now == last;
             last = now;
             same.then(|| last.clone())
@@ -109,14 +110,14 @@ impl Screen {
     }
 }
 
-impl Look {
-    /// Pixels that differ within a rectangle.
+impl Screenshot {
+    /// Returns the number of pixels within a rectangle that differ.
     pub fn differing(&self, other: &Self, x: std::ops::Range<usize>, y: std::ops::Range<usize>) -> usize {
         let places = y.flat_map(|y| x.clone().map(move |x| y * SIZE.0 + x));
         places.filter(|place| self.0[*place] != other.0[*place]).count()
     }
 
-    /// Different colours.
+    /// Returns the number of different colours.
     pub fn colours(&self) -> usize {
         let mut all = self.0.clone();
         all.sort_unstable();

@@ -1,46 +1,45 @@
-//! `--bench`: how fast pictures are drawn, of fleets made up here or of a running one.
+//! `--bench`: measures the rendering speed with synthetic fleets or with a running one.
+
+mod synthetic;
 
 use std::time::{Duration, Instant};
 
-use glam::Vec2;
-use regatta_plugin::frame::{ColumnsMut, FrameHeader, Line, NO_EDGE, frame_lines, stride_lines};
-use regatta_plugin::world::{EdgeRecord, NodeRecord};
-use regatta_plugin::{Frame, Participant, Result, Termination};
+use regatta_plugin::{Participant, Result, Termination};
 
 use crate::camera::{Bounds, Camera};
-use crate::gpu::TargetKind;
+use crate::gpu::TargetConfig;
 use crate::gpu::device::Gpu;
-use crate::gpu::frame::{Picture, Renderer};
+use crate::gpu::renderer::{Picture, Renderer};
 use crate::options::Options;
 use crate::palette::{Colouring, Theme};
 use crate::picture::{FORMAT, Offscreen};
 use crate::scene::{Detail, Scene};
 use crate::stage::Stage;
+use synthetic::SyntheticFleet;
 
-/// Longest time for one line of the table, and fewest and most pictures.
+/// The time limit of a measurement, after the least number of pictures.
 const TIME: Duration = Duration::from_secs(5);
+/// The least and the greatest number of pictures of a measurement.
 const PICTURES: (usize, usize) = (10, 600);
-/// Pictures before the first that counts: shaders are compiled, buffers made.
+/// Unmeasured pictures at the start, while shaders are compiled and buffers are created.
 const WARM_UP: usize = 3;
-/// Metres between two robots of a made-up fleet.
-const SPACING: f32 = 2.4;
 
-/// Seconds that the parts of one picture took.
+/// The times of one picture, in seconds.
 #[derive(Clone, Copy, Debug, Default)]
 struct Times {
     read: f64,
     upload: f64,
     encode: f64,
     whole: f64,
-    /// Of all threads, where the system says.
+    /// CPU time of all threads, where the system reports it.
     busy: f64,
     gpu: Option<f64>,
 }
 
-/// Prints a table.
+/// Prints a table of measurements.
 ///
 /// # Errors
-/// If there is no adapter, or the fleet can't be read.
+/// If there is no graphics adapter, or the fleet can't be read.
 pub fn run(options: &Options) -> Result {
     let termination = Termination::watch()?;
     let gpu = Gpu::offscreen()?;
@@ -51,13 +50,13 @@ pub fn run(options: &Options) -> Result {
         "adapter: {} ({}, {:?}), {} samples, {}x{}",
         info.name, info.driver_info, info.backend, samples, size.x, size.y
     );
-    println!("medians in ms; whole: from reading to the finished picture; busy: processor time of all threads (mean)");
+    println!("medians in ms; whole: from reading to the finished picture; busy: CPU time of all threads (mean)");
     println!(
-        "   robots  fleet     view   read  upload  encode |    CPU |     GPU |   whole |    busy | frames/s | resident MB"
+        "   robots  fleet      view   read  upload  encode |    CPU |     GPU |   whole |    busy | frames/s | resident MB"
     );
     for robots in &options.bench {
         for view in ["fit", "near"] {
-            if *robots == 0 { bench.live(view)? } else { bench.made_up(*robots as usize, view) }
+            if *robots == 0 { bench.live(view)? } else { bench.synthetic(*robots as usize, view) }
         }
     }
     Ok(())
@@ -73,8 +72,8 @@ struct Bench<'a> {
 
 impl Bench<'_> {
     fn renderer(&self) -> Renderer {
-        let mut renderer = Renderer::new(&self.gpu, TargetKind::new(&self.gpu, FORMAT, self.samples));
-        renderer.time();
+        let mut renderer = Renderer::new(&self.gpu, TargetConfig::new(&self.gpu, FORMAT, self.samples));
+        renderer.enable_timer();
         renderer
     }
 
@@ -94,8 +93,8 @@ impl Bench<'_> {
         }
     }
 
-    fn made_up(&self, robots: usize, view: &str) {
-        let fleet = MadeUp::new(robots);
+    fn synthetic(&self, robots: usize, view: &str) {
+        let fleet = SyntheticFleet::new(robots);
         let mut renderer = self.renderer();
         let (nodes, edges) = fleet.graph();
         renderer.set_graph(&nodes, &edges);
@@ -118,7 +117,7 @@ impl Bench<'_> {
             times.encode = start.elapsed().as_secs_f64() - times.upload;
             times.gpu = renderer.gpu_seconds();
         });
-        print_line(robots, "made up", view, &times);
+        print_row(robots, "synthetic", view, &times);
     }
 
     fn live(&self, view: &str) -> Result {
@@ -151,11 +150,11 @@ impl Bench<'_> {
             times.encode = start.elapsed().as_secs_f64() - uploaded;
             times.gpu = stage.renderer.gpu_seconds();
         });
-        print_line(stage.feed.frame().map_or(0, |frame| frame.len()), "live", view, &times);
+        print_row(stage.feed.frame().map_or(0, |frame| frame.len()), "live", view, &times);
         failed.map_or(Ok(()), Err)
     }
 
-    /// Draws pictures one after the other. Each is finished before the next is begun.
+    /// Draws pictures one after the other; each is finished before the next one starts.
     fn measure(&self, mut draw: impl FnMut(&mut Times)) -> Vec<Times> {
         let mut all = Vec::new();
         for _ in 0..WARM_UP {
@@ -179,7 +178,7 @@ impl Bench<'_> {
     }
 }
 
-fn print_line(robots: usize, fleet: &str, view: &str, times: &[Times]) {
+fn print_row(robots: usize, fleet: &str, view: &str, times: &[Times]) {
     let median = |part: &dyn Fn(&Times) -> f64| {
         let mut values: Vec<_> = times.iter().map(part).collect();
         values.sort_by(f64::total_cmp);
@@ -192,7 +191,7 @@ fn print_line(robots: usize, fleet: &str, view: &str, times: &[Times]) {
         None => "unknown".to_owned(),
     };
     println!(
-        "{robots:9}  {fleet:8} {view:>5} {:6.3}  {:6.3}  {:6.3} | {cpu:6.3} | {gpu} | {whole:7.2} | {:7.2} | {:8.1} | {:11}",
+        "{robots:9}  {fleet:9} {view:>5} {:6.3}  {:6.3}  {:6.3} | {cpu:6.3} | {gpu} | {whole:7.2} | {:7.2} | {:8.1} | {:11}",
         median(&|times| times.read),
         median(&|times| times.upload),
         median(&|times| times.encode),
@@ -202,82 +201,18 @@ fn print_line(robots: usize, fleet: &str, view: &str, times: &[Times]) {
     );
 }
 
-/// Of this process; `None` where the system doesn't say.
+/// Returns the resident memory of this process; `None` where the system doesn't report it.
 fn resident_megabytes() -> Option<f64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find(|line| line.starts_with("VmRSS:"))?;
     Some(line.split_whitespace().nth(1)?.parse::<f64>().ok()? / 1024.0)
 }
 
-/// Processor time of this process so far, to a hundredth of a second; not a number where the system doesn't say.
+/// Returns the CPU time of this process in seconds, with a resolution of 10 ms; NaN where the system doesn't report it.
 fn busy_seconds() -> f64 {
     let stat = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
-    // The name in brackets may hold spaces.
+    // The process name, in parentheses, may contain spaces.
     let fields = stat.rsplit(')').next().unwrap_or_default().split_whitespace().skip(11).take(2);
     let ticks = fields.map(|field| field.parse::<f64>().unwrap_or(f64::NAN)).reduce(|user, system| user + system);
     ticks.map_or(f64::NAN, |ticks| ticks / 100.0)
-}
-
-/// A fleet that drives along straight lanes.
-struct MadeUp {
-    robots: usize,
-    frames: [(FrameHeader, Vec<Line>); 2],
-}
-
-impl MadeUp {
-    fn new(robots: usize) -> Self {
-        let frames = [0.0, 0.05].map(|step| {
-            let mut lines = vec![Line::default(); frame_lines(robots)];
-            let columns = ColumnsMut::split(&mut lines, robots);
-            for i in 0..robots {
-                let (lane, place) = (i / side(robots), i % side(robots));
-                columns.x[i] = place as f32 * SPACING + step;
-                columns.y[i] = lane as f32 * SPACING;
-                columns.theta[i] = if lane % 2 == 0 { 0.0 } else { std::f32::consts::PI };
-                columns.speed[i] = (i % 21) as f32 * 0.1;
-                columns.edge[i] = NO_EDGE;
-                columns.state[i] = 1;
-            }
-            let (robots, stride_lines) = (robots as u32, stride_lines(robots) as u32);
-            (FrameHeader { run_id: 1, robots, stride_lines, ..FrameHeader::default() }, lines)
-        });
-        Self { robots, frames }
-    }
-
-    fn bounds(&self) -> Bounds {
-        Bounds { low: Vec2::ZERO, high: Vec2::splat(side(self.robots) as f32 * SPACING) }
-    }
-
-    /// An edge for ten robots, at most 100,000.
-    fn graph(&self) -> (Vec<NodeRecord>, Vec<EdgeRecord>) {
-        let (side, long) = (side(self.robots) as f32 * SPACING, 10.0 * SPACING);
-        let across = (side / long).ceil().max(1.0) as u32;
-        let lanes = (side / SPACING).ceil() as u32;
-        let mut nodes = Vec::new();
-        let mut edges = Vec::new();
-        for i in 0..(across * lanes).min(100_000) {
-            let (x, y) = ((i % across) as f32 * long, (i / across) as f32 * SPACING);
-            let at = |part: f32| [x + part * long, y];
-            nodes.push(NodeRecord { id: i, x, y, theta: 0.0 });
-            edges.push(EdgeRecord {
-                id: i,
-                origin: i,
-                destination: i,
-                length: long,
-                control_points: [at(0.0), at(0.3), at(0.7), at(1.0)],
-                velocity_forward: 1.0,
-                ..EdgeRecord::default()
-            });
-        }
-        (nodes, edges)
-    }
-
-    fn frame(&self, number: usize) -> Frame<'_> {
-        let (header, lines) = &self.frames[number % 2];
-        Frame::new(header, lines).expect("as many lines as the robots need")
-    }
-}
-
-fn side(robots: usize) -> usize {
-    (robots as f64).sqrt().ceil() as usize
 }

@@ -1,4 +1,4 @@
-//! What is written over a picture without a window: the legend, and the ids of what is near.
+//! Text over pictures that are rendered without a window: the legend, and the ids of nodes, edges and robots.
 
 use egui::{Context, FullOutput, RawInput, Rect, pos2, vec2};
 use glam::{UVec2, Vec2};
@@ -13,56 +13,62 @@ use crate::palette::Legend;
 use crate::picture::OVERLAY_FORMAT;
 use crate::scene::Scene;
 
-/// Pictures up to this height have letters of the usual size; larger ones have larger letters.
-const USUAL_HEIGHT: f32 = 1080.0;
+/// The height in pixels up to which pictures have text of the default size; text grows with larger pictures.
+const DEFAULT_HEIGHT: f32 = 1080.0;
 
-/// Writes over pictures.
+/// Draws text over pictures.
 pub struct Caption {
     context: Context,
     painter: Painter,
-    styled: bool,
-    /// The ids of what there is.
+    is_styled: bool,
+    /// The ids of nodes and edges.
     pub labels: Labels,
 }
 
-/// What is written over.
-pub struct Shown<'a> {
-    /// From where it is seen.
+/// The contents of a picture's caption.
+pub struct Annotations<'a> {
+    /// The picture's camera.
     pub camera: &'a Camera,
-    /// What is seen.
+    /// The picture's scene.
     pub scene: &'a Scene,
-    /// What the colours mean, if that is to be told.
+    /// The legend, if it is shown.
     pub legend: Option<&'a Legend>,
-    /// Robots to be named, and where they are.
+    /// Robots whose ids are shown, with their positions in metres.
     pub robots: Vec<(u32, Vec2)>,
 }
 
 impl Caption {
-    /// For pictures that are read back.
+    /// Creates a caption for pictures in the [`OVERLAY_FORMAT`].
     pub fn new(gpu: &Gpu) -> Self {
         Self {
             context: Context::default(),
             painter: Painter::new(gpu, OVERLAY_FORMAT),
-            styled: false,
+            is_styled: false,
             labels: Labels::default(),
         }
     }
 
-    /// Writes over what is drawn.
-    pub fn draw(&mut self, gpu: &Gpu, encoder: &mut CommandEncoder, target: (&TextureView, UVec2), shown: &Shown<'_>) {
+    /// Draws the annotations over the picture in `target`.
+    pub fn draw(
+        &mut self,
+        gpu: &Gpu,
+        encoder: &mut CommandEncoder,
+        target: (&TextureView, UVec2),
+        annotations: &Annotations<'_>,
+    ) {
         let (view, size) = target;
-        let pixels_per_point = (size.y as f32 / USUAL_HEIGHT).max(1.0);
-        if !self.styled {
-            self.styled = true;
-            style::apply(&self.context, shown.scene.theme);
-            // What is shown anew only finds its size at first, then its place.
+        let pixels_per_point = (size.y as f32 / DEFAULT_HEIGHT).max(1.0);
+        if !self.is_styled {
+            self.is_styled = true;
+            style::apply(&self.context, annotations.scene.theme);
+            // egui measures a new area in a first pass and places it in a second one.
             for _ in 0..2 {
-                let output = self.write(size, pixels_per_point, shown);
+                let output = self.lay_out(size, pixels_per_point, annotations);
                 self.painter.upload(gpu, &output.textures_delta);
                 self.painter.free(output.textures_delta);
             }
         }
-        let mut output = self.write(size, pixels_per_point, shown);
+        let mut output = self.lay_out(size, pixels_per_point, annotations);
         let changes = std::mem::take(&mut output.textures_delta);
         self.painter.upload(gpu, &changes);
         let triangles = self.context.tessellate(output.shapes, pixels_per_point);
@@ -70,8 +76,8 @@ impl Caption {
         self.painter.free(changes);
     }
 
-    fn write(&self, size: UVec2, scale: f32, shown: &Shown<'_>) -> FullOutput {
-        let Shown { camera, scene, legend, robots } = shown;
+    fn lay_out(&self, size: UVec2, scale: f32, annotations: &Annotations<'_>) -> FullOutput {
+        let Annotations { camera, scene, legend, robots } = annotations;
         let picture = Rect::from_min_size(pos2(0.0, 0.0), vec2(size.x as f32, size.y as f32) / scale);
         let mut input = RawInput { screen_rect: Some(picture), ..RawInput::default() };
         input.viewports.entry(egui::ViewportId::ROOT).or_default().native_pixels_per_point = Some(scale);
@@ -79,7 +85,7 @@ impl Caption {
             if scene.layers.ids {
                 self.labels.draw(ui.ctx(), picture, camera, scene.offset, scene.theme);
             }
-            Labels::name(ui.ctx(), picture, camera, scene.theme, robots.iter().copied());
+            Labels::draw_robots(ui.ctx(), picture, camera, scene.theme, robots.iter().copied());
             if let Some(legend) = legend {
                 overlay::legend(ui.ctx(), picture, scene.theme, legend);
             }

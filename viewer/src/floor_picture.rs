@@ -1,4 +1,4 @@
-//! Pictures that lie on the floor: an image, or a ROS map (`map.yaml` and what it names).
+//! Pictures on the floor: an image, or a ROS map (`map.yaml` and the image that it refers to).
 
 use std::path::{Path, PathBuf};
 
@@ -7,46 +7,47 @@ use image::{ImageReader, RgbaImage};
 use saphyr::{LoadableYamlNode, Yaml};
 
 use crate::camera::Bounds;
-use crate::model::is_file;
+use crate::files;
 
-/// Most memory for one picture, in bytes.
+/// The most memory for one picture, in bytes.
 const MAX_BYTES: u64 = 1 << 30;
-/// Red, green, blue and how much of it shows: where a map is occupied, and where it is free.
+/// The colour of a map's occupied cells: red, green, blue, alpha.
 const OCCUPIED: [u8; 4] = [120, 136, 152, 255];
+/// The colour of a map's free cells.
 const FREE: [u8; 4] = [128, 140, 152, 36];
 
-/// Why there is no picture on the floor.
+/// The error of loading a floor picture.
 #[derive(Debug, thiserror::Error)]
 #[error("{}: {reason}", path.display())]
 pub struct FloorPictureError {
     /// The file.
     pub path: PathBuf,
-    /// What is wrong with it.
+    /// The reason.
     pub reason: String,
 }
 
-/// A picture and where it lies.
+/// A picture and its placement on the floor.
 #[derive(Clone, Debug)]
 pub struct FloorPicture {
-    /// Its pixels, the first row farthest from the corner.
+    /// The pixels; the first row is farthest from the corner.
     pub pixels: RgbaImage,
-    /// Its lower left corner, in metres.
+    /// The lower left corner, in metres.
     pub corner: Vec2,
-    /// Counter-clockwise turn about the corner, in radians.
+    /// Rotation about the corner, in radians counter-clockwise.
     pub turn: f32,
     /// Width and height in metres.
     pub size: Vec2,
 }
 
 impl FloorPicture {
-    /// Reads a ROS map if the name ends in `.yaml` or `.yml`, else an image that is stretched over `bounds`. One that
-    /// has more than `limit` pixels in a direction is made smaller.
+    /// Reads a ROS map if the name ends in `.yaml` or `.yml`, else an image that is stretched over `bounds`. A picture with
+    /// more than `limit` pixels in either direction is scaled down.
     ///
     /// # Errors
-    /// [`FloorPictureError`] if a file can't be read or is wrong.
+    /// [`FloorPictureError`] if a file can't be read or is malformed.
     pub fn load(path: &Path, bounds: Bounds, limit: u32) -> Result<Self, FloorPictureError> {
         let failed = |reason: String| FloorPictureError { path: path.to_owned(), reason };
-        let is_map = path.extension().is_some_and(|kind| kind == "yaml" || kind == "yml");
+        let is_map = path.extension().is_some_and(|extension| extension == "yaml" || extension == "yml");
         let picture = if is_map {
             load_map(path)?
         } else {
@@ -63,15 +64,15 @@ impl FloorPicture {
             return self;
         }
         tracing::warn!(
-            "a picture of {width}x{height} pixels is over the adapter's limit of {limit}: it is made smaller"
+            "the floor picture of {width}x{height} pixels exceeds the adapter's limit of {limit} and is scaled down"
         );
-        let part = |side: u32| (u64::from(side) * u64::from(limit) / u64::from(longest)).max(1) as u32;
-        Self { pixels: image::imageops::thumbnail(&self.pixels, part(width), part(height)), ..self }
+        let scaled = |side: u32| (u64::from(side) * u64::from(limit) / u64::from(longest)).max(1) as u32;
+        Self { pixels: image::imageops::thumbnail(&self.pixels, scaled(width), scaled(height)), ..self }
     }
 }
 
 fn read(path: &Path) -> Result<RgbaImage, String> {
-    is_file(path)?;
+    files::check_regular(path)?;
     let mut reader =
         ImageReader::open(path).and_then(ImageReader::with_guessed_format).map_err(|error| error.to_string())?;
     let mut limits = image::Limits::default();
@@ -79,12 +80,12 @@ fn read(path: &Path) -> Result<RgbaImage, String> {
     reader.limits(limits);
     let picture = reader.decode().map_err(|error| error.to_string())?;
     if u64::from(picture.width()) * u64::from(picture.height()) * 4 > MAX_BYTES {
-        return Err(format!("{}x{} pixels are too many", picture.width(), picture.height()));
+        return Err(format!("the image of {}x{} pixels is too large", picture.width(), picture.height()));
     }
     Ok(picture.into_rgba8())
 }
 
-/// What a `map.yaml` says.
+/// The contents of a `map.yaml`.
 #[derive(Debug, PartialEq)]
 struct Map {
     image: String,
@@ -97,7 +98,7 @@ struct Map {
 
 fn load_map(path: &Path) -> Result<FloorPicture, FloorPictureError> {
     let failed = |reason: String| FloorPictureError { path: path.to_owned(), reason };
-    is_file(path).map_err(failed)?;
+    files::check_regular(path).map_err(failed)?;
     let text = std::fs::read_to_string(path).map_err(|error| failed(error.to_string()))?;
     let map = parse_map(&text).map_err(failed)?;
     let image = path.parent().unwrap_or(Path::new("")).join(&map.image);
@@ -120,17 +121,17 @@ fn load_map(path: &Path) -> Result<FloorPicture, FloorPictureError> {
 
 fn parse_map(text: &str) -> Result<Map, String> {
     let documents = Yaml::load_from_str(text).map_err(|error| error.to_string().replace('\n', " "))?;
-    let map = documents.first().ok_or("it is empty")?;
+    let map = documents.first().ok_or("the file is empty")?;
     let number = |value: &Yaml<'_>| value.as_floating_point().or(value.as_integer().map(|whole| whole as f64));
     let get = |key: &str| map.as_mapping_get(key);
     let optional =
-        |key: &str, default: f64| get(key).map_or(Some(default), number).ok_or(format!("{key} is no number"));
+        |key: &str, default: f64| get(key).map_or(Some(default), number).ok_or(format!("{key} is not a number"));
     let origin = get("origin").and_then(|list| {
         let parts = list.as_sequence()?.iter().map(number).collect::<Option<Vec<_>>>()?;
         <[f64; 3]>::try_from(parts).ok().filter(|parts| parts.iter().all(|part| part.is_finite()))
     });
     Ok(Map {
-        image: get("image").and_then(Yaml::as_str).ok_or("it names no image")?.to_owned(),
+        image: get("image").and_then(Yaml::as_str).ok_or("the key image is missing")?.to_owned(),
         resolution: get("resolution")
             .and_then(number)
             .filter(|metres| (1e-4..=100.0).contains(metres))
@@ -155,7 +156,7 @@ mod tests {
     }
 
     #[test]
-    fn mistakes_in_a_map_are_told_in_one_line() {
+    fn a_malformed_map_is_reported_in_one_line() {
         let good = [("image", "image: a.pgm"), ("resolution", "resolution: 0.1"), ("origin", "origin: [0, 0, 0]")];
         for (missing, _) in good {
             let text: Vec<_> = good.iter().filter(|(key, _)| *key != missing).map(|(_, line)| *line).collect();
@@ -174,7 +175,7 @@ mod tests {
     }
 
     #[test]
-    fn a_map_s_pixels_lie_where_it_says() {
+    fn a_map_is_placed_at_its_origin() {
         let folder = std::env::temp_dir().join(format!("regatta-map-{}", std::process::id()));
         std::fs::create_dir_all(&folder).expect("made");
         std::fs::write(folder.join("m.pgm"), b"P5\n3 2\n255\n\x00\xff\xcd\xff\xff\xff").expect("written");
@@ -188,7 +189,7 @@ mod tests {
     }
 
     #[test]
-    fn large_pictures_are_made_smaller() {
+    fn large_pictures_are_scaled_down() {
         let pixels = RgbaImage::new(300, 20);
         let picture = FloorPicture { pixels, corner: Vec2::ZERO, turn: 0.0, size: Vec2::ONE }.limited(100);
         assert_eq!(picture.pixels.dimensions(), (100, 6));

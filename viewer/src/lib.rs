@@ -1,36 +1,39 @@
-//! A fleet of any size in 3D, live, in a window or into a picture. It knows the fleet only from the contract.
+//! The 3D viewer: shows a fleet of any size live in a window, or renders it into pictures. It reads the fleet only
+//! through the contract.
 //!
-//! Data flows one way: [`feed`] reads the contract, [`stage`] takes what is new to the [`gpu`], which draws it as the
-//! [`scene`] and the [`camera`] say, into a window's surface or a [`picture`].
+//! Data flows one way: [`feed`] reads shared memory, [`stage`] uploads new data to the [`gpu`], which draws it according to
+//! the [`scene`] and the [`camera`] into a window's surface or a [`picture`].
 
 mod bench;
 pub mod camera;
 mod caption;
 pub mod feed;
+mod files;
 pub mod floor_picture;
 pub mod gpu;
 mod headless;
 pub mod interface;
 mod link;
 pub mod mesh;
-pub mod model;
+pub mod mesh_file;
 pub mod options;
 pub mod palette;
 pub mod picture;
-mod record;
+pub mod playhead;
 pub mod route;
 pub mod scene;
 pub mod stage;
+mod video;
 mod window;
 
 use regatta_plugin::Result;
 
 pub use options::Options;
 
-/// Runs the viewer until it is closed, Ctrl-C, or the pictures are drawn.
+/// Runs the viewer until its window is closed, it is interrupted by Ctrl-C, or all pictures are written.
 ///
 /// # Errors
-/// One line that says what is wrong: no adapter, no fleet to be read, a file that can't be written.
+/// A one-line message, for example if there is no graphics adapter, the fleet can't be read, or a file can't be written.
 pub fn run(options: &Options) -> Result {
     if !options.bench.is_empty() {
         return bench::run(options);

@@ -1,33 +1,33 @@
-//! Meshes of robots: the built-in ones, made here. x ahead, y to the left, z up.
+//! Robot meshes, and the built-in ones. x is forward, y left, z up.
 
 use bytemuck::{Pod, Zeroable};
 use glam::{Vec2, Vec3};
 
-/// Points of a quarter of a rounded corner.
+/// The number of points of a rounded corner.
 const CORNER: usize = 5;
 
-/// A corner of a mesh's triangles, as the GPU takes it.
+/// A vertex of a mesh, in the layout of the GPU's vertex buffer.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Vertex {
-    /// In metres, or parts of the robot's length, width and height.
+    /// Position in metres, or for built-in meshes in units of the robot's length, width and height.
     pub position: [f32; 3],
-    /// Of length 127; the last is padding.
+    /// Normal of length 127; the last component is padding.
     pub normal: [i8; 4],
-    /// Red, green and blue (linear), and how much of the robot's own colour comes in its place; each up to 255.
+    /// Linear red, green and blue, and the share of the robot's own colour that replaces them; each from 0 to 255.
     pub paint: [u8; 4],
 }
 
-/// Triangles.
+/// A triangle mesh.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Mesh {
-    /// Their corners.
+    /// The vertices.
     pub vertices: Vec<Vertex>,
-    /// Three for a triangle, counter-clockwise as seen from outside.
+    /// Three indices per triangle, counter-clockwise as seen from outside.
     pub indices: Vec<u32>,
 }
 
-/// A paint: red, green, blue, part of the robot's own colour.
+/// A [`Vertex::paint`].
 type Paint = [u8; 4];
 
 const RUBBER: Paint = [6, 7, 8, 0];
@@ -38,13 +38,13 @@ const OWN_DEEP: Paint = [4, 5, 6, 190];
 const MARKER: Paint = [235, 240, 245, 0];
 
 impl Mesh {
-    /// A mobile robot with a rectangular deck, in parts of its length, width and height.
+    /// Returns a mobile robot with a rectangular deck, in units of its length, width and height.
     pub fn amr() -> Self {
         let outline = |inset: f32| rounded_rectangle(Vec2::new(0.5, 0.5) - inset, 0.16 - inset * 0.6);
         Self::deck(&outline)
     }
 
-    /// The same on a round base.
+    /// Returns a mobile robot on a round base.
     pub fn round_amr() -> Self {
         let outline = |inset: f32| rounded_rectangle(Vec2::splat(0.5 - inset), 0.5 - inset);
         Self::deck(&outline)
@@ -59,7 +59,7 @@ impl Mesh {
         mesh.loft(&[(outline(0.05), 0.14), (outline(0.0), 0.14)], RUBBER);
         mesh.loft(&[(outline(0.035), 0.90), (outline(0.06), 0.90)], TRIM);
         mesh.cap(&outline(0.06), 0.90, OWN);
-        // A plate on the deck, and the arrow that says where ahead is.
+        // A plate on the deck, and an arrow that points forward.
         mesh.cap(&[(-0.36, -0.30), (0.02, -0.30), (0.02, 0.30), (-0.36, 0.30)].map(Vec2::from), 0.905, OWN_DEEP);
         mesh.cap(&[(0.19, 0.0), (0.10, -0.26), (0.40, 0.0), (0.10, 0.26)].map(Vec2::from), 0.906, MARKER);
         let puck = |radius: f32| circle(Vec2::new(0.31, 0.0), radius);
@@ -68,7 +68,7 @@ impl Mesh {
         mesh
     }
 
-    /// A box, in parts of its length, width and height, with a lighter stripe ahead.
+    /// Returns a box with a lighter stripe in front, in units of its length, width and height.
     pub fn block() -> Self {
         let mut mesh = Self::default();
         let square = [(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)].map(Vec2::from).to_vec();
@@ -78,7 +78,7 @@ impl Mesh {
         mesh
     }
 
-    /// The same for a round robot: a cylinder with a lighter stripe.
+    /// Returns the block of a round robot: a cylinder with a lighter stripe in front.
     pub fn round_block() -> Self {
         let rim = circle(Vec2::ZERO, 0.5);
         let mut mesh = Self::default();
@@ -88,12 +88,13 @@ impl Mesh {
         mesh
     }
 
-    /// Walls between rings of equal length, each at its height. Normals are those of the walls, smooth around.
+    /// Adds walls between consecutive rings, which have the same number of points, each at its height. Normals are smooth
+    /// around the rings.
     fn loft(&mut self, rings: &[(Vec<Vec2>, f32)], paint: Paint) {
         for pair in rings.windows(2) {
             let [(low, z0), (high, z1)] = pair else { continue };
             let count = low.len();
-            // A sharp corner needs a normal for each of its sides.
+            // Vertices are not shared: a sharp corner needs a normal for each of its sides.
             for i in 0..count {
                 let j = (i + 1) % count;
                 let corners = [low[i].extend(*z0), low[j].extend(*z0), high[j].extend(*z1), high[i].extend(*z1)];
@@ -107,7 +108,7 @@ impl Mesh {
         }
     }
 
-    /// A level polygon, seen from above; its first point sees all others.
+    /// Adds a horizontal polygon that faces up, as a triangle fan around its first point.
     fn cap(&mut self, outline: &[Vec2], z: f32, paint: Paint) {
         let base = self.vertices.len() as u32;
         self.vertices.extend(outline.iter().map(|at| Vertex::new(at.extend(z), Vec3::Z, paint)));
@@ -116,7 +117,7 @@ impl Mesh {
     }
 }
 
-/// The normal at a ring's point, between those of the walls on either side if the corner is gentle.
+/// Returns the normal at a ring's point: the mean of the adjacent walls' normals, or the flat one at a sharp corner.
 fn smooth(ring: &[Vec2], at: usize, flat: Vec3) -> Vec3 {
     let count = ring.len();
     let (before, after) = (ring[(at + count - 1) % count], ring[(at + 1) % count]);
@@ -147,7 +148,7 @@ fn circle(centre: Vec2, radius: f32) -> Vec<Vec2> {
 }
 
 impl Vertex {
-    /// Of a normal of length 1.
+    /// Creates a vertex from a normal of length 1.
     pub fn new(position: Vec3, normal: Vec3, paint: [u8; 4]) -> Self {
         let [x, y, z] = (normal * 127.0).round().to_array().map(|part| part as i8);
         Self { position: position.to_array(), normal: [x, y, z, 0], paint }
@@ -159,7 +160,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn built_in_meshes_fit_their_box_and_look_outwards() {
+    fn built_in_meshes_fit_the_unit_box_and_face_outwards() {
         for mesh in [Mesh::amr(), Mesh::round_amr(), Mesh::block(), Mesh::round_block()] {
             assert!(mesh.indices.len().is_multiple_of(3));
             for vertex in &mesh.vertices {

@@ -1,5 +1,5 @@
-//! Colours: the two themes, and what a robot's colour tells. Hues are Okabe and Ito's, which people with any
-//! colour vision can tell apart; ramps grow in lightness too.
+//! Colours: the two themes, and the colouring of robots by their data. The hues are Okabe and Ito's, which are
+//! distinguishable with any colour vision; ramps also increase in lightness.
 
 use core::fmt;
 use core::str::FromStr;
@@ -8,31 +8,31 @@ use glam::Vec3;
 use regatta_plugin::ColumnName;
 use regatta_plugin::frame::RobotState;
 
-/// Colours that one ramp or set of categories has.
+/// The number of colours of a ramp, and the most colours of a set of categories.
 pub const COLOURS: usize = 16;
 
-/// A colour as screens take it (sRGB), 0xRRGGBB.
+/// An sRGB colour, 0xRRGGBB.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Rgb(pub u32);
 
-/// Dark or light.
+/// A colour theme.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
 pub enum Theme {
-    /// Light things on a dark floor.
+    /// Light objects on a dark floor.
     #[default]
     Dark,
-    /// Dark things on a light floor.
+    /// Dark objects on a light floor.
     Light,
 }
 
-/// The colours of a theme that are no robot's.
+/// The colours of everything except robots.
 #[derive(Clone, Copy, Debug)]
 pub struct ThemeColours {
-    /// At the horizon and beyond.
+    /// The sky.
     pub sky: Rgb,
     /// The floor.
     pub floor: Rgb,
-    /// Its lines.
+    /// The floor's grid.
     pub grid: Rgb,
     /// Edges that are driven one way.
     pub edge: Rgb,
@@ -40,58 +40,58 @@ pub struct ThemeColours {
     pub two_way: Rgb,
     /// Nodes.
     pub node: Rgb,
-    /// The ring around what is selected.
+    /// The ring around selected objects.
     pub selection: Rgb,
-    /// What is selected has still to drive.
+    /// The routes of selected robots.
     pub route: Rgb,
-    /// A robot of which nothing is known.
+    /// Robots without a value.
     pub unknown: Rgb,
 }
 
-/// What the colour of a robot tells.
+/// The data that robots are coloured by.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Colouring {
-    /// What it is doing.
+    /// The robot's state.
     State,
-    /// How fast it drives.
+    /// The robot's speed.
     Speed,
-    /// Of which type it is.
+    /// The robot's type.
     Type,
-    /// The value that a plugin publishes for it.
+    /// The robot's value in a column that a plugin publishes.
     Column(ColumnName),
 }
 
-/// How a value becomes a colour.
+/// The mapping from values to colours.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Scale {
-    /// The value is a colour's number.
+    /// The value is an index into named colours.
     Categories(Vec<(String, Rgb)>),
-    /// The value lies between two.
+    /// The value is interpolated between two ends.
     Ramp {
         /// The value of the ramp's first colour.
         low: f32,
-        /// The value of its last.
+        /// The value of the ramp's last colour.
         high: f32,
         /// The unit of the values.
         unit: &'static str,
     },
 }
 
-/// What the colours mean, for a person.
+/// The meaning of the robots' colours.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Legend {
-    /// What is told: `collision`, `speed` …
+    /// Name of the data: `collision`, `speed` …
     pub title: String,
-    /// How.
+    /// The mapping from values to colours.
     pub scale: Scale,
 }
 
 impl Legend {
-    /// Of a column that nobody publishes.
+    /// Returns the legend of a column that has no publisher.
     #[must_use]
-    pub fn of_nothing(self, theme: Theme) -> Self {
-        let nobody = if self.title == "collision" { "not checked" } else { "not published" };
-        Self { scale: Scale::Categories(vec![(nobody.to_owned(), theme.colours().unknown)]), ..self }
+    pub fn without_data(self, theme: Theme) -> Self {
+        let reason = if self.title == "collision" { "not checked" } else { "not published" };
+        Self { scale: Scale::Categories(vec![(reason.to_owned(), theme.colours().unknown)]), ..self }
     }
 }
 
@@ -103,14 +103,14 @@ const YELLOW: Rgb = Rgb(0xf0e442);
 const VERMILLION: Rgb = Rgb(0xd55e00);
 const PURPLE: Rgb = Rgb(0xcc79a7);
 
-/// Viridis, in sixteen steps.
+/// The colour map viridis in sixteen steps.
 const RAMP: [u32; COLOURS] = [
     0x440154, 0x481a6c, 0x472f7d, 0x414487, 0x39568c, 0x31688e, 0x2a788e, 0x23888e, 0x1f988b, 0x22a884, 0x35b779,
     0x54c568, 0x7ad151, 0xa5db36, 0xd2e21b, 0xfde725,
 ];
 
 impl Rgb {
-    /// Red, green and blue as light adds up, 0 to 1.
+    /// Linear red, green and blue, 0 to 1.
     pub fn linear(self) -> Vec3 {
         let channel = |shift: u32| {
             let value = ((self.0 >> shift) & 0xff) as f32 / 255.0;
@@ -121,7 +121,7 @@ impl Rgb {
 }
 
 impl Theme {
-    /// The colours of all that is no robot.
+    /// The colours of everything except robots.
     pub fn colours(self) -> ThemeColours {
         match self {
             Self::Dark => ThemeColours {
@@ -151,20 +151,20 @@ impl Theme {
 }
 
 impl Default for Colouring {
-    /// By the column `collision`.
+    /// Colours robots by the column `collision`.
     fn default() -> Self {
         Self::Column("collision".parse().expect("a name"))
     }
 }
 
 impl Colouring {
-    /// What the colours mean. `types` are the robot types' names, `range` the values of a column as far as they are known.
-    pub fn legend(&self, theme: Theme, types: &[String], range: Option<(f32, f32)>) -> Legend {
+    /// Returns the legend. `robot_types` are the names of the robot types, `range` the range of the values seen so far.
+    pub fn legend(&self, theme: Theme, robot_types: &[String], range: Option<(f32, f32)>) -> Legend {
         let scale = match self {
             Self::State => states(theme),
             Self::Type => {
                 let hues = [SKY_BLUE, ORANGE, GREEN, PURPLE, BLUE, YELLOW, VERMILLION, Rgb(0x999999)];
-                Scale::Categories(types.iter().cloned().zip(hues.into_iter().cycle()).take(COLOURS).collect())
+                Scale::Categories(robot_types.iter().cloned().zip(hues.into_iter().cycle()).take(COLOURS).collect())
             }
             Self::Speed => {
                 let (low, high) = range.unwrap_or((0.0, 1.5));
@@ -200,13 +200,13 @@ fn collisions(theme: Theme) -> Scale {
 }
 
 impl Scale {
-    /// The colours by number; past the end of categories the last one again.
+    /// Returns the colours by index. Beyond the end of categories, the last colour is repeated.
     pub fn colours(&self, theme: Theme) -> [Rgb; COLOURS] {
         match self {
             Self::Categories(categories) => std::array::from_fn(|i| {
                 categories.get(i).or(categories.last()).map_or(Rgb(0x999999), |(_, colour)| *colour)
             }),
-            // Without the end that the floor hides.
+            // The end of the ramp that is close to the floor's colour is left out.
             Self::Ramp { .. } => std::array::from_fn(|i| {
                 let (first, last) = if theme == Theme::Dark { (4, COLOURS - 1) } else { (0, COLOURS - 3) };
                 Rgb(RAMP[first + i * (last - first) / (COLOURS - 1)])
@@ -244,7 +244,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn ramps_grow_in_lightness() {
+    fn ramps_increase_in_lightness() {
         let scale = Scale::Ramp { low: 0.0, high: 1.0, unit: "" };
         let lightness = scale.colours(Theme::Dark).map(|colour| colour.linear().dot(Vec3::new(0.2126, 0.7152, 0.0722)));
         assert!(lightness.is_sorted(), "{lightness:?}");

@@ -1,4 +1,4 @@
-//! A picture in memory: drawn offscreen, read back, written to a file.
+//! Offscreen pictures: rendered into a texture, read back, and written to files.
 
 use std::path::{Path, PathBuf};
 
@@ -7,48 +7,48 @@ use image::RgbaImage;
 use wgpu::{BufferUsages, TextureFormat, TextureUsages};
 
 use crate::gpu::device::Gpu;
-use crate::gpu::frame::view_of;
+use crate::gpu::resources::view_of;
 
-/// Of pictures that are read back.
+/// The format of offscreen pictures.
 pub const FORMAT: TextureFormat = TextureFormat::Rgba8UnormSrgb;
 
-/// Of what is drawn over them: its colours are blended as they are seen.
+/// The format in which text is drawn over offscreen pictures: it is blended in sRGB rather than in linear colours.
 pub const OVERLAY_FORMAT: TextureFormat = TextureFormat::Rgba8Unorm;
 
-/// Why there is no picture.
+/// The error of rendering or writing a picture.
 #[derive(Debug, thiserror::Error)]
 pub enum PictureError {
-    /// Larger than the adapter's textures.
-    #[error("a picture of {0}x{1} is too large for this adapter: {2} pixels is its limit in either direction")]
+    /// The size exceeds the adapter's texture limit.
+    #[error("a picture of {0}x{1} pixels is too large for this adapter, whose limit is {2} in either direction")]
     TooLarge(u32, u32, u32),
-    /// The device was lost on the way.
+    /// The graphics device was lost.
     #[error("the graphics device was lost ({0}); start again")]
     Lost(String),
-    /// It can't be written.
+    /// The file can't be written.
     #[error("can't write {}: {reason}", path.display())]
     Write {
-        /// Where to.
+        /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// The system's error.
         reason: String,
     },
 }
 
-/// A texture to draw into, and the way back from it.
+/// A texture to render into, and the buffer that it is read back through.
 #[derive(Debug)]
 pub struct Offscreen {
     gpu: Gpu,
     size: UVec2,
     texture: wgpu::Texture,
-    /// All of the texture, as [`FORMAT`].
+    /// A view of the texture in the [`FORMAT`].
     pub view: wgpu::TextureView,
-    /// All of the texture, as [`OVERLAY_FORMAT`].
+    /// A view of the texture in the [`OVERLAY_FORMAT`].
     pub overlay: wgpu::TextureView,
-    back: wgpu::Buffer,
+    readback: wgpu::Buffer,
 }
 
 impl Offscreen {
-    /// Makes one of `size` pixels.
+    /// Creates a texture of `size` pixels.
     ///
     /// # Errors
     /// [`PictureError::TooLarge`].
@@ -69,8 +69,8 @@ impl Offscreen {
             view_formats: &[OVERLAY_FORMAT],
         });
         let overlay = wgpu::TextureViewDescriptor { format: Some(OVERLAY_FORMAT), ..Default::default() };
-        let back = gpu.device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("read back"),
+        let readback = gpu.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("readback"),
             size: u64::from(row_bytes(size)) * u64::from(size.y),
             usage: BufferUsages::COPY_DST | BufferUsages::MAP_READ,
             mapped_at_creation: false,
@@ -81,7 +81,7 @@ impl Offscreen {
             view: view_of(&texture),
             overlay: texture.create_view(&overlay),
             texture,
-            back,
+            readback,
         })
     }
 
@@ -90,7 +90,7 @@ impl Offscreen {
         self.size
     }
 
-    /// Submits what draws into the texture, and gives what it drew.
+    /// Submits the commands that draw into the texture, waits for them, and returns the picture.
     ///
     /// # Errors
     /// [`PictureError::Lost`].
@@ -99,23 +99,24 @@ impl Offscreen {
             wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(row_bytes(self.size)), rows_per_image: None };
         encoder.copy_texture_to_buffer(
             self.texture.as_image_copy(),
-            wgpu::TexelCopyBufferInfo { buffer: &self.back, layout },
+            wgpu::TexelCopyBufferInfo { buffer: &self.readback, layout },
             self.texture.size(),
         );
         self.gpu.queue.submit([encoder.finish()]);
-        self.back.map_async(wgpu::MapMode::Read, .., |_| ());
+        self.readback.map_async(wgpu::MapMode::Read, .., |_| ());
         self.gpu.wait();
         let lost = |reason: String| PictureError::Lost(self.gpu.lost().unwrap_or(reason));
-        let mapped = self.back.get_mapped_range(..).map_err(|error| lost(error.to_string()))?;
+        let mapped = self.readback.get_mapped_range(..).map_err(|error| lost(error.to_string()))?;
         let rows = mapped.chunks(row_bytes(self.size) as usize);
         let pixels = rows.flat_map(|row| &row[..self.size.x as usize * 4]).copied().collect();
         drop(mapped);
-        self.back.unmap();
-        RgbaImage::from_raw(self.size.x, self.size.y, pixels).ok_or_else(|| lost("too few pixels".to_owned()))
+        self.readback.unmap();
+        RgbaImage::from_raw(self.size.x, self.size.y, pixels)
+            .ok_or_else(|| lost("the buffer has too few pixels".to_owned()))
     }
 }
 
-/// Rows in a buffer begin at multiples of 256 bytes.
+/// The stride of the rows in the readback buffer, which wgpu aligns to 256 bytes.
 fn row_bytes(size: UVec2) -> u32 {
     (size.x * 4).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT)
 }

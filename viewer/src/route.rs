@@ -1,4 +1,4 @@
-//! Routes of selected robots: asked for a few times a second, and what is drawn and told of them.
+//! Routes of selected robots: polled a few times a second, and reduced to what is drawn and shown.
 
 use std::time::{Duration, Instant};
 
@@ -9,101 +9,107 @@ use regatta_plugin::route::RouteResponse;
 use regatta_plugin::world::EdgeRecord;
 use regatta_plugin::{Frame, OpenError, Participant, RouteClient, RouteError};
 
-/// Robots whose routes are asked for.
-pub const MOST_ROBOTS: usize = 8;
-/// Between two times of asking.
-const ASK_EVERY: Duration = Duration::from_millis(250);
-/// Legs among which the one that a robot is on by now is looked for: it drives no more of them between two answers.
+/// The most robots whose routes are polled.
+pub const MAX_ROBOTS: usize = 8;
+/// The time between two polls.
+const POLL_EVERY: Duration = Duration::from_millis(250);
+/// The number of legs among which a robot's current one is searched: robots pass fewer of them between two polls.
 const NEXT_LEGS: usize = 8;
-/// Chords by which the length of a curve is measured.
+/// The number of chords that approximate a curve to measure its length.
 const CHORDS: u32 = 32;
 
-/// A part of an edge, as it is drawn: an instance of routes.wgsl.
+/// The part of an edge that belongs to a route: an instance of routes.wgsl.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
-pub struct Stretch {
+pub struct RouteSegment {
     /// Index of the edge in the world.
     pub edge: u32,
-    /// Which part of its curve, 0 at its origin and 1 at its destination: from and to.
-    pub part: [f32; 2],
-    /// 1 if it may be driven now, 0 if it is only planned.
+    /// The curve parameters of the segment's start and end: 0 at the edge's origin, 1 at its destination.
+    pub range: [f32; 2],
+    /// 1 if the edge is released, 0 if it is only planned.
     pub released: u32,
 }
 
-/// What a robot has still to drive.
+/// The rest of a robot's route.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Remaining {
-    /// Edges that it may drive now, the one that it is on among them.
-    pub released: Way,
-    /// Edges that are only planned.
-    pub planned: Way,
+    /// The edges that the robot may drive now, its current one included.
+    pub released: RouteLength,
+    /// The edges that are only planned.
+    pub planned: RouteLength,
 }
 
-/// A number of edges.
+/// The length of a part of a route.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Way {
-    /// How many.
+pub struct RouteLength {
+    /// The number of edges.
     pub edges: u32,
-    /// How long they are, in metres, as far as they are known: of a long route only the first legs are.
+    /// Their length in metres. An answer lists only the first legs of a long route; the others are not included.
     pub metres: f32,
-    /// Whether all of them are known.
-    pub partly: bool,
+    /// Whether `metres` lacks some of the edges.
+    pub is_partial: bool,
 }
 
-/// What is left of a route for a robot where it is in a frame: the parts of edges to be drawn, and how much it is.
-/// Nothing if frame and route are of different runs.
-pub fn ahead(route: &RouteResponse, frame: &Frame<'_>, edges: &[EdgeRecord]) -> (Vec<Stretch>, Remaining) {
+/// Returns the rest of a route, from the robot's position in a frame on: the segments to draw, and their length. There is
+/// nothing left if the robot is idle or absent, or frame and route belong to different runs.
+pub fn remaining_route(
+    route: &RouteResponse,
+    frame: &Frame<'_>,
+    edges: &[EdgeRecord],
+) -> (Vec<RouteSegment>, Remaining) {
     let row = route.robot as usize;
     let state = frame.state_of(row);
     let mut remaining = Remaining::default();
     if route.run_id != frame.run_id() || matches!(state, RobotState::Absent | RobotState::Idle) {
         return (Vec::new(), remaining);
     }
-    // The robot has gone on since it was asked.
-    let (on, s) = (frame.edge()[row], frame.s()[row]);
-    let is_here = |edge: u32| edge == on && state != RobotState::Waiting;
+    // The robot has moved on since the route was answered.
+    let (current, s) = (frame.edge()[row], frame.s()[row]);
+    let is_current = |edge: u32| edge == current && state != RobotState::Waiting;
     let driven = match state {
         RobotState::Waiting => (route.released as usize).min(route.legs().len()),
-        _ => route.legs().take(NEXT_LEGS).position(|leg| is_here(leg.edge)).unwrap_or(0),
+        _ => route.legs().take(NEXT_LEGS).position(|leg| is_current(leg.edge)).unwrap_or(0),
     };
-    let mut stretches = Vec::with_capacity(route.legs().len() - driven);
-    for (place, leg) in route.legs().enumerate().skip(driven) {
+    let mut segments = Vec::with_capacity(route.legs().len() - driven);
+    for (index, leg) in route.legs().enumerate().skip(driven) {
         let Some(edge) = edges.get(leg.edge as usize) else { break };
-        let here = place == driven && is_here(leg.edge);
-        let ends = if leg.reverse { [1.0, 0.0] } else { [0.0, 1.0] };
-        let start = if here { part_at(edge, s) } else { ends[0] };
-        let metres = match (here, leg.reverse) {
+        let has_robot = index == driven && is_current(leg.edge);
+        let [from, to] = if leg.reverse { [1.0, 0.0] } else { [0.0, 1.0] };
+        let start = if has_robot { parameter_at(edge, s) } else { from };
+        let metres = match (has_robot, leg.reverse) {
             (true, false) => (edge.length - s).max(0.0),
             (true, true) => s.max(0.0),
             (false, _) => edge.length,
         };
-        let way = if leg.released { &mut remaining.released } else { &mut remaining.planned };
-        (way.edges, way.metres) = (way.edges + 1, way.metres + metres);
-        stretches.push(Stretch { edge: leg.edge, part: [start, ends[1]], released: leg.released.into() });
+        let length = if leg.released { &mut remaining.released } else { &mut remaining.planned };
+        (length.edges, length.metres) = (length.edges + 1, length.metres + metres);
+        segments.push(RouteSegment { edge: leg.edge, range: [start, to], released: leg.released.into() });
     }
     let released = route.released.saturating_sub(driven as u32);
     let planned = route.legs.saturating_sub(route.released.max(driven as u32));
-    for (way, edges) in [(&mut remaining.released, released), (&mut remaining.planned, planned)] {
-        (way.partly, way.edges) = (way.edges < edges, edges);
+    for (length, edges) in [(&mut remaining.released, released), (&mut remaining.planned, planned)] {
+        (length.is_partial, length.edges) = (length.edges < edges, edges);
     }
-    (stretches, remaining)
+    (segments, remaining)
 }
 
-/// The parameter of an edge's curve some metres from its origin.
-fn part_at(edge: &EdgeRecord, s: f32) -> f32 {
+/// Returns the point of an edge's curve at a parameter from 0 to 1, by de Casteljau's algorithm.
+pub fn curve_point(edge: &EdgeRecord, parameter: f32) -> Vec2 {
     let [a, b, c, d] = edge.control_points.map(Vec2::from);
-    let point = |at: f32| {
-        let ends = [a.lerp(b, at), b.lerp(c, at), c.lerp(d, at)];
-        ends[0].lerp(ends[1], at).lerp(ends[1].lerp(ends[2], at), at)
-    };
+    let points = [a.lerp(b, parameter), b.lerp(c, parameter), c.lerp(d, parameter)];
+    points[0].lerp(points[1], parameter).lerp(points[1].lerp(points[2], parameter), parameter)
+}
+
+/// Returns the parameter of the point of an edge's curve that is `s` metres from its origin.
+fn parameter_at(edge: &EdgeRecord, s: f32) -> f32 {
     let ends = |chord: u32| [chord, chord + 1].map(|number| number as f32 / CHORDS as f32);
     let lengths = (0..CHORDS).map(|chord| {
         let [from, to] = ends(chord);
-        point(from).distance(point(to))
+        curve_point(edge, from).distance(curve_point(edge, to))
     });
-    // Chords are a little shorter than the curve.
-    let whole: f32 = lengths.clone().sum();
-    let mut rest = s / edge.length.max(1e-6) * whole;
+    // The chords together are a little shorter than the curve, so `s` is scaled to their length.
+    let total: f32 = lengths.clone().sum();
+    let mut rest = s / edge.length.max(1e-6) * total;
     for (chord, length) in (0..CHORDS).zip(lengths) {
         if rest < length {
             let [from, to] = ends(chord);
@@ -114,37 +120,37 @@ fn part_at(edge: &EdgeRecord, s: f32) -> f32 {
     1.0
 }
 
-/// Asks for the routes of some robots again and again.
+/// Polls the routes of some robots.
 #[derive(Debug, Default)]
-pub struct RouteWatch {
+pub struct RoutePoller {
     robots: Vec<u32>,
-    /// Open only while routes are wanted.
+    /// Open only while routes are polled.
     client: Option<RouteClient>,
     due: Option<Instant>,
 }
 
-impl RouteWatch {
-    /// Of these robots from now on, the first [`MOST_ROBOTS`] of them.
+impl RoutePoller {
+    /// Sets the robots whose routes are polled from now on: the first [`MAX_ROBOTS`] of them.
     pub fn watch(&mut self, mut robots: Vec<u32>, now: Instant) {
-        robots.truncate(MOST_ROBOTS);
+        robots.truncate(MAX_ROBOTS);
         self.due = (!robots.is_empty()).then_some(now);
         self.robots = robots;
     }
 
-    /// When to ask next; `None` if nothing is to be asked.
+    /// The time of the next poll; `None` if no robots are watched.
     pub fn due(&self) -> Option<Instant> {
         self.due
     }
 
-    /// Asks if it is time to, and waits for the answers, `patience` at most. `None` if there is nothing new; without
-    /// routes if nobody knows any.
+    /// Requests the routes if a poll is due, and waits for the answers for `timeout` at most. Returns `None` if nothing is
+    /// new, and an empty list if no process answers.
     ///
     /// # Errors
-    /// As [`RouteClient::open_on`]. Nothing is asked from then on.
-    pub fn ask(
+    /// As [`RouteClient::open_on`]. Polling stops then.
+    pub fn poll(
         &mut self,
         participant: &Participant,
-        patience: Duration,
+        timeout: Duration,
     ) -> Result<Option<Vec<RouteResponse>>, OpenError> {
         if self.robots.is_empty() {
             self.client = None;
@@ -155,15 +161,15 @@ impl RouteWatch {
         self.due = None;
         let client = match &mut self.client {
             Some(client) => client,
-            none => none.insert(RouteClient::open_on(&participant)?),
+            none => none.insert(RouteClient::open_on(participant)?),
         };
-        let answers = client.routes(&self.robots, patience);
-        self.due = Some(Instant::now() + ASK_EVERY);
+        let answers = client.routes(&self.robots, timeout);
+        self.due = Some(Instant::now() + POLL_EVERY);
         Ok(match answers {
             Ok(routes) => Some(routes),
             Err(RouteError::Timeout { .. }) => None,
             Err(error) => {
-                tracing::debug!(%error, "asking for routes");
+                tracing::debug!(%error, "polling routes");
                 Some(Vec::new())
             }
         })
@@ -176,7 +182,7 @@ mod tests {
 
     use super::*;
 
-    /// Three edges, one after the other: ten metres, a bend of ten, ten.
+    /// Returns three consecutive edges of ten metres each: a straight one, a bend, a straight one.
     fn edges() -> [EdgeRecord; 3] {
         let edge = |control_points| EdgeRecord { length: 10.0, control_points, ..EdgeRecord::default() };
         [
@@ -186,13 +192,13 @@ mod tests {
         ]
     }
 
-    fn remaining(edge: u32, s: f32, state: RobotState, route: &RouteResponse) -> (Vec<Stretch>, Remaining) {
+    fn remaining(edge: u32, s: f32, state: RobotState, route: &RouteResponse) -> (Vec<RouteSegment>, Remaining) {
         let header =
             FrameHeader { run_id: 5, robots: 1, stride_lines: stride_lines(1) as u32, ..FrameHeader::default() };
         let mut lines = vec![Line::default(); frame_lines(1)];
         let columns = ColumnsMut::split(&mut lines, 1);
         (columns.edge[0], columns.s[0], columns.state[0]) = (edge, s, state as u8);
-        ahead(route, &Frame::new(&header, &lines).expect("a frame"), &edges())
+        remaining_route(route, &Frame::new(&header, &lines).expect("a frame"), &edges())
     }
 
     fn route(released: usize, legs: &[(u32, bool)]) -> RouteResponse {
@@ -200,39 +206,39 @@ mod tests {
     }
 
     #[test]
-    fn a_route_begins_where_the_robot_is_by_now() {
+    fn a_route_begins_at_the_robots_current_position() {
         let route = route(2, &[(0, false), (1, false), (2, false)]);
-        let (stretches, left) = remaining(0, 2.5, RobotState::Driving, &route);
-        assert_eq!(left.released, Way { edges: 2, metres: 17.5, partly: false });
-        assert_eq!(left.planned, Way { edges: 1, metres: 10.0, partly: false });
-        assert_eq!((stretches.len(), stretches[1].part, stretches[1].released), (3, [0.0, 1.0], 1));
-        // Slow at its ends, where the handles are short.
-        assert!((0.28..0.40).contains(&stretches[0].part[0]), "{stretches:?}");
+        let (segments, left) = remaining(0, 2.5, RobotState::Driving, &route);
+        assert_eq!(left.released, RouteLength { edges: 2, metres: 17.5, is_partial: false });
+        assert_eq!(left.planned, RouteLength { edges: 1, metres: 10.0, is_partial: false });
+        assert_eq!((segments.len(), segments[1].range, segments[1].released), (3, [0.0, 1.0], 1));
+        // The curve parameter grows fast near the ends, where the control points are close.
+        assert!((0.28..0.40).contains(&segments[0].range[0]), "{segments:?}");
 
-        let (stretches, left) = remaining(1, 5.0, RobotState::Driving, &route);
-        assert_eq!((stretches.len(), left.released.edges, left.released.metres), (2, 1, 5.0));
-        assert!((stretches[0].part[0] - 0.5).abs() < 1e-3, "an even bend");
-        let (stretches, left) = remaining(1, 10.0, RobotState::Waiting, &route);
-        assert_eq!((stretches.len(), left.released.edges, left.planned.edges), (1, 0, 1));
-        assert_eq!(remaining(2, 10.0, RobotState::Idle, &route).0, [], "it has arrived");
+        let (segments, left) = remaining(1, 5.0, RobotState::Driving, &route);
+        assert_eq!((segments.len(), left.released.edges, left.released.metres), (2, 1, 5.0));
+        assert!((segments[0].range[0] - 0.5).abs() < 1e-3, "the bend is symmetric");
+        let (segments, left) = remaining(1, 10.0, RobotState::Waiting, &route);
+        assert_eq!((segments.len(), left.released.edges, left.planned.edges), (1, 0, 1));
+        assert_eq!(remaining(2, 10.0, RobotState::Idle, &route).0, [], "the robot has arrived");
     }
 
     #[test]
-    fn in_reverse_gear_the_rest_is_towards_the_origin() {
-        let (stretches, left) = remaining(2, 4.0, RobotState::Driving, &route(2, &[(2, true), (1, true)]));
+    fn a_reversing_robot_drives_towards_the_edges_origin() {
+        let (segments, left) = remaining(2, 4.0, RobotState::Driving, &route(2, &[(2, true), (1, true)]));
         assert_eq!((left.released.edges, left.released.metres), (2, 14.0));
-        assert_eq!((stretches[0].part[1], stretches[1].part), (0.0, [1.0, 0.0]));
+        assert_eq!((segments[0].range[1], segments[1].range), (0.0, [1.0, 0.0]));
     }
 
     #[test]
-    fn what_is_not_listed_is_counted_and_other_runs_and_worlds_do_no_harm() {
+    fn unlisted_legs_are_counted_and_unknown_runs_edges_and_robots_are_ignored() {
         let legs = [(0, false)].repeat(300);
-        let (stretches, left) = remaining(1, 0.0, RobotState::Driving, &route(290, &legs));
-        assert_eq!(stretches.len(), 256);
-        assert_eq!(left.released, Way { edges: 290, metres: 2560.0, partly: true });
-        assert_eq!(left.planned, Way { edges: 10, metres: 0.0, partly: true });
-        let (stretches, left) = remaining(0, 0.0, RobotState::Driving, &route(2, &[(0, false), (77, false)]));
-        assert_eq!((stretches.len(), left.released.edges, left.released.partly), (1, 2, true));
+        let (segments, left) = remaining(1, 0.0, RobotState::Driving, &route(290, &legs));
+        assert_eq!(segments.len(), 256);
+        assert_eq!(left.released, RouteLength { edges: 290, metres: 2560.0, is_partial: true });
+        assert_eq!(left.planned, RouteLength { edges: 10, metres: 0.0, is_partial: true });
+        let (segments, left) = remaining(0, 0.0, RobotState::Driving, &route(2, &[(0, false), (77, false)]));
+        assert_eq!((segments.len(), left.released.edges, left.released.is_partial), (1, 2, true));
         let other = RouteResponse { run_id: 6, ..route(1, &[(0, false)]) };
         assert_eq!(remaining(0, 0.0, RobotState::Driving, &other).0, []);
         let unknown = RouteResponse { robot: 9, ..route(1, &[(0, false)]) };

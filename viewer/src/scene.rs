@@ -1,20 +1,20 @@
-//! What is drawn and how: everything that a person can choose about a picture, but the camera.
+//! The scene: all choices about what is drawn and how, except the camera.
 
 use glam::{Vec2, Vec3};
 
 use crate::palette::{Colouring, Theme};
 
-/// Most lights beside the sun.
+/// The most lights beside the sun.
 pub const MAX_LIGHTS: usize = 8;
-/// Most robots that can be selected.
+/// The most robots that can be selected.
 pub const MAX_SELECTED: usize = 256;
 
-/// All choices about a picture but the camera.
+/// All choices about a picture except the camera.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scene {
-    /// Dark or light.
+    /// The colours of everything except robots.
     pub theme: Theme,
-    /// What the robots' colours tell.
+    /// The data that robots are coloured by.
     pub colouring: Colouring,
     /// Which layers are drawn.
     pub layers: Layers,
@@ -24,15 +24,15 @@ pub struct Scene {
     pub floor: Floor,
     /// Lights beside the sun, at most [`MAX_LIGHTS`].
     pub lights: Vec<Light>,
-    /// From which size on robots are drawn how.
+    /// The sizes at which the level of detail changes.
     pub detail: Detail,
     /// Trails behind the robots.
     pub trails: Trails,
-    /// Ids of robots that are marked by a ring.
+    /// Ids of the selected robots, which are highlighted by a ring.
     pub selected: Vec<u32>,
 }
 
-/// What there is to draw.
+/// The layers of a picture that can be hidden.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Layers {
     /// Lines of the floor's grid.
@@ -43,7 +43,7 @@ pub struct Layers {
     pub arrows: bool,
     /// Nodes.
     pub nodes: bool,
-    /// Ids of nodes and edges, when near.
+    /// Ids of nodes and edges near the camera.
     pub ids: bool,
     /// Robots.
     pub robots: bool,
@@ -53,41 +53,41 @@ pub struct Layers {
     pub trails: bool,
 }
 
-/// Trails behind robots. A point is taken every quarter of a simulated second.
+/// Trails behind robots. They get a point every quarter of a simulated second.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Trails {
-    /// Points of each; 0 for none. Fewer if the adapter hasn't room for as many.
+    /// Points of each trail; 0 for no trails. There are fewer if the adapter lacks the memory.
     pub points: u32,
-    /// Only those of the selected robots are drawn.
+    /// Whether only the trails of selected robots are drawn.
     pub only_selected: bool,
 }
 
 /// The floor.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Floor {
-    /// Its rectangle in metres; without one it reaches to the horizon.
+    /// The floor's rectangle in metres; without one it reaches to the horizon.
     pub bounds: Option<crate::camera::Bounds>,
 }
 
-/// A lamp.
+/// A point light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Light {
-    /// Where it hangs, in metres.
+    /// Position in metres.
     pub position: Vec3,
-    /// Red, green and blue, linear, 1 for a lamp that is as bright as the sun two metres below it.
+    /// Linear red, green and blue; 1 is as bright as the sun at a distance of two metres.
     pub colour: Vec3,
 }
 
-/// Sizes in pixels, of a robot's or an edge's length in the picture.
+/// The thresholds of the levels of detail: lengths of robots and edges in the picture, in pixels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Detail {
-    /// From this on, robots have their mesh.
+    /// Robots from this length on are drawn as their mesh.
     pub mesh: f32,
-    /// From this on, they are boxes; below it, flat marks.
+    /// Robots from this length on are drawn as blocks, smaller ones as flat marks.
     pub block: f32,
-    /// Marks are drawn no smaller than this.
+    /// The least length of marks.
     pub mark: f32,
-    /// Below it, edges are lines a pixel wide.
+    /// Edges below this length are lines of one pixel.
     pub thin: f32,
 }
 
@@ -113,7 +113,7 @@ impl Default for Detail {
 }
 
 impl Detail {
-    /// What a processor that draws by itself keeps up with.
+    /// Returns thresholds that suit a software adapter.
     pub fn software() -> Self {
         Self { mesh: 44.0, block: 14.0, mark: 3.0, thin: 48.0 }
     }

@@ -1,4 +1,5 @@
-//! A fleet on stage: what comes from the feed goes to the renderer, and the camera knows what there is to see.
+//! The stage: passes new data from the feed to the renderer, and derives from it what the renderer needs beside it:
+//! bounds, legend and routes.
 
 use std::time::Instant;
 
@@ -9,45 +10,48 @@ use regatta_plugin::{Frame, Participant, Result, World};
 use wgpu::{CommandEncoder, TextureView};
 
 use crate::camera::{Bounds, Camera};
-use crate::feed::{Feed, News, Playhead};
-use crate::gpu::frame::{Picture, Renderer};
+use crate::feed::{Feed, News};
+use crate::gpu::renderer::{Picture, Renderer};
 use crate::palette::{Colouring, Legend};
-use crate::route::{self, Remaining};
+use crate::playhead::Playhead;
+use crate::route::{Remaining, curve_point, remaining_route};
 use crate::scene::Scene;
 
-/// Rows that are looked at to learn the range of a column's values.
+/// The number of rows that are sampled to find the range of a column's values.
 const SAMPLED_ROWS: usize = 1_024;
-/// Frames between two looks.
-const SAMPLE_EVERY: u64 = 16;
-/// Frames between two looks where the robots are, of a fleet without a graph.
-const LOOK_EVERY: u64 = 64;
+/// The number of frames between two samplings of the range.
+const RANGE_EVERY: u64 = 16;
+/// The number of frames between two updates of the robots' bounds, for a fleet without a graph.
+const BOUNDS_EVERY: u64 = 64;
 
-/// Feed, renderer and what goes between them.
+/// A feed and the renderer that draws it.
 #[derive(Debug)]
 pub struct Stage {
-    /// What is read.
+    /// The fleet's data.
     pub feed: Feed,
-    /// What draws it.
+    /// The renderer.
     pub renderer: Renderer,
-    /// What is to be seen.
+    /// The content and the style of pictures.
     pub scene: Scene,
     playhead: Playhead,
-    /// Of the graph.
-    bounds: Option<Bounds>,
-    /// Of a fleet without one.
-    bounds_of_robots: Option<Bounds>,
-    /// In which run they were looked at.
-    bounds_of: u64,
-    types: Vec<String>,
+    graph_bounds: Option<Bounds>,
+    /// The robots' bounds, of a fleet without a graph.
+    robot_bounds: Option<Bounds>,
+    /// The run of `robot_bounds`.
+    robot_bounds_run: u64,
+    /// Names of the robot types.
+    robot_types: Vec<String>,
+    /// The range of the values that robots are coloured by.
     range: Option<(f32, f32)>,
+    /// The colouring whose column the feed watches.
     watched: Option<Colouring>,
     routes: Vec<RouteResponse>,
-    /// Of those routes in the newest frame, by robot.
+    /// The rest of each route in the newest frame, by robot.
     remaining: Vec<(u32, Remaining)>,
 }
 
 impl Stage {
-    /// Opens a fleet for a renderer.
+    /// Opens a fleet, to be drawn by a renderer.
     ///
     /// # Errors
     /// As [`Feed::open`].
@@ -57,10 +61,10 @@ impl Stage {
             renderer,
             scene,
             playhead: Playhead::new(),
-            bounds: None,
-            bounds_of_robots: None,
-            bounds_of: 0,
-            types: Vec::new(),
+            graph_bounds: None,
+            robot_bounds: None,
+            robot_bounds_run: 0,
+            robot_types: Vec::new(),
             range: None,
             watched: None,
             routes: Vec::new(),
@@ -68,7 +72,7 @@ impl Stage {
         })
     }
 
-    /// Takes what is newest to the GPU. Called once for each picture.
+    /// Uploads the newest data. Call this once for each picture.
     ///
     /// # Errors
     /// If shared memory can't be read.
@@ -78,13 +82,13 @@ impl Stage {
         Ok(news)
     }
 
-    /// Takes what a poll of the feed found new to the GPU.
+    /// Uploads the data that a poll of the feed found new.
     ///
     /// # Errors
     /// If a column can't be opened.
     pub fn apply(&mut self, news: News, now: Instant) -> Result {
-        let recoloured = self.watched.as_ref() != Some(&self.scene.colouring);
-        if recoloured {
+        let is_recoloured = self.watched.as_ref() != Some(&self.scene.colouring);
+        if is_recoloured {
             let column = if let Colouring::Column(name) = &self.scene.colouring { Some(name) } else { None };
             self.feed.watch(column)?;
             self.watched = Some(self.scene.colouring.clone());
@@ -94,8 +98,8 @@ impl Stage {
         if news.world
             && let Some(world) = self.feed.world()
         {
-            self.bounds = bounds_of(&world);
-            self.types = world.robot_types().iter().map(|kind| kind.name().to_owned()).collect();
+            self.graph_bounds = bounds_of_graph(&world);
+            self.robot_types = world.robot_types().iter().map(|robot_type| robot_type.name().to_owned()).collect();
             self.renderer.set_world(&world);
         }
         if let Some(frame) = self.feed.frame().filter(|_| news.frame) {
@@ -105,19 +109,19 @@ impl Stage {
         if news.world || (news.frame && !self.routes.is_empty()) {
             self.update_routes();
         }
-        self.update_values(news, recoloured);
+        self.update_columns(news, is_recoloured);
         Ok(())
     }
 
-    /// Takes robots' routes, in place of those before. They are drawn, from where the robots are.
+    /// Replaces the routes. They are drawn from the robots' current positions on.
     pub fn set_routes(&mut self, routes: Vec<RouteResponse>) {
         self.routes = routes;
         self.update_routes();
     }
 
-    /// What a robot has still to drive, if its route is known.
+    /// The rest of a robot's route, if its route is known.
     pub fn remaining(&self, robot: u32) -> Option<Remaining> {
-        self.remaining.iter().find(|(known, _)| *known == robot).map(|(_, remaining)| *remaining)
+        self.remaining.iter().find(|(id, _)| *id == robot).map(|(_, remaining)| *remaining)
     }
 
     fn update_routes(&mut self) {
@@ -125,77 +129,79 @@ impl Stage {
         let mut all = Vec::new();
         if let (Some(frame), Some(world)) = (self.feed.frame(), self.feed.world()) {
             for answer in self.routes.iter().filter(|answer| answer.is_found()) {
-                let (stretches, remaining) = route::ahead(answer, &frame, world.edges());
-                all.extend(stretches);
+                let (segments, remaining) = remaining_route(answer, &frame, world.edges());
+                all.extend(segments);
                 self.remaining.push((answer.robot, remaining));
             }
         }
         self.renderer.set_routes(&all);
     }
 
-    fn update_values(&mut self, news: News, recoloured: bool) {
-        if (news.kinds || news.frame)
-            && let Some(kinds) = self.feed.kinds()
+    fn update_columns(&mut self, news: News, is_recoloured: bool) {
+        if (news.robot_type || news.frame)
+            && let Some(robot_type) = self.feed.robot_type()
         {
-            // After a frame too: its buffers may be new ones.
-            if news.kinds || self.renderer.lacks_kinds() {
-                self.renderer.set_kinds(kinds);
+            // A frame may have replaced the buffers, which are empty then.
+            if news.robot_type || self.renderer.lacks_robot_type_column() {
+                self.renderer.set_robot_type_column(robot_type);
             }
+        }
+        let is_due = self.robot_bounds.is_none() || self.feed.counts().read.is_multiple_of(BOUNDS_EVERY);
+        if news.frame && self.graph_bounds.is_none() && is_due {
+            self.update_robot_bounds();
         }
         let frame = self.feed.frame();
-        if news.frame && self.bounds.is_none() {
-            let look = self.bounds_of_robots.is_none() || self.feed.counts().read.is_multiple_of(LOOK_EVERY);
-            if let Some(frame) = frame.as_ref().filter(|_| look) {
-                // It only grows, and by leaps: the picture is not to slide under the robots.
-                let (run, known) = (frame.run_id(), self.bounds_of_robots.take());
-                let known = known.filter(|_| self.bounds_of == run);
-                let around = bounds_of_robots(frame);
-                self.bounds_of = run;
-                self.bounds_of_robots = match (known, around) {
-                    (Some(known), Some(around)) if known.holds(around) => Some(known),
-                    (known, around) => around.map(|around| known.map_or(around, |known| known.with(around)).wider()),
-                };
-            }
-        }
         let values = match &self.scene.colouring {
-            Colouring::Speed if news.frame || recoloured => Some(frame.map(|frame| frame.speed())),
-            // After a frame its buffers may be new ones.
-            Colouring::Column(_) if news.value || recoloured || (news.frame && self.renderer.lacks_values()) => {
+            Colouring::Speed if news.frame || is_recoloured => Some(frame.map(|frame| frame.speed())),
+            // A frame may have replaced the buffers, which are empty then.
+            Colouring::Column(_) if news.value || is_recoloured || (news.frame && self.renderer.lacks_values()) => {
                 Some(self.feed.value())
             }
             _ => None,
         };
         if let Some(values) = values {
-            let look = self.range.is_none() || self.feed.counts().read.is_multiple_of(SAMPLE_EVERY);
-            if let Some(values) = values.filter(|_| look) {
+            let is_due = self.range.is_none() || self.feed.counts().read.is_multiple_of(RANGE_EVERY);
+            if let Some(values) = values.filter(|_| is_due) {
                 self.range = widened(self.range, values);
             }
             self.renderer.set_values(values);
         }
     }
 
-    /// What the robots' colours mean now.
+    /// Grows the robots' bounds. They never shrink during a run, and grow in large steps, so that the view seldom moves.
+    fn update_robot_bounds(&mut self) {
+        let Some(frame) = self.feed.frame() else { return };
+        let run = frame.run_id();
+        let old = self.robot_bounds.filter(|_| self.robot_bounds_run == run);
+        let bounds = match (old, bounds_of_robots(&frame)) {
+            (Some(old), Some(new)) if old.contains(new) => Some(old),
+            (old, new) => new.map(|new| old.map_or(new, |old| old.union(new)).padded()),
+        };
+        (self.robot_bounds_run, self.robot_bounds) = (run, bounds);
+    }
+
+    /// The current meaning of the robots' colours.
     pub fn legend(&self) -> Legend {
         let (theme, colouring) = (self.scene.theme, &self.scene.colouring);
-        let legend = colouring.legend(theme, &self.types, self.range);
+        let legend = colouring.legend(theme, &self.robot_types, self.range);
         match colouring {
-            Colouring::Column(_) if self.feed.value().is_none() => legend.of_nothing(theme),
+            Colouring::Column(_) if self.feed.value().is_none() => legend.without_data(theme),
             _ => legend,
         }
     }
 
-    /// Where there is something to see: the graph, or else the robots of the newest frame.
+    /// The bounds of the graph, or without a graph of the robots, with the scene's offset.
     pub fn bounds(&self) -> Bounds {
-        let bounds = self.bounds.or(self.bounds_of_robots).unwrap_or_default();
+        let bounds = self.graph_bounds.or(self.robot_bounds).unwrap_or_default();
         Bounds { low: bounds.low + self.scene.offset, high: bounds.high + self.scene.offset }
     }
 
-    /// How far from the frame before (0) to the newest (1) the moment to show is.
+    /// The moment to show, from the previous frame (0) to the newest (1).
     pub fn alpha(&self, now: Instant) -> f32 {
         self.playhead.alpha(now)
     }
 
-    /// Takes a point of the trails when nothing is drawn.
+    /// Appends a point to each trail without drawing.
     pub fn collect_trails(&mut self) {
         let legend = self.legend();
         let (camera, size) = (&Camera::default(), UVec2::ONE);
@@ -203,7 +209,7 @@ impl Stage {
         self.renderer.collect_trails(&picture);
     }
 
-    /// Draws the fleet as it is at the moment to show.
+    /// Draws the fleet at a moment from the previous frame (0) to the newest (1).
     pub fn draw(
         &mut self,
         encoder: &mut CommandEncoder,
@@ -215,7 +221,7 @@ impl Stage {
         self.draw_within(encoder, target, None, camera, size, alpha);
     }
 
-    /// The same as a part of a larger target: `within` says where, and how large that is.
+    /// Draws the fleet into a part of a larger target: `within` is the part's top left corner and the target's size.
     pub fn draw_within(
         &mut self,
         encoder: &mut CommandEncoder,
@@ -231,28 +237,22 @@ impl Stage {
     }
 }
 
-fn bounds_of(world: &World<'_>) -> Option<Bounds> {
-    let along = |edge: &EdgeRecord| {
-        let [a, b, c, d] = edge.control_points.map(Vec2::from);
-        [0.0, 0.25, 0.5, 0.75, 1.0].map(|at: f32| {
-            let ends = [a.lerp(b, at), b.lerp(c, at), c.lerp(d, at)];
-            ends[0].lerp(ends[1], at).lerp(ends[1].lerp(ends[2], at), at)
-        })
-    };
-    Bounds::around(world.edges().iter().flat_map(along))
-        .or_else(|| Bounds::around(world.nodes().iter().map(|node| Vec2::new(node.x, node.y))))
+fn bounds_of_graph(world: &World<'_>) -> Option<Bounds> {
+    let points = |edge: &EdgeRecord| [0.0, 0.25, 0.5, 0.75, 1.0].map(|parameter| curve_point(edge, parameter));
+    Bounds::from_points(world.edges().iter().flat_map(points))
+        .or_else(|| Bounds::from_points(world.nodes().iter().map(|node| Vec2::new(node.x, node.y))))
 }
 
 fn bounds_of_robots(frame: &Frame<'_>) -> Option<Bounds> {
-    Bounds::around(frame.x().iter().zip(frame.y()).map(|(x, y)| Vec2::new(*x, *y)))
+    Bounds::from_points(frame.x().iter().zip(frame.y()).map(|(x, y)| Vec2::new(*x, *y)))
 }
 
-/// The range with some of the values in it, rounded outwards so that it seldom changes.
+/// Extends a range by a sample of the values, rounded outwards so that it seldom changes.
 fn widened(range: Option<(f32, f32)>, values: &[f32]) -> Option<(f32, f32)> {
     let step = values.len().div_ceil(SAMPLED_ROWS).max(1);
     let finite = values.iter().step_by(step).copied().filter(|value| value.is_finite());
-    let known = range.into_iter().flat_map(|(low, high)| [low, high]);
-    let (low, high) = known
+    let ends = range.into_iter().flat_map(|(low, high)| [low, high]);
+    let (low, high) = ends
         .chain(finite)
         .fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)));
     if low > high {
@@ -267,11 +267,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn ranges_hold_their_values_and_are_round() {
+    fn ranges_contain_their_values_and_are_rounded() {
         assert_eq!(widened(None, &[]), None);
         assert_eq!(widened(None, &[f32::NAN]), None);
         let range = widened(None, &[0.13, 1.37]).unwrap();
         assert!((range.0 - 0.0).abs() < 1e-6 && (range.1 - 1.5).abs() < 1e-6, "{range:?}");
-        assert_eq!(widened(Some(range), &[1.0]), Some(range), "nothing beyond it");
+        assert_eq!(widened(Some(range), &[1.0]), Some(range), "no value is outside the range");
     }
 }

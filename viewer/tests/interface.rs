@@ -1,4 +1,4 @@
-//! The interface, driven as a person drives it: egui_kittest clicks, types and presses keys on made-up facts.
+//! The interface, driven as a user drives it: egui_kittest clicks, types and presses keys; the view model is made up.
 
 use egui::{Key, Modifiers, pos2};
 use egui_kittest::Harness;
@@ -12,17 +12,17 @@ use regatta_plugin::{Contacts, Frame};
 use regatta_viewer::camera::{Bounds, Camera};
 use regatta_viewer::feed::Counts;
 use regatta_viewer::interface::Interface;
-use regatta_viewer::interface::facts::{Action, Engine, Facts, Thing};
+use regatta_viewer::interface::camera_controller::{CameraController, Follow};
 use regatta_viewer::interface::labels::Labels;
-use regatta_viewer::interface::performance::Timing;
-use regatta_viewer::interface::rig::{Follow, Rig};
 use regatta_viewer::interface::rows::{Rows, SortBy};
-use regatta_viewer::interface::settings::{Left, Right, Settings};
+use regatta_viewer::interface::settings::{LeftPanel, RightPanel, Settings};
+use regatta_viewer::interface::timing::Timing;
+use regatta_viewer::interface::view_model::{Action, EngineState, Item, ViewModel};
 use regatta_viewer::palette::{Colouring, Legend, Theme};
-use regatta_viewer::route::{Remaining, Way};
+use regatta_viewer::route::{Remaining, RouteLength};
 
-/// A fleet that stands in a row, and the interface over it.
-struct Desk {
+/// A fleet of robots in a row, and the interface that shows it.
+struct Fixture {
     interface: Interface,
     header: FrameHeader,
     lines: Vec<Line>,
@@ -33,13 +33,13 @@ struct Desk {
     route: Option<Remaining>,
     rows: Option<Rows>,
     status: Option<ControlResponse>,
-    engine: Engine,
+    engine: EngineState,
     timing: Timing,
     legend: Legend,
     actions: Vec<Action>,
 }
 
-impl Desk {
+impl Fixture {
     fn new(robots: usize) -> Self {
         let header = FrameHeader {
             run_id: 1,
@@ -56,7 +56,7 @@ impl Desk {
             columns.state[i] = if i % 2 == 0 { RobotState::Driving as u8 } else { RobotState::Held as u8 };
         }
         Self {
-            interface: Interface::new(Settings::default(), Rig::new(Camera::default(), true)),
+            interface: Interface::new(Settings::default(), CameraController::new(Camera::default(), true)),
             header,
             lines,
             nodes: vec![
@@ -69,7 +69,7 @@ impl Desk {
             route: None,
             rows: None,
             status: Some(ControlResponse { robots: robots as u32, speed: 1.0, ..ControlResponse::default() }),
-            engine: Engine::Running,
+            engine: EngineState::Running,
             timing: Timing::new("an adapter".into()),
             legend: Colouring::default().legend(Theme::Dark, &[], None),
             actions: Vec::new(),
@@ -79,16 +79,17 @@ impl Desk {
     fn show(&mut self, ui: &mut egui::Ui) {
         let touching = self.pairs.len() as u32;
         let contact_header = ContactHeader { touching, touching_ever: 9, ..ContactHeader::default() };
-        let facts = Facts {
+        let model = ViewModel {
             fleet: "test",
             engine: self.engine,
             status: self.status.as_ref(),
-            frame: (self.engine != Engine::Awaited).then(|| Frame::new(&self.header, &self.lines).expect("a frame")),
+            frame: (self.engine != EngineState::Awaited)
+                .then(|| Frame::new(&self.header, &self.lines).expect("a frame")),
             nodes: &self.nodes,
             edges: &self.edges,
             labels: &self.labels,
-            types: &[],
-            kinds: None,
+            robot_types: &[],
+            robot_type_column: None,
             contacts: Some(Contacts { header: &contact_header, pairs: &self.pairs, missed: 0 }),
             legend: &self.legend,
             columns: &["battery".parse().expect("a name")],
@@ -103,11 +104,12 @@ impl Desk {
             trail_points: 0,
             udp: [false, false],
         };
-        let (_, actions) = self.interface.show(ui, &facts);
+        let (_, actions) = self.interface.show(ui, &model);
         self.actions.extend(actions);
     }
 
-    fn sent(&self) -> Vec<(ControlKind, u64, f32)> {
+    /// Returns the requests to the engine: kind, count and speed.
+    fn requests(&self) -> Vec<(ControlKind, u64, f32)> {
         let requests = self.actions.iter().filter_map(|action| match action {
             Action::Control(request) => Some((request.kind()?, request.count, request.speed)),
             _ => None,
@@ -116,29 +118,29 @@ impl Desk {
     }
 }
 
-fn harness(desk: Desk) -> Harness<'static, Desk> {
+fn harness(fixture: Fixture) -> Harness<'static, Fixture> {
     let builder = Harness::builder().with_size([1280.0, 720.0]).with_max_steps(64);
-    let mut harness = builder.build_ui_state(|ui, desk: &mut Desk| desk.show(ui), desk);
+    let mut harness = builder.build_ui_state(|ui, fixture: &mut Fixture| fixture.show(ui), fixture);
     harness.run_ok();
     harness
 }
 
-/// Lets some pictures pass: what spins or counts down never comes to rest.
-fn settle(harness: &mut Harness<'_, Desk>) {
+/// Draws some pictures. Spinners and countdowns request pictures without end, so that there is no last one.
+fn settle(harness: &mut Harness<'_, Fixture>) {
     harness.run_steps(6);
 }
 
-fn press(harness: &mut Harness<'_, Desk>, key: Key) {
+fn press(harness: &mut Harness<'_, Fixture>, key: Key) {
     harness.key_press(key);
     settle(harness);
 }
 
 #[test]
-fn the_clock_is_stopped_stepped_and_let_go() {
-    let mut harness = harness(Desk::new(5));
+fn the_clock_is_paused_stepped_and_resumed() {
+    let mut harness = harness(Fixture::new(5));
     harness.get_by_label("Pause").click();
     settle(&mut harness);
-    assert_eq!(harness.state().sent(), [(ControlKind::Pause, 0, 0.0)]);
+    assert_eq!(harness.state().requests(), [(ControlKind::Pause, 0, 0.0)]);
     harness.state_mut().actions.clear();
     harness.state_mut().header.clock = ClockState::Paused as u32;
     settle(&mut harness);
@@ -146,77 +148,77 @@ fn the_clock_is_stopped_stepped_and_let_go() {
     settle(&mut harness);
     harness.get_by_label("Resume").click();
     settle(&mut harness);
-    assert_eq!(harness.state().sent(), [(ControlKind::Step, 1, 0.0), (ControlKind::Resume, 0, 0.0)]);
+    assert_eq!(harness.state().requests(), [(ControlKind::Step, 1, 0.0), (ControlKind::Resume, 0, 0.0)]);
 }
 
 #[test]
-fn keys_do_what_the_buttons_do() {
-    let mut harness = harness(Desk::new(5));
+fn keys_send_the_same_requests_as_buttons() {
+    let mut harness = harness(Fixture::new(5));
     for key in [Key::Space, Key::CloseBracket, Key::OpenBracket, Key::I] {
         press(&mut harness, key);
     }
-    let sent = harness.state().sent();
+    let requests = harness.state().requests();
     let wanted = [
         (ControlKind::Pause, 0, 0.0),
         (ControlKind::Speed, 0, 2.0),
         (ControlKind::Speed, 0, 0.5),
         (ControlKind::Robots, 6, 0.0),
     ];
-    assert_eq!(sent, wanted);
+    assert_eq!(requests, wanted);
 }
 
 #[test]
-fn without_an_engine_it_waits_and_sends_nothing() {
-    let mut desk = Desk::new(5);
-    (desk.engine, desk.status) = (Engine::Awaited, None);
-    let mut harness = harness(desk);
+fn the_interface_waits_for_an_engine_and_sends_no_requests() {
+    let mut fixture = Fixture::new(5);
+    (fixture.engine, fixture.status) = (EngineState::Awaited, None);
+    let mut harness = harness(fixture);
     settle(&mut harness);
     harness.get_by_label("Waiting for fleet 'test'");
     harness.get_by_label("Pause").click();
     settle(&mut harness);
-    assert!(harness.state().sent().is_empty());
+    assert!(harness.state().requests().is_empty());
 }
 
 #[test]
 fn a_robot_is_found_by_its_id_and_flown_to() {
-    let mut harness = harness(Desk::new(500));
+    let mut harness = harness(Fixture::new(500));
     harness.key_press_modifiers(Modifiers::COMMAND, Key::F);
     settle(&mut harness);
-    assert_eq!(harness.state().interface.settings.left, Some(Left::Fleet));
+    assert_eq!(harness.state().interface.settings.left, Some(LeftPanel::Fleet));
     harness.event(egui::Event::Text("321".into()));
     settle(&mut harness);
     press(&mut harness, Key::Enter);
-    assert_eq!(harness.state().interface.selected, Some(Thing::Robot(321)));
+    assert_eq!(harness.state().interface.selected, Some(Item::Robot(321)));
     harness.run_steps(120);
-    let target = harness.state().interface.rig.camera().target;
+    let target = harness.state().interface.camera_controller.camera().target;
     assert!(target.truncate().distance(Vec2::new(321.0, -321.0)) < 0.01, "{target}");
     harness.get_by_label("Robot 321");
-    assert!(harness.state().sent().is_empty(), "digits in a field are no keys");
+    assert!(harness.state().requests().is_empty(), "digits typed into a field trigger no shortcuts");
 }
 
 #[test]
-fn the_list_shows_the_rows_that_are_in_sight_of_a_million() {
-    let mut desk = Desk::new(1_000_000);
-    desk.interface.settings.left = Some(Left::Fleet);
-    let mut harness = harness(desk);
+fn the_list_of_a_million_robots_shows_the_rows_in_sight() {
+    let mut fixture = Fixture::new(1_000_000);
+    fixture.interface.settings.left = Some(LeftPanel::Fleet);
+    let mut harness = harness(fixture);
     harness.get_by_label("robot 0");
     assert!(harness.query_by_label("robot 100").is_none());
     harness.get_by_label("sort by id").click();
     settle(&mut harness);
     harness.get_by_label("robot 999999").click();
     settle(&mut harness);
-    assert_eq!(harness.state().interface.selected, Some(Thing::Robot(999_999)));
+    assert_eq!(harness.state().interface.selected, Some(Item::Robot(999_999)));
     for _ in 0..3 {
         press(&mut harness, Key::PageDown);
     }
-    assert!(harness.query_by_label("robot 999999").is_none(), "three pages on");
+    assert!(harness.query_by_label("robot 999999").is_none(), "three pages further");
     harness.get_by_label("sort by x").click();
     settle(&mut harness);
-    let asked = harness.state().actions.iter().rev().find_map(|action| match action {
+    let requested = harness.state().actions.iter().rev().find_map(|action| match action {
         Action::Rows(query) => Some(query.clone()),
         _ => None,
     });
-    let query = asked.expect("rows are asked for");
+    let query = requested.expect("rows are requested");
     assert_eq!((query.sort, query.descending), (SortBy::X, false));
     harness.state_mut().rows = Some(Rows { query, ids: vec![42, 17, 4] });
     settle(&mut harness);
@@ -225,28 +227,28 @@ fn the_list_shows_the_rows_that_are_in_sight_of_a_million() {
 }
 
 #[test]
-fn a_click_on_a_collision_flies_there() {
-    let mut desk = Desk::new(50);
-    desk.interface.settings.left = Some(Left::Collisions);
-    desk.pairs = vec![ContactRecord { robots: [3, 9], level: 2, x: 30.0, y: -12.0, ..ContactRecord::default() }];
-    let mut harness = harness(desk);
+fn a_click_on_a_collision_flies_to_it() {
+    let mut fixture = Fixture::new(50);
+    fixture.interface.settings.left = Some(LeftPanel::Collisions);
+    fixture.pairs = vec![ContactRecord { robots: [3, 9], level: 2, x: 30.0, y: -12.0, ..ContactRecord::default() }];
+    let mut harness = harness(fixture);
     harness.get_by_label("1");
     harness.get_by_label("robots 3 and 9 touching").click();
     settle(&mut harness);
-    assert_eq!(harness.state().interface.selected, Some(Thing::Robot(3)));
+    assert_eq!(harness.state().interface.selected, Some(Item::Robot(3)));
     assert_eq!(harness.state().interface.robots(), [3, 9]);
     harness.run_steps(120);
-    let target = harness.state().interface.rig.camera().target;
+    let target = harness.state().interface.camera_controller.camera().target;
     assert!(target.truncate().distance(Vec2::new(30.0, -12.0)) < 0.01, "{target}");
     harness.get_by_label("robot 9").click();
     settle(&mut harness);
-    assert_eq!(harness.state().interface.selected, Some(Thing::Robot(9)), "the other one of the pair");
+    assert_eq!(harness.state().interface.selected, Some(Item::Robot(9)), "the other robot of the pair");
 }
 
 #[test]
 fn the_picture_is_dragged_zoomed_and_picked() {
-    let mut harness = harness(Desk::new(5));
-    let before = harness.state().interface.rig.camera();
+    let mut harness = harness(Fixture::new(5));
+    let before = harness.state().interface.camera_controller.camera();
     let at = pos2(640.0, 360.0);
     harness.hover_at(at);
     harness.run_steps(2);
@@ -258,9 +260,9 @@ fn the_picture_is_dragged_zoomed_and_picked() {
     }
     harness.drop_at(at + egui::vec2(0.0, 60.0));
     harness.run_steps(2);
-    let turned = harness.state().interface.rig.camera();
+    let turned = harness.state().interface.camera_controller.camera();
     assert!(turned.pitch > before.pitch + 0.1 && (turned.yaw - before.yaw).abs() < 1e-5, "{before:?} {turned:?}");
-    // A pointer that drops something leaves the window.
+    // In kittest, the pointer leaves the window after a drop.
     harness.hover_at(at);
     harness.run_steps(2);
     harness.event(egui::Event::MouseWheel {
@@ -271,19 +273,22 @@ fn the_picture_is_dragged_zoomed_and_picked() {
         modifiers: Modifiers::NONE,
     });
     harness.run_steps(2);
-    let zoomed = harness.state().interface.rig.camera();
+    let zoomed = harness.state().interface.camera_controller.camera();
     assert!(zoomed.distance < turned.distance * 0.7, "{turned:?} {zoomed:?}");
-    assert!(!harness.state().actions.iter().any(|action| matches!(action, Action::Pick { .. })), "a drag is no click");
+    assert!(
+        !harness.state().actions.iter().any(|action| matches!(action, Action::Pick { .. })),
+        "a drag is not a click"
+    );
     harness.drag_at(at);
     harness.drop_at(at);
     harness.run_steps(2);
-    assert!(harness.state().actions.iter().any(|action| matches!(action, Action::Pick { beside: false, .. })));
+    assert!(harness.state().actions.iter().any(|action| matches!(action, Action::Pick { extend: false, .. })));
 }
 
 #[test]
-fn a_whole_drag_between_two_pictures_is_a_drag() {
-    let mut harness = harness(Desk::new(5));
-    let before = harness.state().interface.rig.camera();
+fn a_whole_drag_between_two_pictures_is_handled() {
+    let mut harness = harness(Fixture::new(5));
+    let before = harness.state().interface.camera_controller.camera();
     let at = pos2(640.0, 360.0);
     let button = |pos, pressed| {
         let (button, modifiers) = (egui::PointerButton::Secondary, Modifiers::NONE);
@@ -296,48 +301,52 @@ fn a_whole_drag_between_two_pictures_is_a_drag() {
     harness.event(button(to, false));
     harness.event(egui::Event::PointerMoved(at));
     harness.run_steps(2);
-    let moved = harness.state().interface.rig.camera();
+    let moved = harness.state().interface.camera_controller.camera();
     assert!(moved.target.distance(before.target) > 0.1, "{before:?} {moved:?}");
     assert_eq!((moved.yaw, moved.pitch), (before.yaw, before.pitch));
 }
 
 #[test]
 fn held_keys_move_the_camera() {
-    let mut harness = harness(Desk::new(5));
-    let before = harness.state().interface.rig.camera();
+    let mut harness = harness(Fixture::new(5));
+    let before = harness.state().interface.camera_controller.camera();
     harness.key_down(Key::W);
     harness.run_steps(10);
     harness.key_up(Key::W);
     harness.run_steps(2);
-    let after = harness.state().interface.rig.camera();
-    let way = (after.target - before.target).truncate();
-    assert!(way.dot(Vec2::from_angle(before.yaw)) > 0.1, "{way}");
+    let after = harness.state().interface.camera_controller.camera();
+    let step = (after.target - before.target).truncate();
+    assert!(step.dot(Vec2::from_angle(before.yaw)) > 0.1, "{step}");
     harness.run_steps(10);
-    assert_eq!(harness.state().interface.rig.camera(), after, "it stands when the key is up");
+    assert_eq!(
+        harness.state().interface.camera_controller.camera(),
+        after,
+        "the camera stops when the key is released"
+    );
 }
 
 #[test]
-fn following_goes_through_its_ways_by_one_key() {
-    let mut harness = harness(Desk::new(5));
+fn one_key_cycles_through_the_ways_of_following() {
+    let mut harness = harness(Fixture::new(5));
     press(&mut harness, Key::N);
-    let mut ways = Vec::new();
+    let mut modes = Vec::new();
     for _ in 0..3 {
         press(&mut harness, Key::F);
-        ways.push(harness.state().interface.rig.followed());
+        modes.push(harness.state().interface.camera_controller.followed());
     }
-    assert_eq!(ways, [Some((0, Follow::Behind)), Some((0, Follow::Above)), None]);
+    assert_eq!(modes, [Some((0, Follow::Behind)), Some((0, Follow::Above)), None]);
     press(&mut harness, Key::Escape);
     assert_eq!(harness.state().interface.selected, None);
 }
 
 #[test]
-fn panels_and_choices_have_keys_and_the_help_lists_them() {
-    let mut harness = harness(Desk::new(5));
+fn panels_themes_and_colourings_have_keys_that_the_help_lists() {
+    let mut harness = harness(Fixture::new(5));
     for (key, panel) in [
-        (Key::Num3, Right::Selection),
-        (Key::Num4, Right::View),
-        (Key::Num5, Right::Performance),
-        (Key::Num6, Right::Connection),
+        (Key::Num3, RightPanel::Selection),
+        (Key::Num4, RightPanel::View),
+        (Key::Num5, RightPanel::Performance),
+        (Key::Num6, RightPanel::Connection),
     ] {
         press(&mut harness, key);
         assert_eq!(harness.state().interface.settings.right, Some(panel));
@@ -357,9 +366,9 @@ fn panels_and_choices_have_keys_and_the_help_lists_them() {
 }
 
 #[test]
-fn an_edge_and_its_nodes_tell_of_each_other() {
-    let mut harness = harness(Desk::new(5));
-    harness.state_mut().interface.select(Some(Thing::Edge(0)));
+fn an_edge_and_its_nodes_link_to_each_other() {
+    let mut harness = harness(Fixture::new(5));
+    harness.state_mut().interface.select(Some(Item::Edge(0)));
     settle(&mut harness);
     harness.get_by_label("Edge 34");
     harness.get_by_label("node 7").click();
@@ -367,20 +376,20 @@ fn an_edge_and_its_nodes_tell_of_each_other() {
     harness.get_by_label("Node 7");
     harness.get_by_label("edge 34").click();
     settle(&mut harness);
-    assert_eq!(harness.state().interface.selected, Some(Thing::Edge(0)));
+    assert_eq!(harness.state().interface.selected, Some(Item::Edge(0)));
 }
 
 #[test]
-fn a_robot_that_is_gone_is_told_so() {
-    let mut harness = harness(Desk::new(5));
-    harness.state_mut().interface.select(Some(Thing::Robot(77)));
+fn the_panel_reports_a_robot_that_has_left() {
+    let mut harness = harness(Fixture::new(5));
+    harness.state_mut().interface.select(Some(Item::Robot(77)));
     settle(&mut harness);
-    harness.get_by_label("is not in the fleet now");
+    harness.get_by_label("not in the fleet now");
 }
 
 #[test]
-fn udp_is_started_with_what_was_typed() {
-    let mut harness = harness(Desk::new(5));
+fn udp_is_started_with_the_typed_addresses() {
+    let mut harness = harness(Fixture::new(5));
     press(&mut harness, Key::Num6);
     harness.get_by_label("Receive").click();
     settle(&mut harness);
@@ -395,18 +404,18 @@ fn udp_is_started_with_what_was_typed() {
 }
 
 #[test]
-fn files_for_floor_and_robots_are_typed_or_dropped() {
-    let mut harness = harness(Desk::new(5));
+fn files_for_the_floor_and_the_robots_are_typed_or_dropped() {
+    let mut harness = harness(Fixture::new(5));
     press(&mut harness, Key::Num4);
     let line = harness.get_by_label("floor file");
     line.focus();
     line.type_text("map.yaml");
     settle(&mut harness);
-    assert_eq!(harness.state().interface.settings.floor_image, "", "not yet");
+    assert_eq!(harness.state().interface.settings.floor_image, "", "the file is not loaded yet");
     harness.get_all_by_label("load").next().expect("a button").click();
     settle(&mut harness);
     assert_eq!(harness.state().interface.settings.floor_image, "map.yaml");
-    harness.state_mut().interface.take_file(std::path::Path::new("tug.STL"));
+    harness.state_mut().interface.use_file(std::path::Path::new("tug.STL"));
     settle(&mut harness);
     let mesh = harness.state().interface.settings.mesh.clone().expect("a mesh");
     assert_eq!((mesh.file.as_str(), mesh.scale, mesh.z), ("tug.STL", 1.0, 0.0));
@@ -420,43 +429,43 @@ fn files_for_floor_and_robots_are_typed_or_dropped() {
 }
 
 #[test]
-fn the_panel_tells_how_much_of_a_route_is_left() {
-    let mut desk = Desk::new(5);
-    let released = Way { edges: 1, metres: 4.25, partly: false };
-    desk.route = Some(Remaining { released, planned: Way { edges: 300, metres: 812.0, partly: true } });
-    desk.interface.select(Some(Thing::Robot(2)));
-    let mut harness = harness(desk);
+fn the_panel_shows_the_rest_of_a_route() {
+    let mut fixture = Fixture::new(5);
+    let released = RouteLength { edges: 1, metres: 4.25, is_partial: false };
+    fixture.route = Some(Remaining { released, planned: RouteLength { edges: 300, metres: 812.0, is_partial: true } });
+    fixture.interface.select(Some(Item::Robot(2)));
+    let mut harness = harness(fixture);
     settle(&mut harness);
     assert!(harness.query_by_label("1 edge, 4.2 m").is_some());
     assert!(harness.query_by_label("300 edges, > 812.0 m").is_some());
     harness.state_mut().route = Some(Remaining::default());
     settle(&mut harness);
-    assert!(harness.query_by_label("nothing to drive").is_some());
+    assert!(harness.query_by_label("nothing left to drive").is_some());
     harness.state_mut().route = None;
     settle(&mut harness);
-    assert!(harness.query_by_label("ROUTE").is_none(), "nobody knows it");
+    assert!(harness.query_by_label("ROUTE").is_none(), "the route is unknown");
 }
 
 #[test]
-fn robots_are_selected_beside_others() {
-    let mut desk = Desk::new(50);
-    desk.interface.settings.left = Some(Left::Fleet);
-    let mut harness = harness(desk);
-    let rows = |harness: &Harness<'_, Desk>| harness.state().interface.robots();
-    let click = |harness: &mut Harness<'_, Desk>, robot: u32, modifiers: Modifiers| {
+fn several_robots_are_selected() {
+    let mut fixture = Fixture::new(50);
+    fixture.interface.settings.left = Some(LeftPanel::Fleet);
+    let mut harness = harness(fixture);
+    let selected = |harness: &Harness<'_, Fixture>| harness.state().interface.robots();
+    let click = |harness: &mut Harness<'_, Fixture>, robot: u32, modifiers: Modifiers| {
         harness.get_by_label(&format!("robot {robot}")).click_modifiers(modifiers);
         settle(harness);
     };
     click(&mut harness, 3, Modifiers::NONE);
     click(&mut harness, 5, Modifiers::COMMAND);
     click(&mut harness, 7, Modifiers::COMMAND);
-    assert_eq!(rows(&harness), [7, 5, 3]);
+    assert_eq!(selected(&harness), [7, 5, 3]);
     harness.get_by_label("Robot 7");
     click(&mut harness, 7, Modifiers::COMMAND);
-    assert_eq!(rows(&harness), [5, 3], "a second time takes it out");
+    assert_eq!(selected(&harness), [5, 3], "a second click removes the robot");
     harness.get_by_label("3").click();
     settle(&mut harness);
-    assert_eq!(rows(&harness), [3, 5], "a click on another of them shows that one");
+    assert_eq!(selected(&harness), [3, 5], "a click on another selected robot shows that one");
     harness.get_by_label("Robot 3");
     harness.key_press_modifiers(Modifiers::COMMAND, Key::F);
     settle(&mut harness);
@@ -464,9 +473,9 @@ fn robots_are_selected_beside_others() {
     settle(&mut harness);
     harness.key_press_modifiers(Modifiers::COMMAND, Key::Enter);
     settle(&mut harness);
-    assert_eq!(rows(&harness), [41, 3, 5], "without a mouse");
+    assert_eq!(selected(&harness), [41, 3, 5], "added by the keyboard");
     press(&mut harness, Key::Enter);
-    assert_eq!(rows(&harness), [41], "alone");
+    assert_eq!(selected(&harness), [41], "selected alone");
     press(&mut harness, Key::Escape);
-    assert!(rows(&harness).is_empty());
+    assert!(selected(&harness).is_empty());
 }

@@ -1,4 +1,4 @@
-//! Every shader is sound, as far as can be told without an adapter.
+//! Validation of all shaders, which needs no graphics adapter.
 
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 use regatta_viewer::gpu::SHADERS;

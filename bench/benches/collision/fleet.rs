@@ -1,37 +1,37 @@
-//! Fleets of a given size at one robot per 4 m², moving.
+//! Moving fleets of a given size, at one robot per 4 m².
 
 use std::f32::consts::{FRAC_PI_2, PI, TAU};
 
-use regatta_collision::Scene;
+use regatta_collision::FrameInput;
 use regatta_plugin::frame::Columns;
 use regatta_plugin::world::{EdgeRecord, RobotTypeRecord, Shape};
 
-/// Square metres a robot.
+/// Area per robot, in square metres.
 const AREA: f32 = 4.0;
-/// Frames of a fleet, each [`SECONDS`] after the one before.
+/// Number of frames of a fleet, [`SECONDS`] apart.
 const FRAMES: usize = 8;
-/// Between two frames: 60 Hz.
+/// Time between two frames, in seconds: 60 Hz.
 const SECONDS: f32 = 1.0 / 60.0;
-/// Edges that robots drive.
+/// Number of edges that robots drive on.
 const EDGES: usize = 4096;
 
-/// Shape, length and width.
+/// Shape, length and width of each robot type, in metres.
 const TYPES: [(Shape, f32, f32); 4] = [
     (Shape::Rectangle, LENGTH, WIDTH),
     (Shape::Circle, 0.7, 0.0),
     (Shape::Rectangle, 1.2, 0.8),
     (Shape::Rectangle, 0.5, 0.4),
 ];
-/// The first type's sizes, in metres.
+/// Length and width of the first type, in metres.
 pub const LENGTH: f32 = 0.9;
 pub const WIDTH: f32 = 0.6;
 
-/// Robots anywhere in a square, three in five on straight edges, the others on curves of 1 to 6 m
-/// radius; one in ten stands, the others drive at 0.5 to 1.5 m/s.
+/// Robots at random positions in a square, three in five on straight edges, the others on curves of 1 to 6 m radius.
+/// One robot in ten stands, the others drive at 0.5 to 1.5 m/s.
 pub struct Fleet {
     pub edges: Vec<EdgeRecord>,
     pub types: Vec<RobotTypeRecord>,
-    types_column: Vec<f32>,
+    robot_type_column: Vec<f32>,
     frames: Vec<Frame>,
     next: usize,
 }
@@ -47,42 +47,42 @@ struct Frame {
     state: Vec<u8>,
 }
 
-/// An edge that is easy to drive: an arc, from its origin.
+/// An edge that is simple to evaluate: an arc that starts at its origin.
 #[derive(Clone, Copy)]
 struct Arc {
     length: f32,
-    /// Radians a metre; 0 if straight.
-    bend: f32,
+    /// Curvature, in radians per metre; 0 if straight.
+    curvature: f32,
     heading: f32,
 }
 
 impl Arc {
-    /// The heading at `s`, and the place from the origin.
+    /// Returns the heading at the distance `s` along the arc, and the displacement from the origin.
     fn at(&self, s: f32) -> (f32, [f32; 2]) {
-        let heading = self.heading + self.bend * s;
-        if self.bend == 0.0 {
+        let heading = self.heading + self.curvature * s;
+        if self.curvature == 0.0 {
             return (heading, [s * heading.cos(), s * heading.sin()]);
         }
-        let place = [heading.sin() - self.heading.sin(), self.heading.cos() - heading.cos()];
-        (heading, place.map(|part| part / self.bend))
+        let displacement = [heading.sin() - self.heading.sin(), self.heading.cos() - heading.cos()];
+        (heading, displacement.map(|part| part / self.curvature))
     }
 
-    /// As a Bézier curve, which is an arc to a thousandth up to a quarter of a circle.
+    /// Returns the arc as a Bézier curve, exact to a thousandth up to a quarter of a circle.
     fn record(&self, id: u32) -> EdgeRecord {
         let (end_heading, end) = self.at(self.length);
-        let turn = self.bend * self.length;
-        let handle = if turn == 0.0 { self.length / 3.0 } else { 4.0 / 3.0 * (turn / 4.0).tan() / self.bend };
+        let turn = self.curvature * self.length;
+        let handle = if turn == 0.0 { self.length / 3.0 } else { 4.0 / 3.0 * (turn / 4.0).tan() / self.curvature };
         let first = [handle * self.heading.cos(), handle * self.heading.sin()];
         let second = [end[0] - handle * end_heading.cos(), end[1] - handle * end_heading.sin()];
         EdgeRecord { id, length: self.length, control_points: [[0.0; 2], first, second, end], ..EdgeRecord::default() }
     }
 }
 
-/// SplitMix64: numbers from 0 to 1.
-struct Dice(u64);
+/// A SplitMix64 generator of numbers from 0 to 1.
+struct Random(u64);
 
-impl Dice {
-    fn roll(&mut self) -> f32 {
+impl Random {
+    fn unit(&mut self) -> f32 {
         self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
         let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
         let z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
@@ -91,38 +91,38 @@ impl Dice {
 }
 
 impl Fleet {
-    /// Robots of the first so many of [`TYPES`], in turn.
+    /// Creates a fleet of the first `types` of [`TYPES`], in turn.
     pub fn new(robots: usize, types: usize) -> Self {
-        let mut dice = Dice(1);
-        let arcs: Vec<_> = (0..EDGES).map(|_| arc(&mut dice)).collect();
+        let mut random = Random(1);
+        let arcs: Vec<_> = (0..EDGES).map(|_| arc(&mut random)).collect();
         let edges = (0..).zip(&arcs).map(|(id, arc)| arc.record(id)).collect();
         let side = (robots as f32 * AREA).sqrt();
         let mut frames: Vec<Frame> = Vec::new();
         frames.resize_with(FRAMES, Frame::default);
         for _ in 0..robots {
-            let edge = ((dice.roll() * EDGES as f32) as usize).min(EDGES - 1);
-            let origin = [dice.roll() * side, dice.roll() * side];
-            let speed = if dice.roll() < 0.1 { 0.0 } else { 0.5 + dice.roll() };
-            let start = dice.roll() * arcs[edge].length;
+            let edge = ((random.unit() * EDGES as f32) as usize).min(EDGES - 1);
+            let origin = [random.unit() * side, random.unit() * side];
+            let speed = if random.unit() < 0.1 { 0.0 } else { 0.5 + random.unit() };
+            let start = random.unit() * arcs[edge].length;
             for (number, frame) in frames.iter_mut().enumerate() {
                 frame.push(origin, (edge, arcs[edge]), start + speed * SECONDS * number as f32, speed);
             }
         }
-        let types_column = (0..robots).map(|robot| (robot % types) as f32).collect();
-        Self { edges, types: TYPES[..types].iter().map(robot_type).collect(), types_column, frames, next: 0 }
+        let robot_type_column = (0..robots).map(|robot| (robot % types) as f32).collect();
+        Self { edges, types: TYPES[..types].iter().map(robot_type).collect(), robot_type_column, frames, next: 0 }
     }
 
-    /// The next frame; from the last one they go back again.
-    pub fn scene(&mut self) -> Scene<'_> {
+    /// Returns the next frame. After the last frame, the frames run backwards.
+    pub fn input(&mut self) -> FrameInput<'_> {
         self.next += 1;
         let turn = self.next % (2 * FRAMES - 2);
         let frame = &self.frames[turn.min(2 * FRAMES - 2 - turn)];
-        Scene {
+        FrameInput {
             run_id: 1,
             tick: self.next as u64,
             sim_time_nanos: self.next as u64 * 16_666_667,
             columns: frame.columns(),
-            types: &self.types_column,
+            robot_types: &self.robot_type_column,
         }
     }
 }
@@ -138,22 +138,22 @@ fn robot_type(&(shape, length, width): &(Shape, f32, f32)) -> RobotTypeRecord {
     }
 }
 
-fn arc(dice: &mut Dice) -> Arc {
-    let heading = dice.roll() * TAU - PI;
-    if dice.roll() < 0.6 {
-        return Arc { length: 2.0 + 8.0 * dice.roll(), bend: 0.0, heading };
+fn arc(random: &mut Random) -> Arc {
+    let heading = random.unit() * TAU - PI;
+    if random.unit() < 0.6 {
+        return Arc { length: 2.0 + 8.0 * random.unit(), curvature: 0.0, heading };
     }
-    let (radius, turn) = (1.0 + 5.0 * dice.roll(), FRAC_PI_2 * (0.3 + 0.7 * dice.roll()));
-    let bend = if dice.roll() < 0.5 { 1.0 / radius } else { -1.0 / radius };
-    Arc { length: radius * turn, bend, heading }
+    let (radius, turn) = (1.0 + 5.0 * random.unit(), FRAC_PI_2 * (0.3 + 0.7 * random.unit()));
+    let curvature = if random.unit() < 0.5 { 1.0 / radius } else { -1.0 / radius };
+    Arc { length: radius * turn, curvature, heading }
 }
 
 impl Frame {
     fn push(&mut self, origin: [f32; 2], (edge, arc): (usize, Arc), s: f32, speed: f32) {
-        let (heading, place) = arc.at(s.min(arc.length));
+        let (heading, displacement) = arc.at(s.min(arc.length));
         let beyond = (s - arc.length).max(0.0);
-        self.x.push(origin[0] + place[0] + beyond * heading.cos());
-        self.y.push(origin[1] + place[1] + beyond * heading.sin());
+        self.x.push(origin[0] + displacement[0] + beyond * heading.cos());
+        self.y.push(origin[1] + displacement[1] + beyond * heading.sin());
         self.theta.push((heading + PI).rem_euclid(TAU) - PI);
         self.speed.push(speed);
         self.s.push(s);

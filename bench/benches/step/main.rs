@@ -1,16 +1,17 @@
-//! A tick of the whole fleet: step and write into the loaned frame, as robot updates a second.
+//! Measures a tick of the whole fleet, which steps all robots and writes their poses into a loaned frame, in robot
+//! updates per second.
 //!
-//! Random walks in a generated warehouse at 60 Hz, frames written in turn as a publisher does. In the same run: the
-//! machine's memory bandwidth, and an entity-component program that does the same.
+//! The robots are on random walks in a generated warehouse at 60 Hz, and frames are written in turn as by a publisher.
+//! The same run measures the machine's memory bandwidth, and an entity-component-system simulation for comparison.
 
-mod rival;
+mod ecs;
 
 use std::hint::black_box;
 use std::time::Duration;
 
 use criterion::measurement::WallTime;
 use criterion::{BenchmarkGroup, BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use regatta_bench::{Ring, World, silence};
+use regatta_bench::{FrameRing, World, unread_events};
 use regatta_engine::motion::Isa;
 use regatta_plugin::frame::{Line, frame_lines};
 
@@ -20,7 +21,7 @@ fn isas() -> impl Iterator<Item = Isa> {
     Isa::ALL.into_iter().filter(|isa| isa.is_supported())
 }
 
-/// A fleet of one kind at one size.
+/// A fleet to measure.
 #[derive(Clone, Copy)]
 struct Case {
     robots: usize,
@@ -30,13 +31,13 @@ struct Case {
 }
 
 impl Case {
-    fn free(robots: usize, isa: Isa, threads: usize) -> Self {
+    fn without_limits(robots: usize, isa: Isa, threads: usize) -> Self {
         Self { robots, isa, threads, max_acceleration: f32::INFINITY }
     }
 
     fn bench(self, group: &mut BenchmarkGroup<WallTime>, world: &World, id: BenchmarkId) {
         let mut fleet = world.fleet(self.robots, self.isa, self.threads, self.max_acceleration);
-        let (mut ring, mut events) = (Ring::new(self.robots), silence());
+        let (mut ring, mut events) = (FrameRing::new(self.robots), unread_events());
         group.throughput(Throughput::Elements(self.robots as u64));
         group.bench_function(id, |bencher| bencher.iter(|| fleet.step(Some(ring.loan()), &mut events)));
     }
@@ -45,14 +46,14 @@ impl Case {
 fn instruction_sets(criterion: &mut Criterion) {
     let (world, mut group) = (World::new(), criterion.benchmark_group("one thread, a million robots"));
     for isa in isas() {
-        Case::free(MILLION, isa, 1).bench(&mut group, &world, BenchmarkId::from_parameter(isa));
+        Case::without_limits(MILLION, isa, 1).bench(&mut group, &world, BenchmarkId::from_parameter(isa));
     }
 }
 
 fn sizes(criterion: &mut Criterion) {
     let (world, mut group) = (World::new(), criterion.benchmark_group("one thread, by robots"));
     for robots in [1000, 10_000, 100_000, MILLION] {
-        Case::free(robots, Isa::detect(), 1).bench(&mut group, &world, BenchmarkId::from_parameter(robots));
+        Case::without_limits(robots, Isa::detect(), 1).bench(&mut group, &world, BenchmarkId::from_parameter(robots));
     }
 }
 
@@ -60,7 +61,11 @@ fn threads(criterion: &mut Criterion) {
     let (world, mut group) = (World::new(), criterion.benchmark_group("a million robots, by threads"));
     for isa in [Isa::Baseline, Isa::detect()] {
         for threads in [1, 2] {
-            Case::free(MILLION, isa, threads).bench(&mut group, &world, BenchmarkId::new(isa.name(), threads));
+            Case::without_limits(MILLION, isa, threads).bench(
+                &mut group,
+                &world,
+                BenchmarkId::new(isa.name(), threads),
+            );
         }
     }
 }
@@ -68,21 +73,21 @@ fn threads(criterion: &mut Criterion) {
 fn acceleration_limits(criterion: &mut Criterion) {
     let (world, mut group) = (World::new(), criterion.benchmark_group("with acceleration limits, a million robots"));
     for isa in isas() {
-        let case = Case { max_acceleration: 1.0, ..Case::free(MILLION, isa, 1) };
+        let case = Case { max_acceleration: 1.0, ..Case::without_limits(MILLION, isa, 1) };
         case.bench(&mut group, &world, BenchmarkId::from_parameter(isa));
     }
 }
 
-fn entity_component_rival(criterion: &mut Criterion) {
+fn entity_component_system(criterion: &mut Criterion) {
     let (world, mut group) = (World::new(), criterion.benchmark_group("entity per robot, bevy_ecs and libm"));
     for robots in [1000, MILLION] {
-        let mut rival = rival::Rival::new(&world, robots);
+        let mut simulation = ecs::EcsSimulation::new(&world, robots);
         group.throughput(Throughput::Elements(robots as u64));
-        group.bench_function(BenchmarkId::from_parameter(robots), |bencher| bencher.iter(|| rival.step()));
+        group.bench_function(BenchmarkId::from_parameter(robots), |bencher| bencher.iter(|| simulation.step()));
     }
 }
 
-/// Bytes copied a second, from one frame for a million robots to another.
+/// Measures the bytes per second that are copied from one frame of a million robots to another.
 fn memory_bandwidth(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("copy of a frame");
     let from = vec![Line([1.0; 16]); frame_lines(MILLION)];
@@ -99,6 +104,6 @@ criterion_group! {
         .sample_size(20)
         .warm_up_time(Duration::from_millis(500))
         .measurement_time(Duration::from_secs(2));
-    targets = memory_bandwidth, instruction_sets, sizes, threads, acceleration_limits, entity_component_rival
+    targets = memory_bandwidth, instruction_sets, sizes, threads, acceleration_limits, entity_component_system
 }
 criterion_main!(benches);

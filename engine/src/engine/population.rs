@@ -56,7 +56,7 @@ impl Simulation {
     /// Publishes each robot's type as a column.
     pub(super) fn publish_types(&mut self, session: &mut Session) -> Result<(), EngineError> {
         self.robot_types.clear();
-        self.robot_types.extend_from_slice(self.fleet.kinds());
+        self.robot_types.extend_from_slice(self.fleet.robot_types());
         let types: Vec<f32> = self.robot_types.iter().map(|&robot_type| f32::from(robot_type)).collect();
         let tick = session.tick();
         session.ports().publish_column("type", tick, &types)?;

@@ -1,39 +1,40 @@
-//! What a robot is going to drive, for whoever asks.
+//! The legs that a robot is going to drive.
 
 use super::{Fleet, Route};
 use crate::graph::Leg;
 use crate::motion::leg_of;
 
-/// What a robot has still to drive.
+/// The legs that a robot has still to drive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Ahead<'fleet> {
-    /// The leg that it is on; none at its end, on a node, or without a route.
+    /// The leg that it is on; `None` at its end, on a node, or without a route.
     pub on: Option<Leg>,
     /// The legs after that which it may drive now.
     pub base: &'fleet [Leg],
-    /// The legs after those: planned, not released. Of a loop, what is left of one lap.
+    /// The legs after those: planned, not released. Of a loop, the rest of one lap.
     pub horizon: &'fleet [Leg],
 }
 
 impl Fleet {
-    /// What a robot has still to drive; `None` if there is no such robot. Looks at one robot and copies no route.
+    /// Returns the legs that a robot has still to drive; `None` if there is no such robot. Reads one row and copies no
+    /// route.
     pub fn ahead(&self, robot: u32) -> Option<Ahead<'_>> {
         let row = self.row(robot).ok()?;
-        let (piece, route) = (self.columns.piece[row], self.columns.route[row]);
+        let (piece, route) = (self.columns.piece.get(row), self.columns.route[row]);
         let plans = &self.motion.plans;
-        let drives = route != Route::PARKED && !self.motion.roads.is_at_end(piece, self.columns.w[row]);
-        let on = leg_of(piece, self.columns.edge[row]).filter(|_| drives);
+        let is_driving = route != Route::PARKED && !self.motion.legs.is_leg_end(piece, self.columns.w[row]);
+        let on = leg_of(piece, self.columns.edge[row]).filter(|_| is_driving);
         Some(Ahead { on, base: plans.base(route), horizon: plans.horizon(route) })
     }
 }
 
 impl<'fleet> Ahead<'fleet> {
-    /// How many legs it may drive now, the one that it is on among them.
+    /// Number of legs that it may drive now, including the one that it is on.
     pub fn released(&self) -> usize {
         usize::from(self.on.is_some()) + self.base.len()
     }
 
-    /// How many legs there are in all.
+    /// Number of all legs.
     pub fn len(&self) -> usize {
         self.released() + self.horizon.len()
     }
@@ -43,7 +44,7 @@ impl<'fleet> Ahead<'fleet> {
         self.len() == 0
     }
 
-    /// The legs, in the order in which they are driven.
+    /// All legs, in the order in which they are driven.
     pub fn legs(&self) -> impl Iterator<Item = Leg> + use<'fleet> {
         self.on.into_iter().chain(self.base.iter().copied()).chain(self.horizon.iter().copied())
     }

@@ -1,109 +1,66 @@
-//! The fleet's truth: one column per fact, one row per robot.
+//! The state of the fleet: one column per value, one row per robot.
 
-use std::marker::PhantomData;
-use std::ops::{Deref, DerefMut};
-
-use bytemuck::Pod;
-use regatta_plugin::frame::{Line, NO_EDGE, RobotState};
+use regatta_plugin::frame::{NO_EDGE, RobotState};
 
 use super::Route;
-use crate::motion::{LimitRows, Rows, UNLIMITED};
+use crate::motion::{AlignedVec, LimitRows, PieceColumn, ROW_GROUP, Rows, UNLIMITED};
 
-/// Rows come in groups of this many, so that every column is a whole number of cache lines.
-const GROUP: usize = 64;
-
-/// A vector that starts on a cache line and grows by groups of rows.
-#[derive(Debug)]
-pub(super) struct Column<T> {
-    lines: Vec<Line>,
-    values: PhantomData<T>,
-}
-
-impl<T: Pod> Column<T> {
-    const fn new() -> Self {
-        Self { lines: Vec::new(), values: PhantomData }
-    }
-
-    /// Takes no more memory than that many groups need, if it takes any.
-    fn reserve(&mut self, groups: usize) {
-        self.lines.reserve_exact((groups * size_of::<T>()).saturating_sub(self.lines.len()));
-    }
-
-    /// As many rows as that many groups hold; new ones get `value`.
-    fn resize(&mut self, groups: usize, value: T) {
-        let before = self.len();
-        self.lines.resize(groups * size_of::<T>(), Line::default());
-        if let Some(new) = self.get_mut(before..) {
-            new.fill(value);
-        }
-    }
-}
-
-impl<T: Pod> Deref for Column<T> {
-    type Target = [T];
-
-    fn deref(&self) -> &[T] {
-        bytemuck::cast_slice(&self.lines)
-    }
-}
-
-impl<T: Pod> DerefMut for Column<T> {
-    fn deref_mut(&mut self) -> &mut [T] {
-        bytemuck::cast_slice_mut(&mut self.lines)
-    }
-}
-
-/// All columns. Rows that hold no robot are inert: they stand on the first piece and are [`RobotState::Absent`].
+/// All columns. Rows that hold no robot are inert: they are on the first piece and [`RobotState::Absent`].
 #[derive(Debug)]
 pub(super) struct FleetColumns {
-    pub piece: Column<u32>,
-    pub w: Column<i32>,
-    pub speed: Column<f32>,
-    pub s_end: Column<f32>,
-    pub edge: Column<u32>,
-    pub state: Column<u8>,
-    pub route: Column<Route>,
-    pub kind: Column<u16>,
+    pub piece: PieceColumn,
+    pub w: AlignedVec<i32>,
+    pub speed: AlignedVec<f32>,
+    pub s_end: AlignedVec<f32>,
+    pub edge: AlignedVec<u32>,
+    pub state: AlignedVec<u8>,
+    pub route: AlignedVec<Route>,
+    pub robot_type: AlignedVec<u16>,
     limits: Option<Limits>,
 }
 
 #[derive(Debug)]
 struct Limits {
-    acceleration: Column<f32>,
-    cruise: Column<f32>,
-    brake: Column<f32>,
-    rest: Column<f32>,
+    acceleration: AlignedVec<f32>,
+    cruise: AlignedVec<f32>,
+    brake: AlignedVec<f32>,
+    rest: AlignedVec<f32>,
 }
 
 impl FleetColumns {
-    /// No rows; `limited` if some robot type limits its acceleration.
-    pub fn new(limited: bool) -> Self {
-        let limits =
-            || Limits { acceleration: Column::new(), cruise: Column::new(), brake: Column::new(), rest: Column::new() };
+    /// Makes columns without rows. `pieces` is the length of the table of pieces; `limited` if a robot type limits its
+    /// acceleration.
+    pub fn new(pieces: usize, limited: bool) -> Self {
+        let limits = || Limits {
+            acceleration: AlignedVec::new(),
+            cruise: AlignedVec::new(),
+            brake: AlignedVec::new(),
+            rest: AlignedVec::new(),
+        };
         Self {
-            piece: Column::new(),
-            w: Column::new(),
-            speed: Column::new(),
-            s_end: Column::new(),
-            edge: Column::new(),
-            state: Column::new(),
-            route: Column::new(),
-            kind: Column::new(),
+            piece: PieceColumn::new(pieces),
+            w: AlignedVec::new(),
+            speed: AlignedVec::new(),
+            s_end: AlignedVec::new(),
+            edge: AlignedVec::new(),
+            state: AlignedVec::new(),
+            route: AlignedVec::new(),
+            robot_type: AlignedVec::new(),
             limits: limited.then(limits),
         }
     }
 
-    /// Makes room for that many rows, in whole groups. Rows there are stay as they are.
+    /// Resizes to that many rows, in whole groups. Existing rows stay as they are; new ones are inert.
     pub fn resize(&mut self, rows: usize) {
-        let groups = rows.div_ceil(GROUP);
-        self.piece.resize(groups, 0);
+        let groups = rows.div_ceil(ROW_GROUP);
+        self.piece.resize(groups);
         self.w.resize(groups, 0);
         self.speed.resize(groups, 0.0);
         self.s_end.resize(groups, 0.0);
         self.edge.resize(groups, NO_EDGE);
         self.state.resize(groups, RobotState::Absent as u8);
         self.route.resize(groups, Route::PARKED);
-        self.kind.resize(groups, 0);
+        self.robot_type.resize(groups, 0);
         if let Some(limits) = &mut self.limits {
             limits.acceleration.resize(groups, UNLIMITED);
             limits.cruise.resize(groups, 0.0);
@@ -112,9 +69,9 @@ impl FleetColumns {
         }
     }
 
-    /// Takes memory for that many rows at once, instead of bit by bit.
+    /// Reserves memory for that many rows, and no more than they need.
     pub fn reserve(&mut self, rows: usize) {
-        let groups = rows.div_ceil(GROUP);
+        let groups = rows.div_ceil(ROW_GROUP);
         self.piece.reserve(groups);
         self.w.reserve(groups);
         self.speed.reserve(groups);
@@ -122,7 +79,7 @@ impl FleetColumns {
         self.edge.reserve(groups);
         self.state.reserve(groups);
         self.route.reserve(groups);
-        self.kind.reserve(groups);
+        self.robot_type.reserve(groups);
         if let Some(limits) = &mut self.limits {
             limits.acceleration.reserve(groups);
             limits.cruise.reserve(groups);
@@ -131,53 +88,53 @@ impl FleetColumns {
         }
     }
 
-    /// Rows there is room for.
+    /// Number of rows, including those that hold no robot.
     pub fn capacity(&self) -> usize {
         self.piece.len()
     }
 
     /// Makes a row inert.
     pub fn clear(&mut self, row: usize) {
-        self.piece[row] = 0;
+        self.piece.reset(row);
         self.w[row] = 0;
         self.speed[row] = 0.0;
         self.s_end[row] = 0.0;
         self.edge[row] = NO_EDGE;
         self.state[row] = RobotState::Absent as u8;
         self.route[row] = Route::PARKED;
-        self.set_kind(row, 0, f32::INFINITY);
+        self.set_robot_type(row, 0, f32::INFINITY);
         if let Some(limits) = &mut self.limits {
             limits.cruise[row] = 0.0;
             limits.rest[row] = 0.0;
         }
     }
 
-    /// Makes a row's robot one of a type with that acceleration limit; infinity for none.
-    pub fn set_kind(&mut self, row: usize, kind: u16, acceleration: f32) {
-        self.kind[row] = kind;
+    /// Sets the robot type of a row and the type's acceleration limit; infinity for none.
+    pub fn set_robot_type(&mut self, row: usize, robot_type: u16, acceleration: f32) {
+        self.robot_type[row] = robot_type;
         if let Some(limits) = &mut self.limits {
             limits.acceleration[row] = acceleration.min(UNLIMITED);
             limits.brake[row] = f32::INFINITY;
         }
     }
 
-    /// The groups that hold the first `count` rows.
+    /// Returns the groups that hold the first `count` rows.
     pub fn rows(&mut self, count: usize) -> Rows<'_> {
-        self.all_rows().split_at(count.next_multiple_of(GROUP)).0
+        self.all_rows().split_at(count.next_multiple_of(ROW_GROUP)).0
     }
 
-    /// All rows there is room for.
+    /// Returns all rows, including those that hold no robot.
     pub fn all_rows(&mut self) -> Rows<'_> {
         Rows {
             first: 0,
-            piece: &mut self.piece,
+            piece: self.piece.rows(),
             w: &mut self.w,
             speed: &mut self.speed,
             s_end: &mut self.s_end,
             edge: &mut self.edge,
             state: &mut self.state,
             route: &mut self.route,
-            kind: &mut self.kind,
+            robot_type: &mut self.robot_type,
             limits: self.limits.as_mut().map(|limits| LimitRows {
                 acceleration: &mut limits.acceleration,
                 cruise: &mut limits.cruise,
@@ -187,7 +144,7 @@ impl FleetColumns {
         }
     }
 
-    /// Bytes that each row takes.
+    /// Bytes of memory per row.
     pub fn bytes_per_row(&self) -> usize {
         let hot = 5 * size_of::<u32>() + size_of::<u8>();
         let cold = size_of::<Route>() + size_of::<u16>();

@@ -1,17 +1,17 @@
-//! Orders: read whole, checked whole, then carried out or refused.
+//! Orders: each is read and checked as a whole, then carried out or refused.
 
 use regatta_plugin::event::{EventKind, EventRecord, Refusal};
 use regatta_plugin::frame::RobotState;
 use regatta_plugin::order::{OrderKind, OrderRecord};
 
 use super::spawn::check_connected;
-use super::{Events, Fleet, Placement, Route, RouteSource};
+use super::{Events, Fleet, Placement, Plans, Route, RouteSource};
 use crate::graph::{Gear, Leg, NodeIndex};
 use crate::motion::leg_of;
 
-/// What an order that can be carried out comes to.
+/// A checked order, ready to be carried out.
 enum Action {
-    /// Drive these legs from the end of the current one; the first `released` now.
+    /// Drive these legs from the end of the current one; the first `released` of them now.
     Drive {
         row: usize,
         legs: Vec<Leg>,
@@ -31,39 +31,39 @@ enum Action {
     },
     Spawn {
         placement: Placement,
-        kind: u16,
+        robot_type: u16,
     },
 }
 
-/// Why an order is refused, and the id that is to blame.
-struct Denial {
-    why: Refusal,
+/// The reason why an order is refused, and the id that caused it.
+struct Rejection {
+    reason: Refusal,
     id: u32,
 }
 
 impl Fleet {
     /// Carries out a sample of orders, one after the other. Each is answered by an event, `Accepted` or `Refused`; a
-    /// refused one changes nothing.
+    /// refused order changes nothing.
     ///
-    /// An order that takes road away from a robot with limited acceleration, nearer than it can brake, makes it brake
-    /// harder: it never leaves its released base. A loop's base ends with its lap, a random walk's with its leg.
+    /// If an order ends the base of a robot with limited acceleration nearer than it can brake, the robot brakes harder:
+    /// it never leaves its released base. A loop's base ends with its lap, a random walk's with its leg.
     pub fn apply(&mut self, records: &[OrderRecord], events: &mut Events) {
         let mut rest = records;
         while let [order, after @ ..] = rest {
             let legs = after.iter().take_while(|record| record.kind == OrderKind::Leg as u32).count();
-            let taken = if is_route(order) { legs.min(order.legs as usize) } else { 0 };
-            match self.prepare(order, &after[..taken]) {
+            let consumed = if is_route(order) { legs.min(order.legs as usize) } else { 0 };
+            match self.prepare(order, &after[..consumed]) {
                 Ok(action) => self.carry_out(order, action, events),
-                Err(denial) => refuse(order, &denial, events),
+                Err(rejection) => refuse(order, &rejection, events),
             }
-            // Legs without an order are one mistake, not many.
-            let skipped = if order.kind == OrderKind::Leg as u32 { legs } else { taken };
+            // Legs without an order are one mistake and get one answer.
+            let skipped = if order.kind == OrderKind::Leg as u32 { legs } else { consumed };
             rest = &after[skipped..];
         }
     }
 
-    fn prepare(&self, order: &OrderRecord, legs: &[OrderRecord]) -> Result<Action, Denial> {
-        let about = |id| move |why| Denial { why, id };
+    fn prepare(&self, order: &OrderRecord, legs: &[OrderRecord]) -> Result<Action, Rejection> {
+        let about = |id| move |reason| Rejection { reason, id };
         let robot = order.robot;
         let row = || self.row(robot).map_err(about(robot));
         match kind(order) {
@@ -81,15 +81,15 @@ impl Fleet {
         }
     }
 
-    /// A route of `base`, which the robot has already, and the legs of the order.
+    /// Prepares a route of `base`, the base that the robot keeps, followed by the legs of the order.
     fn prepare_route(
         &self,
         order: &OrderRecord,
         row: usize,
         records: &[OrderRecord],
         base: Vec<Leg>,
-    ) -> Result<Action, Denial> {
-        let about_robot = |why| Denial { why, id: order.robot };
+    ) -> Result<Action, Rejection> {
+        let about_robot = |reason| Rejection { reason, id: order.robot };
         if records.len() < order.legs as usize {
             return Err(about_robot(Refusal::MalformedOrder));
         }
@@ -97,41 +97,42 @@ impl Fleet {
         if records.is_empty() || records[released..].iter().any(|record| record.released != 0) {
             return Err(about_robot(Refusal::MalformedRoute));
         }
-        let mut node = base.last().map_or_else(|| self.node_ahead(row), |&leg| self.motion.roads.graph().leg_end(leg));
+        let mut node = base.last().map_or_else(|| self.node_ahead(row), |&leg| self.motion.legs.graph().leg_end(leg));
         let released = base.len() + released;
         let mut legs = base;
         for record in records {
-            let leg = self.leg(record, node).map_err(|why| Denial { why, id: record.id })?;
-            node = self.motion.roads.graph().leg_end(leg);
+            let leg = self.leg(record, node).map_err(|reason| Rejection { reason, id: record.id })?;
+            node = self.motion.legs.graph().leg_end(leg);
             legs.push(leg);
         }
         Ok(Action::Drive { row, legs, released })
     }
 
-    /// A leg that leaves a node.
+    /// Returns the leg of a record, which must leave a node.
     fn leg(&self, record: &OrderRecord, node: NodeIndex) -> Result<Leg, Refusal> {
-        let graph = self.motion.roads.graph();
+        let graph = self.motion.legs.graph();
         let gear = if record.reverse == 0 { Gear::Forward } else { Gear::Reverse };
         let leg = Leg { edge: graph.edge_by_id(record.id).ok_or(Refusal::UnknownEdge)?, gear };
         check_connected(graph, node, &[leg])?;
         Ok(leg)
     }
 
-    fn prepare_spawn(&self, order: &OrderRecord) -> Result<Action, Denial> {
-        let graph = self.motion.roads.graph();
-        let about = |id| move |why| Denial { why, id };
+    fn prepare_spawn(&self, order: &OrderRecord) -> Result<Action, Rejection> {
+        let graph = self.motion.legs.graph();
+        let about = |id| move |reason| Rejection { reason, id };
         let placement = if order.kind == OrderKind::SpawnAtNode as u32 {
             graph.node_by_id(order.id).map(Placement::Node).ok_or(Refusal::UnknownNode)
         } else {
             graph.edge_by_id(order.id).map(|edge| Placement::Edge(edge, order.s)).ok_or(Refusal::UnknownEdge)
         };
         let placement = placement.map_err(about(order.id))?;
-        let kind = u16::try_from(order.robot_type).map_err(|_| about(order.robot_type)(Refusal::UnknownRobotType))?;
-        self.check_spawn(placement, kind).map_err(|why| {
-            let id = if why == Refusal::UnknownRobotType { order.robot_type } else { order.id };
-            Denial { why, id }
+        let unknown_type = |_| about(order.robot_type)(Refusal::UnknownRobotType);
+        let robot_type = u16::try_from(order.robot_type).map_err(unknown_type)?;
+        self.check_spawn(placement, robot_type).map_err(|reason| {
+            let id = if reason == Refusal::UnknownRobotType { order.robot_type } else { order.id };
+            Rejection { reason, id }
         })?;
-        Ok(Action::Spawn { placement, kind })
+        Ok(Action::Spawn { placement, robot_type })
     }
 
     fn carry_out(&mut self, order: &OrderRecord, action: Action, events: &mut Events) {
@@ -141,10 +142,10 @@ impl Fleet {
             robot,
             ..EventRecord::default()
         };
-        if let Action::Spawn { placement, kind } = action {
-            match self.spawn(placement, kind, RouteSource::None, order.token, events) {
+        if let Action::Spawn { placement, robot_type } = action {
+            match self.spawn(placement, robot_type, RouteSource::None, order.token, events) {
                 Ok(robot) => events.push_record(accepted(robot)),
-                Err(why) => refuse(order, &Denial { why, id: order.id }, events),
+                Err(reason) => refuse(order, &Rejection { reason, id: order.id }, events),
             }
             return;
         }
@@ -154,7 +155,7 @@ impl Fleet {
             Action::Cancel { row } => self.cancel(row, events),
             Action::Hold { row } => self.hold(row, events),
             Action::Resume { row } => self.resume(row, events),
-            Action::Remove { robot } => self.take_out(robot, order.token, events),
+            Action::Remove { robot } => self.remove_row(robot, order.token, events),
             Action::Spawn { .. } => {}
         }
     }
@@ -162,7 +163,7 @@ impl Fleet {
     fn drive(&mut self, row: usize, legs: Vec<Leg>, released: usize, events: &mut Events) {
         self.set_route(row, |plans| plans.order(legs, released));
         if !self.is(row, RobotState::Held) {
-            self.motion.set_off(&mut self.columns.all_rows(), row, events);
+            self.motion.start_driving(&mut self.columns.all_rows(), row, events);
         }
     }
 
@@ -174,14 +175,14 @@ impl Fleet {
             self.set_route(row, |_| Route::FINISH);
         }
         if !self.is(row, RobotState::Held) {
-            self.motion.set_off(&mut self.columns.all_rows(), row, events);
+            self.motion.start_driving(&mut self.columns.all_rows(), row, events);
         }
     }
 
     fn hold(&mut self, row: usize, events: &mut Events) {
         match self.columns.state[row] {
             state if state == RobotState::Held as u8 => return,
-            // It has nothing to go on with when the hold ends.
+            // It stays idle when the hold ends.
             state if state == RobotState::Idle as u8 => self.set_route(row, |_| Route::PARKED),
             _ => {}
         }
@@ -196,29 +197,29 @@ impl Fleet {
         if self.columns.route[row] == Route::PARKED {
             self.columns.state[row] = RobotState::Idle as u8;
         } else {
-            self.motion.set_off(&mut self.columns.all_rows(), row, events);
+            self.motion.start_driving(&mut self.columns.all_rows(), row, events);
         }
     }
 
-    /// Gives a robot another route, and what lies ahead of it another speed.
-    fn set_route(&mut self, row: usize, route: impl FnOnce(&mut super::Plans) -> Route) {
+    /// Gives a robot another route and updates the speed from which it can brake on it.
+    fn set_route(&mut self, row: usize, route: impl FnOnce(&mut Plans) -> Route) {
         self.motion.plans.release(self.columns.route[row]);
         self.columns.route[row] = route(&mut self.motion.plans);
-        self.motion.look_ahead(&mut self.columns.all_rows(), row);
+        self.motion.update_brake(&mut self.columns.all_rows(), row);
     }
 
     fn is(&self, row: usize, state: RobotState) -> bool {
         self.columns.state[row] == state as u8
     }
 
-    /// The node that a robot comes to on its leg, or stands on.
+    /// Returns the node that a robot's leg leads to, or the node that it stands on.
     fn node_ahead(&self, row: usize) -> NodeIndex {
-        let (piece, edge) = (self.columns.piece[row], self.columns.edge[row]);
-        self.motion.roads.node_ahead(leg_of(piece, edge), piece)
+        let (piece, edge) = (self.columns.piece.get(row), self.columns.edge[row]);
+        self.motion.legs.node_ahead(leg_of(piece, edge), piece)
     }
 }
 
-/// Whether legs belong to the order.
+/// Whether an order is followed by legs.
 fn is_route(order: &OrderRecord) -> bool {
     matches!(kind(order), Some(OrderKind::Assign | OrderKind::Extend))
 }
@@ -230,12 +231,12 @@ fn kind(order: &OrderRecord) -> Option<OrderKind> {
         .find(|&kind| kind as u32 == order.kind)
 }
 
-fn refuse(order: &OrderRecord, denial: &Denial, events: &mut Events) {
+fn refuse(order: &OrderRecord, rejection: &Rejection, events: &mut Events) {
     events.push_record(EventRecord {
         token: order.token,
         kind: EventKind::Refused as u32,
         robot: order.robot,
-        id: denial.id,
-        detail: denial.why as u32,
+        id: rejection.id,
+        detail: rejection.reason as u32,
     });
 }

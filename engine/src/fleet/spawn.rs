@@ -1,18 +1,33 @@
-//! Robots come and go.
+//! Spawns and removals of robots.
+
+use std::sync::Arc;
 
 use regatta_plugin::event::{EventKind, EventRecord, Refusal};
 use regatta_plugin::frame::RobotState;
 
-use super::{Events, Fleet, Repeat, Route, RouteSource};
+use super::{Events, Fleet, Repeat, Route};
 use crate::graph::arc_length::Distance;
 use crate::graph::{EdgeIndex, Gear, Leg, NodeIndex, RouteGraph};
+use crate::motion::PieceIndex;
 
-/// Where a robot is put.
+/// The source of a robot's route.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum RouteSource {
+    /// The robot stands until an order gives it a route.
+    None,
+    /// These legs. Robots with the same route share it.
+    Listed(Arc<[Leg]>, Repeat),
+    /// A random walk along edges in forward gear, which ends only at a dead end. At each node all edges that start
+    /// there are equally likely, except for the one that leads straight back: it is chosen only if there is no other.
+    Random,
+}
+
+/// The place of a new robot.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Placement {
     /// On a node, in its pose.
     Node(NodeIndex),
-    /// On an edge, facing ahead, that many metres from its origin.
+    /// On an edge, facing forward, that many metres from its origin.
     Edge(EdgeIndex, f32),
 }
 
@@ -20,48 +35,48 @@ impl Fleet {
     /// Adds a robot of a type (an index into [`Fleet::types`]) and returns its id: the lowest that is free. It
     /// stands still until the next step; on an edge it first drives to that edge's end.
     ///
-    /// `token` is carried by the event `Spawned`; 0 for none.
+    /// The event `Spawned` carries `token`; 0 for none.
     ///
     /// # Errors
     /// `UnknownRobotType`, `UnknownNode`, `UnknownEdge`; `DistanceOutOfRange` for a place that is not on the edge;
     /// `MalformedRoute` for a listed route without legs; `NoReverse`, `NotConnected` for one that can't be driven from
-    /// there, or a loop that doesn't close; `FleetFull`. The fleet is then as before.
+    /// there, or a loop that doesn't close; `FleetFull`. The fleet is then unchanged.
     pub fn spawn(
         &mut self,
         placement: Placement,
-        kind: u16,
+        robot_type: u16,
         source: RouteSource,
         token: u64,
         events: &mut Events,
     ) -> Result<u32, Refusal> {
-        let spot = self.check_spawn(placement, kind)?;
+        let start = self.check_spawn(placement, robot_type)?;
         if let RouteSource::Listed(legs, repeat) = &source {
-            check_list(self.motion.roads.graph(), spot.ahead, legs, *repeat)?;
+            check_list(self.motion.legs.graph(), start.ahead, legs, *repeat)?;
         }
-        let robot = self.take_row()?;
+        let robot = self.allocate_row()?;
         let row = robot as usize;
-        self.columns.set_kind(row, kind, self.types()[usize::from(kind)].max_acceleration);
+        self.columns.set_robot_type(row, robot_type, self.types[usize::from(robot_type)].max_acceleration);
         self.columns.route[row] = self.route(source);
-        self.motion.place(&mut self.columns.all_rows(), row, spot.piece, spot.edge, spot.w);
+        self.motion.place(&mut self.columns.all_rows(), row, start.piece, start.edge, start.w);
         events.push_record(EventRecord { token, kind: EventKind::Spawned as u32, robot, ..EventRecord::default() });
         if self.columns.route[row] != Route::PARKED {
-            self.motion.set_off(&mut self.columns.all_rows(), row, events);
+            self.motion.start_driving(&mut self.columns.all_rows(), row, events);
         }
         Ok(robot)
     }
 
-    /// Takes a robot out of the fleet. Its id is given to a later spawn.
+    /// Removes a robot from the fleet. A later spawn reuses its id.
     ///
     /// # Errors
-    /// `UnknownRobot`; the fleet is then as before.
+    /// `UnknownRobot`; the fleet is then unchanged.
     pub fn remove(&mut self, robot: u32, events: &mut Events) -> Result<(), Refusal> {
         self.row(robot)?;
-        self.take_out(robot, 0, events);
+        self.remove_row(robot, 0, events);
         Ok(())
     }
 
-    /// Takes out a robot that is there.
-    pub(super) fn take_out(&mut self, robot: u32, token: u64, events: &mut Events) {
+    /// Removes a robot that is not absent.
+    pub(super) fn remove_row(&mut self, robot: u32, token: u64, events: &mut Events) {
         let row = robot as usize;
         self.motion.plans.release(self.columns.route[row]);
         self.columns.clear(row);
@@ -72,13 +87,13 @@ impl Fleet {
         events.push_record(EventRecord { token, kind: EventKind::Removed as u32, robot, ..EventRecord::default() });
     }
 
-    /// Whether a robot of a type can be put there, and where exactly that is.
-    pub(super) fn check_spawn(&self, placement: Placement, kind: u16) -> Result<Spot, Refusal> {
-        self.types().get(usize::from(kind)).ok_or(Refusal::UnknownRobotType)?;
-        self.spot(placement)
+    /// Checks whether a robot of a type can be put there, and returns where exactly that is.
+    pub(super) fn check_spawn(&self, placement: Placement, robot_type: u16) -> Result<SpawnPoint, Refusal> {
+        self.types.get(usize::from(robot_type)).ok_or(Refusal::UnknownRobotType)?;
+        self.spawn_point(placement)
     }
 
-    /// The row of a robot that is there.
+    /// Returns the row of a robot that is not absent.
     pub(super) fn row(&self, robot: u32) -> Result<usize, Refusal> {
         match self.columns.state.get(robot as usize) {
             Some(&state) if state != RobotState::Absent as u8 => Ok(robot as usize),
@@ -86,7 +101,7 @@ impl Fleet {
         }
     }
 
-    fn take_row(&mut self) -> Result<u32, Refusal> {
+    fn allocate_row(&mut self) -> Result<u32, Refusal> {
         if let Some(row) = self.free.pop_first() {
             return Ok(row);
         }
@@ -108,52 +123,53 @@ impl Fleet {
         }
     }
 
-    fn spot(&self, placement: Placement) -> Result<Spot, Refusal> {
-        let graph = self.motion.roads.graph();
+    fn spawn_point(&self, placement: Placement) -> Result<SpawnPoint, Refusal> {
+        let graph = self.motion.legs.graph();
         match placement {
             Placement::Node(node) => {
                 graph.nodes().get(node.0 as usize).ok_or(Refusal::UnknownNode)?;
-                Ok(Spot { piece: self.motion.roads.tracks().node_piece(node), edge: None, w: 0, ahead: node })
+                Ok(SpawnPoint { piece: self.motion.legs.node_piece(node), edge: None, w: 0, ahead: node })
             }
             Placement::Edge(edge, s) => {
                 let ahead = graph.edges().get(edge.0 as usize).ok_or(Refusal::UnknownEdge)?.destination;
                 let (piece, w) = self.piece_at(edge, f64::from(s)).ok_or(Refusal::DistanceOutOfRange)?;
-                Ok(Spot { piece, edge: Some(edge.0), w, ahead })
+                Ok(SpawnPoint { piece, edge: Some(edge.0), w, ahead })
             }
         }
     }
 
-    /// The piece of an edge at `s` metres from its origin, and the distance from its end.
-    fn piece_at(&self, edge: EdgeIndex, s: f64) -> Option<(u32, i32)> {
-        let track = self.motion.roads.tracks().track(Leg { edge, gear: Gear::Forward })?;
+    /// Returns the piece of an edge at `s` metres from its origin, and the distance from the piece's end; `None` if that
+    /// is not on the edge.
+    fn piece_at(&self, edge: EdgeIndex, s: f64) -> Option<(PieceIndex, i32)> {
+        let track = self.motion.legs.tracks().track(Leg { edge, gear: Gear::Forward })?;
         // The published length is an f32, so that much beyond the end is still on the edge.
         if !(0.0..=track.length.max(f64::from(track.length as f32))).contains(&s) {
             return None;
         }
         let mut from_end = track.length - s;
-        let mut piece = track.last_piece();
+        let mut row = track.last_piece();
         loop {
-            let length = self.motion.roads.tracks().infos()[piece as usize].length;
-            if from_end <= length.to_metres() || piece == track.first_piece {
+            let length = self.motion.legs.tracks().infos()[row as usize].length;
+            if from_end <= length.to_metres() || row == track.first_piece {
                 let w = Distance::from_metres(from_end.max(0.0)).0;
-                return Some((piece, -w.min(length.0)));
+                return Some((self.motion.legs.piece(row, Gear::Forward), -w.min(length.0)));
             }
             from_end -= length.to_metres();
-            piece -= 1;
+            row -= 1;
         }
     }
 }
 
-/// A place for a robot.
-pub(super) struct Spot {
-    piece: u32,
+/// The place of a new robot, as the columns hold it.
+pub(super) struct SpawnPoint {
+    piece: PieceIndex,
     edge: Option<u32>,
     w: i32,
     /// The node from which its route goes on.
     ahead: NodeIndex,
 }
 
-/// Whether a route can be driven from a node.
+/// Checks that a listed route can be driven from a node.
 fn check_list(graph: &RouteGraph, start: NodeIndex, legs: &[Leg], repeat: Repeat) -> Result<(), Refusal> {
     let (first, last) = legs.first().zip(legs.last()).ok_or(Refusal::MalformedRoute)?;
     if legs.iter().any(|leg| leg.edge.0 as usize >= graph.edges().len()) {
@@ -166,7 +182,7 @@ fn check_list(graph: &RouteGraph, start: NodeIndex, legs: &[Leg], repeat: Repeat
     Ok(())
 }
 
-/// Whether legs of the graph lead on from a node, each from where the one before it ends.
+/// Checks that legs of the graph start at a node and each continues where the one before it ends.
 pub(super) fn check_connected(graph: &RouteGraph, start: NodeIndex, legs: &[Leg]) -> Result<(), Refusal> {
     let mut node = start;
     for &leg in legs {

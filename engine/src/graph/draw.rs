@@ -1,47 +1,51 @@
-//! A route graph as a map: SVG with the true Bézier curves.
+//! Draws a route graph as a map: an SVG file with the exact Bézier curves.
 
 use std::fmt::{self, Write};
 
 use glam::DVec2;
 
-use super::bezier::Side;
+use super::bezier::{CubicBezier, Side};
 use super::info::BoundingBox;
-use super::{CubicBezier, Edge, RouteGraph};
+use super::route_graph::{Edge, RouteGraph};
+use super::spline::unit;
 
-/// The map's longer side in pixels, and its margin.
+/// The longer side of the map in pixels, margins included.
 const LONGER_SIDE: f64 = 1600.0;
+/// The margin around the graph in pixels.
 const MARGIN: f64 = 48.0;
-/// Room for the legend below the map.
+/// The height of the legend below the map in pixels.
 const LEGEND: f64 = 44.0;
 
-/// A metre is never larger than this many pixels.
+/// The largest scale in pixels per metre.
 const MAX_SCALE: f64 = 60.0;
 
-/// Graphs of up to so many edges are drawn with ids.
+/// The largest number of edges with which a graph is drawn with ids.
 const MAX_EDGES_WITH_IDS: usize = 150;
 
-/// From slow to fast.
+/// The colours of the edges, from slow to fast.
 const SPEED_COLOURS: [&str; 5] = ["#7fb8ad", "#4f9bb0", "#3b78a8", "#2f5590", "#263a70"];
 
-/// The map of a graph as the text of an SVG file.
+/// Returns the map of a graph as the text of an SVG file.
 ///
-/// North is up. Edges are tinted by speed and have an arrow at half their length, in orange also one for reverse
-/// gear; nodes show their headings. Small graphs carry their ids: nodes in grey, edges in the edges' colour.
+/// North is up. Edges are coloured by speed and have an arrow at λ = ½, and a second, orange one if they allow reverse
+/// gear. Nodes show their headings. Small graphs are labelled with ids: those of nodes in grey, those of edges in the
+/// colour of the edge.
 pub fn svg(graph: &RouteGraph) -> String {
     let mut text = String::new();
-    Map::new(graph).write(&mut text).expect("a String takes all");
+    Map::new(graph).write(&mut text).expect("writing to a String never fails");
     text
 }
 
 struct Map<'g> {
     graph: &'g RouteGraph,
     bounds: BoundingBox,
-    /// Pixels a metre.
+    /// Pixels per metre.
     scale: f64,
-    /// Size in pixels.
+    /// The size of the picture in pixels.
     size: DVec2,
+    /// The lowest and the highest speed in metres per second.
     speeds: (f64, f64),
-    /// The median edge's length in pixels: how much detail there is room for.
+    /// The median length of an edge in pixels, by which strokes and symbols are scaled.
     detail: f64,
 }
 
@@ -50,11 +54,11 @@ impl<'g> Map<'g> {
         let bounds = BoundingBox::of(graph);
         let extent = bounds.size().max(DVec2::splat(0.1));
         let scale = ((LONGER_SIDE - 2.0 * MARGIN) / extent.max_element()).min(MAX_SCALE);
-        // Wide enough for the legend.
+        // At least as wide as the legend.
         let size = (extent * scale + 2.0 * MARGIN).max(DVec2::new(560.0, 0.0)) + DVec2::new(0.0, LEGEND);
         let speeds = graph.edges().iter().map(|edge| edge.velocity_forward);
         let speeds = (speeds.clone().fold(f64::INFINITY, f64::min), speeds.fold(0.0, f64::max));
-        let mut lengths: Vec<f64> = graph.edges().iter().map(|edge| chord(&edge.curve) * scale).collect();
+        let mut lengths: Vec<f64> = graph.edges().iter().map(|edge| approximate_length(&edge.curve) * scale).collect();
         lengths.sort_by(f64::total_cmp);
         Self { graph, bounds, scale, size, speeds, detail: lengths[lengths.len() / 2] }
     }
@@ -84,7 +88,7 @@ impl<'g> Map<'g> {
         writeln!(out, "</svg>")
     }
 
-    /// Faint lines at round metres.
+    /// Writes faint grid lines at round coordinates.
     fn write_grid(&self, out: &mut String) -> fmt::Result {
         let step = round_length(80.0 / self.scale);
         let (bottom, right) = (self.size.y - LEGEND, self.size.x);
@@ -114,12 +118,13 @@ impl<'g> Map<'g> {
 
     fn speed_class(&self, edge: &Edge) -> usize {
         let (slowest, fastest) = self.speeds;
-        let place = (edge.velocity_forward - slowest) / (fastest - slowest).max(f64::MIN_POSITIVE);
-        let middle_if_all_equal = if fastest > slowest { place } else { 0.5 };
+        let fraction = (edge.velocity_forward - slowest) / (fastest - slowest).max(f64::MIN_POSITIVE);
+        let middle_if_all_equal = if fastest > slowest { fraction } else { 0.5 };
         (middle_if_all_equal * (SPEED_COLOURS.len() - 1) as f64).round() as usize
     }
 
-    /// The curves and arrows of one class of speed, slower ones below.
+    /// Writes the curves and arrows of one speed class. Classes are written in ascending order, so that faster edges
+    /// are drawn on top.
     fn write_edges(&self, out: &mut String, class: usize, colour: &str) -> fmt::Result {
         let edges = || self.graph.edges().iter().filter(|edge| self.speed_class(edge) == class);
         if edges().next().is_none() {
@@ -155,10 +160,11 @@ impl<'g> Map<'g> {
     }
 
     fn has_room(&self, edge: &Edge, arrows: f64) -> bool {
-        chord(&edge.curve) * self.scale > arrows * self.arrow()
+        approximate_length(&edge.curve) * self.scale > arrows * self.arrow()
     }
 
-    /// A triangle on the curve, of `size` arrows, backwards if that is negative.
+    /// Writes a triangle on the curve, `size` times as long as a normal arrow; it points backwards if `size` is
+    /// negative.
     fn write_arrow(&self, out: &mut String, curve: &CubicBezier, lambda: f64, size: f64) -> fmt::Result {
         let along = curve.tangent(lambda, Side::After) * DVec2::new(1.0, -1.0) * self.arrow() * size;
         let centre = self.pixel(curve.position(lambda));
@@ -171,8 +177,8 @@ impl<'g> Map<'g> {
         let radius = (self.detail * 0.07).clamp(0.8, 4.5);
         write!(out, "<path stroke=\"#30363d\" stroke-width=\"{:.2}\" stroke-linecap=\"round\" d=\"", radius * 0.55)?;
         for node in self.graph.nodes() {
-            let (from, way) = (self.pixel(node.position), super::spline::unit(node.theta) * 2.4 * radius);
-            write!(out, "M{:.1} {:.1}l{:.1} {:.1}", from.x, from.y, way.x, -way.y)?;
+            let (from, pointer) = (self.pixel(node.position), unit(node.theta) * 2.4 * radius);
+            write!(out, "M{:.1} {:.1}l{:.1} {:.1}", from.x, from.y, pointer.x, -pointer.y)?;
         }
         writeln!(out, "\"/>\n<g fill=\"#ffffff\" stroke=\"#30363d\" stroke-width=\"{:.2}\">", radius * 0.4)?;
         for node in self.graph.nodes() {
@@ -182,13 +188,13 @@ impl<'g> Map<'g> {
         writeln!(out, "</g>")
     }
 
-    /// A node's id stands behind it, an edge's to the right of its arrow. Each is written twice, first as a halo:
-    /// not every program that shows SVG knows `paint-order`.
+    /// Writes the ids: a node's behind the node, an edge's to the right of its arrow. Each is written twice, first as a
+    /// halo, because not every SVG renderer supports `paint-order`.
     fn write_ids(&self, out: &mut String) -> fmt::Result {
         let size = (self.detail * 0.14).clamp(7.0, 13.0);
         writeln!(out, "<g font-size=\"{size:.1}\" text-anchor=\"middle\" dominant-baseline=\"central\">")?;
         for node in self.graph.nodes() {
-            let behind = super::spline::unit(node.theta) * DVec2::new(-1.0, 1.0);
+            let behind = unit(node.theta) * DVec2::new(-1.0, 1.0);
             let at = self.pixel(node.position) + (behind + behind.perp()) * size * 0.9;
             write_id(out, at, "#6a737d", node.id)?;
         }
@@ -220,8 +226,8 @@ impl<'g> Map<'g> {
         if fastest > slowest {
             let left = left - 150.0;
             writeln!(out, "<text x=\"{left:.1}\" y=\"{y:.1}\" text-anchor=\"end\">{slowest} m/s</text>")?;
-            for (place, colour) in (0..).map(f64::from).zip(SPEED_COLOURS) {
-                let x = left + 8.0 + place * 18.0;
+            for (class, colour) in (0..).map(f64::from).zip(SPEED_COLOURS) {
+                let x = left + 8.0 + class * 18.0;
                 writeln!(
                     out,
                     "<rect x=\"{x:.1}\" y=\"{:.1}\" width=\"18\" height=\"4\" fill=\"{colour}\"/>",
@@ -233,13 +239,13 @@ impl<'g> Map<'g> {
     }
 }
 
-fn chord(curve: &CubicBezier) -> f64 {
+/// Estimates the length of a curve as the mean of its chord and its control polygon; accurate enough to choose sizes.
+fn approximate_length(curve: &CubicBezier) -> f64 {
     let [p0, p1, p2, p3] = curve.control_points;
-    // Between chord and polygon; only for the choice of sizes.
     (p0.distance(p3) + p0.distance(p1) + p1.distance(p2) + p2.distance(p3)) / 2.0
 }
 
-/// The 1, 2 or 5 times a power of ten next below.
+/// Rounds down to 1, 2 or 5 times a power of ten.
 fn round_length(length: f64) -> f64 {
     let power = 10f64.powf(length.log10().floor());
     [5.0, 2.0].into_iter().map(|factor| factor * power).find(|&round| round <= length).unwrap_or(power)
@@ -279,7 +285,7 @@ mod tests {
     }
 
     #[test]
-    fn round_lengths() {
+    fn lengths_are_rounded_down_to_round_numbers() {
         assert_eq!(
             [0.9, 1.0, 4.9, 5.0, 99.0].map(round_length).map(|length| (length * 10.0).round()),
             [5.0, 10.0, 20.0, 50.0, 500.0]

@@ -1,48 +1,48 @@
-//! What is wrong, or looks wrong, in a route graph file: where it is and what to do about it.
+//! Findings: the errors and warnings of a route graph file, each with its place and what to do about it.
 
 use std::fmt;
 
-use super::lines::LineIndex;
+use super::line_index::LineIndex;
 
-/// Findings of one severity that are kept; a file with more of them is counted, not listed, to the end.
-pub const KEPT_FINDINGS: usize = 10_000;
+/// The largest number of findings of one severity that are listed; any further findings are only counted.
+pub const MAX_LISTED: usize = 10_000;
 
-/// How bad a finding is.
+/// The severity of a finding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Severity {
     /// The graph can't be driven.
     Error,
-    /// The graph can be driven, but perhaps not as meant.
+    /// The graph can be driven, but perhaps not as intended.
     Warning,
 }
 
-/// What a finding is about.
+/// The part of the file that a finding is about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Subject {
     /// The file as a whole.
     File,
-    /// A node, by its id; `None` if it has no usable id.
+    /// The node with this id; `None` if it has no valid id.
     Node(Option<u32>),
-    /// An edge, by its id; `None` if it has no usable id.
+    /// The edge with this id; `None` if it has no valid id.
     Edge(Option<u32>),
 }
 
-/// One thing that is wrong, or looks wrong, in a route graph file.
+/// An error or a warning about a route graph file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Finding {
-    /// How bad it is.
+    /// The severity.
     pub severity: Severity,
-    /// The file's name as the caller gave it.
+    /// The file's name, as given by the caller.
     pub file: String,
-    /// Line in the file, from 1.
+    /// The line in the file, from 1.
     pub line: u32,
-    /// What it is about.
+    /// The part of the file that it is about.
     pub subject: Subject,
-    /// What is the matter and what to do.
+    /// The problem and what to do about it.
     pub message: String,
 }
 
-/// All findings of one file, in the order of their lines.
+/// All findings about one file, in the order of their lines.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Findings {
     list: Vec<Finding>,
@@ -50,7 +50,7 @@ pub struct Findings {
     warnings: usize,
 }
 
-/// Collects the findings of one file and looks up their lines.
+/// Collects the findings about one file and looks up their lines.
 pub(super) struct Report<'text> {
     file: String,
     lines: LineIndex<'text>,
@@ -67,7 +67,7 @@ impl fmt::Display for Severity {
 }
 
 impl Subject {
-    /// `file`, `node` or `edge`.
+    /// Returns `file`, `node` or `edge`.
     pub fn kind(self) -> &'static str {
         match self {
             Self::File => "file",
@@ -76,7 +76,7 @@ impl Subject {
         }
     }
 
-    /// The id of the node or edge, if it has a usable one.
+    /// Returns the id of the node or edge, if it has a valid one.
     pub fn id(self) -> Option<u32> {
         match self {
             Self::File => None,
@@ -105,22 +105,22 @@ impl fmt::Display for Finding {
 }
 
 impl Findings {
-    /// The findings, by line: at most [`KEPT_FINDINGS`] errors and as many warnings.
+    /// Returns the findings by line: at most [`MAX_LISTED`] errors and as many warnings.
     pub fn as_slice(&self) -> &[Finding] {
         &self.list
     }
 
-    /// How many errors there are, listed or not.
+    /// Returns the number of errors, listed or not.
     pub fn errors(&self) -> usize {
         self.errors
     }
 
-    /// How many warnings there are, listed or not.
+    /// Returns the number of warnings, listed or not.
     pub fn warnings(&self) -> usize {
         self.warnings
     }
 
-    /// The first error by line.
+    /// Returns the first error by line.
     pub fn first_error(&self) -> Option<&Finding> {
         self.list.iter().find(|finding| finding.severity == Severity::Error)
     }
@@ -146,7 +146,7 @@ impl<'text> Report<'text> {
         self.add(Severity::Warning, at, subject, message);
     }
 
-    /// The line, from 1, of a byte offset.
+    /// Returns the line, from 1, of a byte offset.
     pub fn line(&self, at: u32) -> u32 {
         self.lines.line(at)
     }
@@ -155,7 +155,7 @@ impl<'text> Report<'text> {
         self.found.errors > 0
     }
 
-    /// The findings by line; those of one line in the order in which they were found.
+    /// Returns the findings by line; those of one line in the order in which they were found.
     pub fn into_findings(mut self) -> Findings {
         self.found.list.sort_by_key(|finding| finding.line);
         self.found
@@ -164,7 +164,7 @@ impl<'text> Report<'text> {
     fn add(&mut self, severity: Severity, at: u32, subject: Subject, message: impl Into<String>) {
         let count = self.found.count(severity);
         *count += 1;
-        if *count <= KEPT_FINDINGS {
+        if *count <= MAX_LISTED {
             let (file, line) = (self.file.clone(), self.lines.line(at));
             self.found.list.push(Finding { severity, file, line, subject, message: message.into() });
         }

@@ -1,42 +1,43 @@
-//! The figures of a route graph: how much of what.
+//! Statistics of a route graph.
 
 use std::fmt;
 
 use glam::DVec2;
 use serde::Serialize;
 
+use super::bezier::CubicBezier;
 use super::components::Components;
-use super::{CubicBezier, NodeIndex, RouteGraph};
+use super::route_graph::{NodeIndex, RouteGraph};
 
-/// The figures of a route graph.
+/// The statistics of a route graph.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Info {
-    /// Nodes.
+    /// The number of nodes.
     pub nodes: usize,
-    /// Edges.
+    /// The number of edges.
     pub edges: usize,
-    /// Edges that may also be driven in reverse gear.
+    /// The number of edges that may also be driven in reverse gear.
     pub reversible_edges: usize,
-    /// Nodes that no leg leaves.
+    /// The number of nodes that no leg leaves.
     pub dead_ends: usize,
-    /// Lengths of the edges in metres.
+    /// The lengths of the edges in metres.
     pub length: Lengths,
-    /// What all curves fit into, in metres.
+    /// The smallest rectangle, in metres, that contains all nodes and curves.
     pub bounding_box: BoundingBox,
-    /// Speeds from origin to destination in metres per second.
+    /// The speeds from origin to destination in metres per second.
     pub speed_forward: Range,
-    /// Speeds in reverse gear in metres per second, of the edges that allow it.
+    /// The speeds in reverse gear in metres per second, of the edges that allow it; `None` if no edge does.
     pub speed_backwards: Option<Range>,
-    /// Parts that hang together along edges in whatever direction.
-    pub weak_components: Parts,
-    /// Parts in which each node can be reached from each other.
-    pub strong_components: Parts,
+    /// The weakly connected components.
+    pub weak_components: ComponentSummary,
+    /// The strongly connected components.
+    pub strong_components: ComponentSummary,
 }
 
-/// Lengths of edges in metres.
+/// The lengths of edges in metres.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Lengths {
-    /// All edges together.
+    /// The sum over all edges.
     pub total: f64,
     /// The shortest edge.
     pub shortest: f64,
@@ -57,26 +58,26 @@ pub struct BoundingBox {
     pub max_y: f64,
 }
 
-/// The least and the greatest.
+/// The range of a set of numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Range {
-    /// The least.
+    /// The least number.
     pub least: f64,
-    /// The greatest.
+    /// The greatest number.
     pub greatest: f64,
 }
 
-/// Connected parts.
+/// The number of components and the size of the largest.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-pub struct Parts {
-    /// How many there are.
+pub struct ComponentSummary {
+    /// The number of components.
     pub count: usize,
-    /// Nodes of the largest.
+    /// The number of nodes of the largest component.
     pub largest: u32,
 }
 
 impl Info {
-    /// Counts and measures a graph.
+    /// Computes the statistics of a graph.
     pub fn of(graph: &RouteGraph) -> Self {
         let edges = graph.edges();
         let backwards = || edges.iter().filter_map(|edge| edge.velocity_backwards);
@@ -90,8 +91,8 @@ impl Info {
             bounding_box: BoundingBox::of(graph),
             speed_forward: Range::of(edges.iter().map(|edge| edge.velocity_forward)),
             speed_backwards: Some(Range::of(backwards())).filter(|range| range.least <= range.greatest),
-            weak_components: Parts::of(&Components::weak(graph)),
-            strong_components: Parts::of(&Components::strong(graph)),
+            weak_components: ComponentSummary::of(&Components::weak(graph)),
+            strong_components: ComponentSummary::of(&Components::strong(graph)),
         }
     }
 }
@@ -105,7 +106,7 @@ impl Lengths {
 }
 
 impl BoundingBox {
-    /// What all nodes and curves of a graph fit into.
+    /// Returns the smallest rectangle that contains all nodes and curves of a graph.
     pub fn of(graph: &RouteGraph) -> Self {
         let nodes = graph.nodes().iter().map(|node| node.position);
         let (min, max) = graph
@@ -117,13 +118,13 @@ impl BoundingBox {
         Self { min_x: min.x, min_y: min.y, max_x: max.x, max_y: max.y }
     }
 
-    /// Metres from west to east and from south to north.
+    /// Returns the extent from west to east and from south to north in metres.
     pub fn size(&self) -> DVec2 {
         DVec2::new(self.max_x - self.min_x, self.max_y - self.min_y)
     }
 }
 
-/// Points of a curve among which are its outermost in each direction: its ends and where p'x or p'y is zero.
+/// Returns the points where a curve can have its extremes in x and y: its ends and the zeros of p'x and p'y.
 fn extremes(curve: &CubicBezier) -> impl Iterator<Item = DVec2> + use<> {
     let curve = *curve;
     let [p0, p1, p2, p3] = curve.control_points;
@@ -133,7 +134,7 @@ fn extremes(curve: &CubicBezier) -> impl Iterator<Item = DVec2> + use<> {
     roots.into_iter().flatten().chain([0.0, 1.0]).map(move |lambda| curve.position(lambda))
 }
 
-/// Roots of a λ² + b λ + c in [0, 1]; the ends where there are none.
+/// Returns the roots of a λ² + b λ + c clamped to [0, 1]; 0 in place of roots that don't exist.
 fn roots(a: f64, b: f64, c: f64) -> [f64; 2] {
     let q = -0.5 * (b + (b * b - 4.0 * a * c).max(0.0).sqrt().copysign(b));
     [q / a, c / q].map(|root| if root.is_finite() { root.clamp(0.0, 1.0) } else { 0.0 })
@@ -148,7 +149,7 @@ impl Range {
     }
 }
 
-impl Parts {
+impl ComponentSummary {
     fn of(components: &Components) -> Self {
         Self { count: components.sizes.len(), largest: components.sizes.iter().copied().max().unwrap_or(0) }
     }
@@ -196,15 +197,15 @@ mod tests {
     use crate::graph::{ReadOptions, parse};
 
     #[test]
-    fn figures_of_a_bent_road() {
+    fn statistics_of_an_arch() {
         let text = "Vertices:\n- {Id: 1, X: 0, Y: 0, Theta: 1.5707963267948966}\n- {Id: 2, X: 4, Y: 0, Theta: -1.5707963267948966}\n\
             Edges:\n- {Id: 1, Origin_ID: 1, Destination_ID: 2, CurveType: Spline, ParamF: 4, ParamB: 4, VelocityForward: 2, VelocityBackwards: 1}\n";
         let info = Info::of(&parse(text, "g", &ReadOptions::default()).unwrap().0);
         let bounds = info.bounding_box;
         assert!(bounds.min_x.abs() < 1e-9 && bounds.min_y.abs() < 1e-9 && (bounds.max_x - 4.0).abs() < 1e-9);
-        assert!((bounds.max_y - 3.0).abs() < 1e-9, "the top of the arch, not its handles");
+        assert!((bounds.max_y - 3.0).abs() < 1e-9, "the top is that of the arch, not of its handles");
         assert_eq!((info.nodes, info.edges, info.reversible_edges, info.dead_ends), (2, 1, 1, 0));
-        assert_eq!(info.strong_components, Parts { count: 1, largest: 2 });
+        assert_eq!(info.strong_components, ComponentSummary { count: 1, largest: 2 });
         assert!(info.to_string().contains("2 m/s forward\n            1 m/s backwards"), "{info}");
     }
 
@@ -212,7 +213,7 @@ mod tests {
         #![proptest_config(ProptestConfig::with_cases(if cfg!(miri) { 4 } else { 256 }))]
 
         #[test]
-        fn a_curve_stays_in_its_box(points in prop::array::uniform8(-9.0..9.0), lambda in 0.0..=1.0) {
+        fn a_curve_stays_within_its_extremes(points in prop::array::uniform8(-9.0..9.0), lambda in 0.0..=1.0) {
             let at = |i: usize| DVec2::new(points[i], points[i + 1]);
             let curve = CubicBezier { control_points: [at(0), at(2), at(4), at(6)] };
             let point = curve.position(lambda);

@@ -1,12 +1,12 @@
-//! One node or edge of a file: which keys it may have, and what their values must be.
+//! A node or an edge of a file: its keys, and the types of their values.
 
 use super::finding::{Report, Subject};
 use super::value::{Value, shorten};
 
-/// A node as written: numbers are finite, but of any size.
+/// A node as written in the file: its numbers are finite, but not yet range-checked.
 #[derive(Debug)]
 pub(super) struct RawNode {
-    /// Byte offset of its first key.
+    /// The byte offset of its first key.
     pub at: u32,
     pub id: Option<u32>,
     pub x: Option<f64>,
@@ -14,31 +14,32 @@ pub(super) struct RawNode {
     pub theta: Option<f64>,
 }
 
-/// An edge as written: numbers are finite, but of any size.
+/// An edge as written in the file: its numbers are finite, but not yet range-checked.
 #[derive(Debug)]
 pub(super) struct RawEdge {
-    /// Byte offset of its first key.
+    /// The byte offset of its first key.
     pub at: u32,
     pub id: Option<u32>,
     pub origin: Option<u32>,
     pub destination: Option<u32>,
     pub curve: Option<RawCurve>,
-    /// Lengths of the handles in metres, where they are given.
+    /// `ParamF` in metres, if given.
     pub forward: Option<f64>,
+    /// `ParamB` in metres, if given.
     pub backward: Option<f64>,
     pub velocity_forward: Option<f64>,
-    /// 0 if it isn't given.
+    /// 0 if not given.
     pub velocity_backwards: Option<f64>,
 }
 
-/// The course of an edge as written.
+/// The curve type of an edge.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum RawCurve {
     Linear,
     Spline,
 }
 
-/// Keys of a node or an edge.
+/// The keys of nodes and edges.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Field {
     Id,
@@ -52,12 +53,14 @@ pub(super) enum Field {
     ParamB,
     VelocityForward,
     VelocityBackwards,
-    /// Part of the format, of no use here.
+    /// A key that is part of the format but isn't used.
     Unused,
 }
 
-pub(super) const FIELDS: usize = Field::Unused as usize;
+/// The number of fields with a value.
+const FIELDS: usize = Field::Unused as usize;
 
+/// The keys of a node, normalized as by [`find`].
 pub(super) const NODE_KEYS: [(&str, Field); 8] = [
     ("id", Field::Id),
     ("x", Field::X),
@@ -69,6 +72,7 @@ pub(super) const NODE_KEYS: [(&str, Field); 8] = [
     ("thetaholonomic", Field::Unused),
 ];
 
+/// The keys of an edge, normalized as by [`find`].
 pub(super) const EDGE_KEYS: [(&str, Field); 9] = [
     ("id", Field::Id),
     ("originid", Field::Origin),
@@ -81,64 +85,64 @@ pub(super) const EDGE_KEYS: [(&str, Field); 9] = [
     ("velocitybackward", Field::VelocityBackwards),
 ];
 
-/// Looks a key up without regard to case, `_`, `-` and spaces.
+/// Looks up a key, ignoring case, `_`, `-` and spaces.
 pub(super) fn find<T: Copy>(keys: &[(&str, T)], key: &str) -> Option<T> {
     let letters = || key.bytes().filter(|byte| !b"_- ".contains(byte)).map(|byte| byte.to_ascii_lowercase());
     keys.iter().find(|(name, _)| letters().eq(name.bytes())).map(|&(_, found)| found)
 }
 
-/// The values of one node or edge by key.
+/// The values of one node or edge, by field.
 #[derive(Default)]
 pub(super) struct Values<'text> {
-    /// Byte offset of the first key.
+    /// The byte offset of the first key.
     pub at: Option<u32>,
     values: [Option<Value<'text>>; FIELDS],
-    /// Keys that came again.
-    twice: Vec<String>,
+    /// The keys that are given more than once.
+    duplicates: Vec<String>,
 }
 
 impl<'text> Values<'text> {
     pub fn set(&mut self, field: Field, key: String, value: Value<'text>) {
-        if self.values[field as usize].replace(value).is_some() && self.twice.len() < FIELDS {
-            self.twice.push(key);
+        if self.values[field as usize].replace(value).is_some() && self.duplicates.len() < FIELDS {
+            self.duplicates.push(key);
         }
     }
 
-    /// The node; reports what is wrong with it.
+    /// Converts the values to a node and reports errors.
     pub fn node(self, report: &mut Report<'_>) -> RawNode {
-        let (fields, id) = Fields::new(self, report, Subject::Node);
-        fields.node(id)
+        let (converter, id) = Converter::new(self, report, Subject::Node);
+        converter.node(id)
     }
 
-    /// The edge; reports what is wrong with it.
+    /// Converts the values to an edge and reports errors.
     pub fn edge(self, report: &mut Report<'_>) -> RawEdge {
-        let (fields, id) = Fields::new(self, report, Subject::Edge);
-        fields.edge(id)
+        let (converter, id) = Converter::new(self, report, Subject::Edge);
+        converter.edge(id)
     }
 }
 
-/// Values with the means to complain about them.
-struct Fields<'r, 'text, 'file> {
+/// Converts values, reporting errors with the place and the subject.
+struct Converter<'r, 'text, 'file> {
     at: u32,
     values: [Option<Value<'text>>; FIELDS],
     report: &'r mut Report<'file>,
     subject: Subject,
 }
 
-impl<'r, 'text, 'file> Fields<'r, 'text, 'file> {
+impl<'r, 'text, 'file> Converter<'r, 'text, 'file> {
     fn new(
         values: Values<'text>,
         report: &'r mut Report<'file>,
         subject: fn(Option<u32>) -> Subject,
     ) -> (Self, Option<u32>) {
-        let Values { at, values, twice } = values;
-        let mut fields = Self { at: at.unwrap_or(0), values, report, subject: subject(None) };
-        let id = fields.id(Field::Id, "Id");
-        fields.subject = subject(id);
-        for key in twice {
-            fields.error(format!("`{}` is given twice: remove one", shorten(&key)));
+        let Values { at, values, duplicates } = values;
+        let mut converter = Self { at: at.unwrap_or(0), values, report, subject: subject(None) };
+        let id = converter.id(Field::Id, "Id");
+        converter.subject = subject(id);
+        for key in duplicates {
+            converter.error(format!("`{}` is given twice: remove one", shorten(&key)));
         }
-        (fields, id)
+        (converter, id)
     }
 
     fn node(mut self, id: Option<u32>) -> RawNode {
@@ -153,36 +157,33 @@ impl<'r, 'text, 'file> Fields<'r, 'text, 'file> {
 
     fn edge(mut self, id: Option<u32>) -> RawEdge {
         let curve = self.curve();
-        let needed = curve == Some(RawCurve::Spline);
+        let required = curve == Some(RawCurve::Spline);
         RawEdge {
             at: self.at,
             id,
             origin: self.id(Field::Origin, "Origin_ID"),
             destination: self.id(Field::Destination, "Destination_ID"),
             curve,
-            forward: self.handle(Field::ParamF, "ParamF", needed),
-            backward: self.handle(Field::ParamB, "ParamB", needed),
+            forward: self.handle(Field::ParamF, "ParamF", required),
+            backward: self.handle(Field::ParamB, "ParamB", required),
             velocity_forward: self.number(Field::VelocityForward, "VelocityForward"),
             velocity_backwards: match self.value(Field::VelocityBackwards) {
-                None | Some(Value::Nothing) => Some(0.0),
+                None | Some(Value::Null) => Some(0.0),
                 Some(_) => self.number(Field::VelocityBackwards, "VelocityBackwards"),
             },
         }
     }
 
-    /// Looked at whatever the curve is, so that all that is wrong is told at once.
-    fn handle(&mut self, field: Field, name: &str, needed: bool) -> Option<f64> {
+    /// Converts a handle length. Straight edges are checked too, so that all errors are reported at once.
+    fn handle(&mut self, field: Field, name: &str, required: bool) -> Option<f64> {
         match self.value(field) {
-            None | Some(Value::Nothing) if !needed => None,
+            None | Some(Value::Null) if !required => None,
             _ => self.number(field, name),
         }
     }
 
     fn curve(&mut self) -> Option<RawCurve> {
-        let name = match self.value(Field::CurveType) {
-            Some(Value::Text(text)) => text.trim().to_ascii_lowercase(),
-            _ => String::new(),
-        };
+        let name = self.value(Field::CurveType).map(Value::lowercase).unwrap_or_default();
         match name.as_str() {
             "linear" => Some(RawCurve::Linear),
             "spline" => Some(RawCurve::Spline),

@@ -1,28 +1,29 @@
-//! From a file or a text to a [`RouteGraph`], or to everything that is wrong with it.
+//! Reads a [`RouteGraph`] from a file or a text, or reports everything that is wrong with it.
 
 use std::fs::File;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
 use super::finding::{Findings, Report};
+use super::route_graph::RouteGraph;
 use super::spline::Handles;
-use super::{RouteGraph, survey, validate, yaml};
+use super::{lint, validate, yaml};
 
-/// The largest file that is read, in bytes: some 300,000 edges. YAML takes up to 50 times its size in memory while it
-/// is read.
+/// The size of the largest file that is read, in bytes: some 300,000 edges. Reading YAML takes up to 50 times the size
+/// of the file in memory.
 pub const MAX_FILE_BYTES: u64 = 64 << 20;
 
-/// The most brackets that may be open at once.
+/// The largest depth of nested brackets.
 const MAX_DEPTH: usize = 100;
 
-/// What the caller wants read otherwise than the file says.
+/// Settings of the caller that override those in the file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ReadOptions {
-    /// Which handle length goes with which end; `None`: what the file says, or else [`Handles::BAtOrigin`].
+    /// The handle convention; `None` for that of the file, which is [`Handles::BAtOrigin`] if the file has none.
     pub handles: Option<Handles>,
 }
 
-/// Why a route graph can't be had. Prints as one line; [`GraphError::findings`] has all there is to say.
+/// The error of reading a route graph. It is displayed as one line; [`GraphError::findings`] has all details.
 #[derive(Debug, thiserror::Error)]
 pub enum GraphError {
     /// The file can't be opened or read.
@@ -30,56 +31,56 @@ pub enum GraphError {
     Unreadable {
         /// The file.
         file: PathBuf,
-        /// What the system said.
+        /// The system's error.
         source: io::Error,
     },
-    /// A folder where a file was wanted.
-    #[error("{}: is a folder: name a route graph file inside it", file.display())]
+    /// The path is a folder.
+    #[error("{}: this is a folder: give a route graph file inside it", file.display())]
     Folder {
         /// The folder.
         file: PathBuf,
     },
-    /// More than [`MAX_FILE_BYTES`], or more lists and maps than any graph needs.
-    #[error("{file}: is too large: {limit} at most; split the graph or leave out what isn't needed")]
+    /// The file has more than [`MAX_FILE_BYTES`], or more lists and maps than any graph needs.
+    #[error("{file}: too large: at most {limit} can be read; split the graph or remove what isn't needed")]
     TooLarge {
         /// The file's name.
         file: String,
-        /// The limit that it exceeds.
+        /// The exceeded limit.
         limit: String,
     },
-    /// Nothing but white space and comments.
-    #[error("{file}: is empty: a route graph has Edges and Vertices")]
+    /// The file has nothing but white space and comments.
+    #[error("{file}: the file is empty: a route graph has Edges and Vertices")]
     Empty {
         /// The file's name.
         file: String,
     },
-    /// Bytes that aren't UTF-8 text.
-    #[error("{file}:{line}: isn't UTF-8 text: {reason}; is it a route graph file?")]
+    /// The file isn't UTF-8 text.
+    #[error("{file}:{line}: not UTF-8 text: {reason}; check that this is a route graph file")]
     NotText {
         /// The file's name.
         file: String,
-        /// Where the text ends, from 1.
+        /// The line of the first invalid byte, from 1.
         line: usize,
-        /// What is there instead.
+        /// The findings.
         reason: &'static str,
     },
-    /// Text that isn't YAML, or not the YAML of a route graph.
-    #[error("{file}:{line}: isn't a route graph: {message}")]
+    /// The text isn't YAML, or not the YAML of a route graph.
+    #[error("{file}:{line}: not a route graph: {message}")]
     Syntax {
         /// The file's name.
         file: String,
-        /// Line, from 1.
+        /// The line, from 1.
         line: usize,
-        /// What the YAML reader said.
+        /// The YAML reader's message.
         message: String,
     },
-    /// A route graph with errors: at least one of the findings is one.
+    /// The route graph has errors: at least one of the findings is an error.
     #[error("{}", summary(.0))]
     Invalid(Findings),
 }
 
 impl GraphError {
-    /// All findings, errors and warnings, by line; none if it didn't come to reading a graph.
+    /// Returns all findings, errors and warnings, by line; `None` if the file couldn't be read as a graph at all.
     pub fn findings(&self) -> Option<&Findings> {
         match self {
             Self::Invalid(findings) => Some(findings),
@@ -97,10 +98,10 @@ fn summary(findings: &Findings) -> String {
     }
 }
 
-/// Reads and validates a route graph file: the graph with its warnings.
+/// Reads and validates a route graph file. Returns the graph with its warnings.
 ///
 /// # Errors
-/// If the file can't be read, isn't a route graph, or is one with errors.
+/// If the file can't be read, isn't a route graph, or has errors.
 pub fn read(path: &Path, options: &ReadOptions) -> Result<(RouteGraph, Findings), GraphError> {
     let name = path.display().to_string();
     let bytes = read_bytes(path).map_err(|source| GraphError::Unreadable { file: path.to_owned(), source })?;
@@ -115,19 +116,20 @@ pub fn read(path: &Path, options: &ReadOptions) -> Result<(RouteGraph, Findings)
     parse(text, &name, options)
 }
 
-/// Validates the text of a route graph file; `name` stands for the file in messages.
+/// Validates the text of a route graph file; `name` is the file's name in messages. Returns the graph with its
+/// warnings.
 ///
 /// # Errors
-/// As [`read`], except for those of opening a file.
+/// The errors of [`read`], except those of opening a file.
 pub fn parse(text: &str, name: &str, options: &ReadOptions) -> Result<(RouteGraph, Findings), GraphError> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-    refuse_hostile(text, name)?;
+    reject_hostile(text, name)?;
     let mut report = Report::new(name, text);
     let raw = yaml::read(text, &mut report).map_err(|error| syntax(name, &error))?;
-    let graph = validate::validate(&raw, options, &mut report);
-    match graph {
+    let handles = options.handles.or(raw.handles).unwrap_or_default();
+    match validate::validate(&raw, handles, &mut report) {
         Some(graph) if !report.has_errors() => {
-            survey::survey(&graph, &raw, options, &mut report);
+            lint::lint(&graph, &raw, handles, &mut report);
             Ok((graph, report.into_findings()))
         }
         _ => Err(GraphError::Invalid(report.into_findings())),
@@ -150,13 +152,13 @@ fn read_bytes(path: &Path) -> io::Result<Content> {
         return Ok(Content::TooLarge);
     }
     let mut bytes = Vec::new();
-    // A pipe has no length, and a file may grow.
+    // Limited here too: a pipe has no length, and a file may grow.
     file.take(MAX_FILE_BYTES + 1).read_to_end(&mut bytes)?;
     Ok(if bytes.len() as u64 > MAX_FILE_BYTES { Content::TooLarge } else { Content::Bytes(bytes) })
 }
 
-/// Refuses what isn't worth handing to the YAML reader, or would make it slow or large.
-fn refuse_hostile(text: &str, name: &str) -> Result<(), GraphError> {
+/// Rejects texts that can't be a route graph, or that would make the YAML reader slow or take much memory.
+fn reject_hostile(text: &str, name: &str) -> Result<(), GraphError> {
     let file = || name.to_owned();
     if text.len() as u64 > MAX_FILE_BYTES {
         return Err(GraphError::TooLarge { file: file(), limit: format!("{} MiB", MAX_FILE_BYTES >> 20) });
@@ -167,16 +169,16 @@ fn refuse_hostile(text: &str, name: &str) -> Result<(), GraphError> {
     if text.lines().all(|line| line.trim_start().is_empty() || line.trim_start().starts_with('#')) {
         return Err(GraphError::Empty { file: file() });
     }
-    // Each value of a map or list follows one of these: an upper bound without parsing.
+    // Each value of a map or list follows one of these bytes: an upper bound without parsing.
     let entries = text.bytes().filter(|byte| b":,-[{*".contains(byte)).count();
     if entries > 2 * yaml::MAX_ENTRIES {
         return Err(GraphError::TooLarge { file: file(), limit: format!("{} entries", yaml::MAX_ENTRIES) });
     }
-    refuse_deep(text, name)
+    reject_deep_nesting(text, name)
 }
 
-/// Time to read nested brackets grows with the square of their depth.
-fn refuse_deep(text: &str, name: &str) -> Result<(), GraphError> {
+/// Rejects deeply nested brackets: the time to read them grows with the square of the depth.
+fn reject_deep_nesting(text: &str, name: &str) -> Result<(), GraphError> {
     let mut depth = 0usize;
     for (at, byte) in text.bytes().enumerate() {
         match byte {
@@ -185,7 +187,7 @@ fn refuse_deep(text: &str, name: &str) -> Result<(), GraphError> {
             _ => continue,
         }
         if depth > MAX_DEPTH {
-            let message = format!("more than {MAX_DEPTH} brackets are open here");
+            let message = format!("more than {MAX_DEPTH} nested brackets");
             return Err(GraphError::Syntax { file: name.to_owned(), line: line_at(text.as_bytes(), at), message });
         }
     }
@@ -195,8 +197,8 @@ fn refuse_deep(text: &str, name: &str) -> Result<(), GraphError> {
 fn not_text(name: &str, bytes: &[u8], at: usize) -> GraphError {
     let reason = match bytes {
         [0xff, 0xfe, ..] | [0xfe, 0xff, ..] => "it looks like UTF-16, save it as UTF-8",
-        _ if bytes[at..].first() == Some(&0) => "it holds a zero byte",
-        _ => "it holds other bytes",
+        _ if bytes[at..].first() == Some(&0) => "it contains a zero byte",
+        _ => "it contains bytes that are not valid UTF-8",
     };
     GraphError::NotText { file: name.to_owned(), line: line_at(bytes, at), reason }
 }

@@ -1,25 +1,26 @@
-//! The curve of an edge from its nodes and handle lengths (equations 3.1 to 3.7).
+//! Constructs the curve of an edge from its nodes and handle lengths (equations 3.1 to 3.7).
 
 use std::f64::consts::{FRAC_2_PI, PI};
 
 use glam::DVec2;
 
-use super::{CubicBezier, Node};
+use super::bezier::CubicBezier;
+use super::route_graph::Node;
 
-/// π/2 as a sum: the first part has so few bits that small multiples of it are exact.
+/// π/2 as a sum of two terms; the first has so few significant bits that its small multiples are exact.
 const HALF_PI: [f64; 2] = [1.570_796_326_734_125_6, 6.077_100_506_506_192e-11];
 
-/// Which handle length goes with which end of a `Spline` edge.
+/// The convention that assigns the handle lengths to the ends of a `Spline` edge.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Handles {
     /// `ParamB` at the origin, `ParamF` at the destination: equations 3.2 to 3.5. The default.
     #[default]
     BAtOrigin,
-    /// `ParamF` at the origin, `ParamB` at the destination: what some navigation stacks write.
+    /// `ParamF` at the origin, `ParamB` at the destination, as some navigation stacks write it.
     FAtOrigin,
 }
 
-/// The handle lengths of a `Spline` edge as its file gives them, in metres.
+/// The handle lengths of a `Spline` edge in metres, named as in the file.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HandleLengths {
     /// `ParamF`.
@@ -29,7 +30,7 @@ pub struct HandleLengths {
 }
 
 impl Handles {
-    /// The other convention.
+    /// Returns the other convention.
     #[must_use]
     pub fn other(self) -> Self {
         match self {
@@ -38,7 +39,7 @@ impl Handles {
         }
     }
 
-    /// As files and the command line write it.
+    /// Returns the name used in files and on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Self::BAtOrigin => "b_at_origin",
@@ -47,7 +48,7 @@ impl Handles {
     }
 }
 
-/// A text that names no [`Handles`].
+/// The error of parsing [`Handles`].
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("`{}` is neither b_at_origin nor f_at_origin", .0.escape_debug())]
 pub struct ParseHandlesError(String);
@@ -55,27 +56,27 @@ pub struct ParseHandlesError(String);
 impl std::str::FromStr for Handles {
     type Err = ParseHandlesError;
 
-    /// Reads `b_at_origin` or `f_at_origin` in any case.
+    /// Parses `b_at_origin` or `f_at_origin`, ignoring case.
     fn from_str(text: &str) -> Result<Self, ParseHandlesError> {
         let is = |handles: &Self| handles.name().eq_ignore_ascii_case(text.trim());
         [Self::BAtOrigin, Self::FAtOrigin].into_iter().find(is).ok_or_else(|| ParseHandlesError(text.trim().to_owned()))
     }
 }
 
-/// The `Spline` curve between two nodes: it leaves the origin and reaches the destination along their headings
-/// (equations 3.2 to 3.5).
+/// Returns the `Spline` curve between two nodes, which leaves the origin and reaches the destination along their
+/// headings (equations 3.2 to 3.5).
 pub fn spline(origin: &Node, destination: &Node, lengths: HandleLengths, handles: Handles) -> CubicBezier {
     let (at_origin, at_destination) = match handles {
         Handles::BAtOrigin => (lengths.backward, lengths.forward),
         Handles::FAtOrigin => (lengths.forward, lengths.backward),
     };
     let p1 = origin.position + unit(origin.theta) * at_origin;
-    // The minus is the turn by π of θ3' (equation 3.1).
+    // The minus sign is the rotation of θ3' by π (equation 3.1).
     let p2 = destination.position - unit(destination.theta) * at_destination;
     CubicBezier { control_points: [origin.position, p1, p2, destination.position] }
 }
 
-/// The same angle in (-π, π].
+/// Returns the equivalent angle in (-π, π].
 pub fn normalize_angle(angle: f64) -> f64 {
     if -PI < angle && angle <= PI {
         return angle;
@@ -84,9 +85,10 @@ pub fn normalize_angle(angle: f64) -> f64 {
     if wrapped <= -PI { PI } else { wrapped.min(PI) }
 }
 
-/// (cos, sin) of an angle in [-π, π], to the last bit or nearly.
+/// Returns (cos, sin) of an angle in [-π, π], accurate to about one unit in the last place.
 ///
-/// Not `f64::sin_cos`: the C library's may differ between machines, and with it every frame of a run.
+/// `f64::sin_cos` isn't used because the C library's results may differ between machines, which would change every
+/// frame of a run.
 pub fn unit(angle: f64) -> DVec2 {
     let quarter = (angle * FRAC_2_PI).round();
     let rest = (angle - quarter * HALF_PI[0]) - quarter * HALF_PI[1];
@@ -99,7 +101,7 @@ pub fn unit(angle: f64) -> DVec2 {
     }
 }
 
-/// sin on [-π/4, π/4]: the minimax polynomial of fdlibm.
+/// Evaluates sin on [-π/4, π/4] by fdlibm's minimax polynomial.
 fn small_sin(x: f64) -> f64 {
     const S: [f64; 6] = [
         -1.666_666_666_666_663_2e-1,
@@ -113,7 +115,7 @@ fn small_sin(x: f64) -> f64 {
     x + x * z * polynomial(S, z)
 }
 
-/// cos on [-π/4, π/4]: the minimax polynomial of fdlibm.
+/// Evaluates cos on [-π/4, π/4] by fdlibm's minimax polynomial.
 fn small_cos(x: f64) -> f64 {
     const C: [f64; 6] = [
         4.166_666_666_666_66e-2,
@@ -144,7 +146,7 @@ mod tests {
     }
 
     #[test]
-    fn control_points_of_the_dissertations_equations() {
+    fn control_points_follow_the_equations() {
         let lengths = HandleLengths { forward: 2.0, backward: 3.0 };
         let [p0, p1, p2, p3] =
             spline(&node(1.0, 1.0, 0.0), &node(9.0, 6.0, FRAC_PI_2), lengths, Handles::BAtOrigin).control_points;
@@ -162,7 +164,7 @@ mod tests {
     }
 
     #[test]
-    fn angles_are_normalized_into_the_half_open_circle() {
+    fn angles_are_normalized_to_the_half_open_interval() {
         assert_eq!(normalize_angle(PI), PI);
         assert_eq!(normalize_angle(-PI), PI);
         assert_eq!(normalize_angle(3.0 * PI), PI);

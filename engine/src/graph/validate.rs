@@ -1,37 +1,36 @@
-//! From what a file says to a [`RouteGraph`], or to every reason why not.
+//! Validates the content of a file: returns a [`RouteGraph`], or reports every error.
 
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
 use glam::DVec2;
 
+use super::bezier::CubicBezier;
 use super::finding::{Report, Subject};
 use super::item::{RawCurve, RawEdge, RawNode};
-use super::read::ReadOptions;
+use super::route_graph::{Edge, Node, NodeIndex, RouteGraph};
 use super::spline::{HandleLengths, Handles, normalize_angle, spline};
 use super::yaml::RawGraph;
-use super::{CubicBezier, Edge, Node, NodeIndex, RouteGraph};
 
-/// The largest |x| or |y| in metres: beyond it the `f32` poses that readers see are coarser than half a millimetre.
+/// The largest |x| or |y| in metres: beyond it the `f32` poses in frames are coarser than half a millimetre.
 pub const MAX_COORDINATE: f64 = 8000.0;
 
 /// The largest speed in metres per second.
 pub const MAX_SPEED: f64 = 50.0;
 
-/// The shortest edge in metres.
+/// The least length of an edge in metres.
 pub const MIN_LENGTH: f64 = 0.001;
 
-/// The largest angle that is taken for one, in the file's unit: a hundred turns in degrees.
+/// The largest accepted angle in the file's unit: a hundred turns in degrees.
 const MAX_ANGLE: f64 = 36_000.0;
 
-/// The graph, if every number and every reference in `raw` is sound. Its nodes and edges have the order of `raw`.
-pub(super) fn validate(raw: &RawGraph, options: &ReadOptions, report: &mut Report<'_>) -> Option<RouteGraph> {
-    refuse_empty(raw, report);
+/// Returns the graph if every number and every reference in `raw` is valid, with nodes and edges in the order of `raw`.
+pub(super) fn validate(raw: &RawGraph, handles: Handles, report: &mut Report<'_>) -> Option<RouteGraph> {
+    reject_empty(raw, report);
     let by_id = index_nodes(raw, report);
     let nodes: Vec<Option<Node>> = raw.nodes.iter().map(|node| check_node(node, raw.degrees, report)).collect();
     warn_of_degrees(raw, report);
-    let handles = handles(raw, options);
-    refuse_duplicate_edges(raw, report);
+    reject_duplicate_edges(raw, report);
     let edges: Vec<Option<Edge>> =
         raw.edges.iter().map(|edge| EdgeCheck { edge, report }.check(&by_id, &nodes, handles)).collect();
     if report.has_errors() {
@@ -41,12 +40,7 @@ pub(super) fn validate(raw: &RawGraph, options: &ReadOptions, report: &mut Repor
     Some(RouteGraph::from_valid_parts(nodes, edges.into_iter().collect::<Option<_>>()?))
 }
 
-/// The convention that holds: the caller's, else the file's, else the default.
-pub(super) fn handles(raw: &RawGraph, options: &ReadOptions) -> Handles {
-    options.handles.or(raw.handles).unwrap_or_default()
-}
-
-fn refuse_empty(raw: &RawGraph, report: &mut Report<'_>) {
+fn reject_empty(raw: &RawGraph, report: &mut Report<'_>) {
     if raw.nodes.is_empty() {
         report.error(0, Subject::File, "has no nodes: list them under Vertices");
     }
@@ -66,18 +60,19 @@ fn index_nodes(raw: &RawGraph, report: &mut Report<'_>) -> BTreeMap<u32, NodeInd
     by_id
 }
 
-fn refuse_duplicate_edges(raw: &RawGraph, report: &mut Report<'_>) {
-    let mut places = BTreeMap::new();
+fn reject_duplicate_edges(raw: &RawGraph, report: &mut Report<'_>) {
+    let mut offsets = BTreeMap::new();
     for edge in &raw.edges {
         let Some(id) = edge.id else { continue };
-        if let Some(first) = places.insert(id, edge.at) {
+        if let Some(first) = offsets.insert(id, edge.at) {
             duplicate(report, Subject::Edge(Some(id)), edge.at, first);
         }
     }
 }
 
 fn duplicate(report: &mut Report<'_>, subject: Subject, at: u32, first: u32) {
-    let message = format!("the {} of line {} has the same Id: give each its own", subject.kind(), report.line(first));
+    let message =
+        format!("the {} in line {} has the same Id: give each a unique Id", subject.kind(), report.line(first));
     report.error(at, subject, message);
 }
 
@@ -86,7 +81,7 @@ fn check_node(raw: &RawNode, degrees: bool, report: &mut Report<'_>) -> Option<N
     for (name, value) in [("X", raw.x), ("Y", raw.y)] {
         if let Some(value) = value.filter(|value| value.abs() > MAX_COORDINATE) {
             let message = format!(
-                "{name} is {value} m, beyond ±{MAX_COORDINATE} m where poses keep their precision: \
+                "{name} is {value} m, beyond ±{MAX_COORDINATE} m, the range in which poses are precise: \
                  shift the map's origin, and check that the unit is metres"
             );
             report.error(raw.at, subject, message);
@@ -101,7 +96,7 @@ fn check_node(raw: &RawNode, degrees: bool, report: &mut Report<'_>) -> Option<N
     Some(Node { id: raw.id?, position: DVec2::new(raw.x?, raw.y?), theta })
 }
 
-/// Radians beyond a full turn are rarely meant.
+/// Warns of headings of more than a full turn in radians, which are probably in degrees.
 fn warn_of_degrees(raw: &RawGraph, report: &mut Report<'_>) {
     let suspect = |node: &&RawNode| node.theta.is_some_and(|theta| theta.abs() > 2.0 * PI + 0.01);
     let mut suspects = raw.nodes.iter().filter(suspect);
@@ -133,15 +128,15 @@ impl EdgeCheck<'_, '_, '_> {
         let backward = self.handle_length(edge.backward, "ParamB");
         let (origin, destination) = (origin?, destination?);
         if origin == destination {
-            self.error("starts and ends at the same node: a route needs to get somewhere");
+            self.error("starts and ends at the same node: give it two different nodes");
             return None;
         }
         let (from, to) = (nodes[origin.0 as usize].as_ref()?, nodes[destination.0 as usize].as_ref()?);
-        let drawn = match edge.curve? {
+        let curve = match edge.curve? {
             RawCurve::Linear => CubicBezier::straight(from.position, to.position),
             RawCurve::Spline => spline(from, to, HandleLengths { forward: forward?, backward: backward? }, handles),
         };
-        let curve = self.curve(from, to, drawn)?;
+        let curve = self.curve(from, to, curve)?;
         Some(Edge {
             id: edge.id?,
             origin,
@@ -155,7 +150,7 @@ impl EdgeCheck<'_, '_, '_> {
     fn node(&mut self, by_id: &BTreeMap<u32, NodeIndex>, id: Option<u32>, key: &str) -> Option<NodeIndex> {
         let found = by_id.get(&id?).copied();
         if found.is_none() {
-            self.error(format!("{key} {} names no node: add the node or correct the id", id?));
+            self.error(format!("{key} is {}, but no node has that Id: add the node or correct the id", id?));
         }
         found
     }
@@ -182,11 +177,11 @@ impl EdgeCheck<'_, '_, '_> {
 
     fn curve(&mut self, from: &Node, to: &Node, curve: CubicBezier) -> Option<CubicBezier> {
         if curve.control_points.iter().any(|point| point.abs().max_element() > MAX_COORDINATE) {
-            self.error(format!("its handles reach beyond ±{MAX_COORDINATE} m: shorten ParamF and ParamB"));
+            self.error(format!("its handles extend beyond ±{MAX_COORDINATE} m: shorten ParamF and ParamB"));
             return None;
         }
         if from.position.distance(to.position) < MIN_LENGTH && curve.length() < MIN_LENGTH {
-            self.error("has no length: its nodes lie at the same place");
+            self.error("has no length: its nodes are at the same position");
             return None;
         }
         Some(curve)
@@ -197,7 +192,7 @@ impl EdgeCheck<'_, '_, '_> {
         if (0.0..=2.0 * MAX_COORDINATE).contains(&length) {
             return Some(length);
         }
-        self.error(format!("{name} is {length}: a handle is 0 to {} m long", 2.0 * MAX_COORDINATE));
+        self.error(format!("{name} is {length}: it must be 0 to {} m", 2.0 * MAX_COORDINATE));
         None
     }
 

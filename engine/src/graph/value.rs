@@ -1,25 +1,25 @@
-//! One YAML value of any shape, and how a map or a list is handed on to whoever expected it.
+//! A YAML value of any type, and the trait of the readers of lists and maps.
 
 use std::borrow::Cow;
 use std::fmt;
 
 use serde::de::{Deserializer, EnumAccess, IgnoredAny, MapAccess, SeqAccess, VariantAccess, Visitor};
 
-/// A value as far as a route graph file can use it.
+/// A value, as far as a route graph file can use it.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Value<'text> {
-    /// A list or map that its [`Expect`] has read.
+    /// A list or map that its [`ReadValue`] has read.
     Read,
     Number(f64),
     Text(Cow<'text, str>),
-    /// `null`, `~` or nothing at all.
-    Nothing,
-    /// Something that no key has use for: what it is, with its article.
+    /// `null`, `~` or no value at all.
+    Null,
+    /// A value that no key accepts: its description, with an article.
     Other(&'static str),
 }
 
-/// What to do with a value that is a list or a map. Both skip it unless told otherwise.
-pub(super) trait Expect<'text>: Sized {
+/// A reader of a list or a map. The default methods skip the value.
+pub(super) trait ReadValue<'text>: Sized {
     fn map<A: MapAccess<'text>>(self, mut map: A) -> Result<Value<'text>, A::Error> {
         while map.next_entry::<IgnoredAny, IgnoredAny>()?.is_some() {}
         Ok(Value::Other("a map"))
@@ -31,16 +31,16 @@ pub(super) trait Expect<'text>: Sized {
     }
 }
 
-/// Reads the next value.
+/// Reads the next value: lists and maps with `reader`.
 pub(super) fn read_value<'text, D: Deserializer<'text>>(
-    expect: impl Expect<'text>,
+    reader: impl ReadValue<'text>,
     deserializer: D,
 ) -> Result<Value<'text>, D::Error> {
-    deserializer.deserialize_any(AnyValue(expect))
+    deserializer.deserialize_any(AnyValue(reader))
 }
 
-/// Implements `DeserializeSeed` for an [`Expect`].
-macro_rules! expect_seed {
+/// Implements `DeserializeSeed` for a [`ReadValue`].
+macro_rules! impl_deserialize_seed {
     ($name:ident $(<$($life:lifetime),*>)?) => {
         impl<'text> serde::de::DeserializeSeed<'text> for $name $(<$($life),*>)? {
             type Value = $crate::graph::value::Value<'text>;
@@ -51,27 +51,35 @@ macro_rules! expect_seed {
         }
     };
 }
-pub(super) use expect_seed;
+pub(super) use impl_deserialize_seed;
 
-/// A number, text or nothing: what a key's value should be.
+/// The reader of a scalar: a number, a text or null.
 pub(super) struct Scalar;
 
-impl Expect<'_> for Scalar {}
-expect_seed!(Scalar);
+impl ReadValue<'_> for Scalar {}
+impl_deserialize_seed!(Scalar);
 
 impl Value<'_> {
-    /// What it is, for a message.
+    /// Returns a description for messages.
     pub fn describe(&self) -> Cow<'static, str> {
         match self {
             Self::Read => "a list or a map".into(),
             Self::Number(number) => format!("{number}").into(),
             Self::Text(text) => format!("`{}`", shorten(text)).into(),
-            Self::Nothing => "empty".into(),
+            Self::Null => "empty".into(),
             Self::Other(what) => (*what).into(),
         }
     }
 
-    /// The number, also if it is written as text.
+    /// Returns a text trimmed and in lower case; an empty text if the value is something else.
+    pub fn lowercase(&self) -> String {
+        match self {
+            Self::Text(text) => text.trim().to_ascii_lowercase(),
+            _ => String::new(),
+        }
+    }
+
+    /// Returns the number, also if it is written as text.
     pub fn number(&self) -> Option<f64> {
         match self {
             Self::Number(number) => Some(*number),
@@ -81,7 +89,7 @@ impl Value<'_> {
     }
 }
 
-/// At most 40 characters of a text, control characters escaped.
+/// Returns at most 40 characters of a text, with control characters escaped.
 pub(super) fn shorten(text: &str) -> String {
     let mut characters = text.chars();
     let start: String = characters.by_ref().take(40).collect();
@@ -91,7 +99,7 @@ pub(super) fn shorten(text: &str) -> String {
 
 struct AnyValue<E>(E);
 
-impl<'text, E: Expect<'text>> Visitor<'text> for AnyValue<E> {
+impl<'text, E: ReadValue<'text>> Visitor<'text> for AnyValue<E> {
     type Value = Value<'text>;
 
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -110,7 +118,7 @@ impl<'text, E: Expect<'text>> Visitor<'text> for AnyValue<E> {
         Ok(Value::Number(value))
     }
 
-    // Rounds beyond 2⁵³, which is far outside of every range here.
+    // Rounds above 2⁵³, which is far outside every valid range.
     fn visit_u64<E2>(self, value: u64) -> Result<Self::Value, E2> {
         Ok(Value::Number(value as f64))
     }
@@ -140,11 +148,11 @@ impl<'text, E: Expect<'text>> Visitor<'text> for AnyValue<E> {
     }
 
     fn visit_unit<E2>(self) -> Result<Self::Value, E2> {
-        Ok(Value::Nothing)
+        Ok(Value::Null)
     }
 
     fn visit_none<E2>(self) -> Result<Self::Value, E2> {
-        Ok(Value::Nothing)
+        Ok(Value::Null)
     }
 
     fn visit_enum<A: EnumAccess<'text>>(self, tagged: A) -> Result<Self::Value, A::Error> {

@@ -1,8 +1,8 @@
-//! The YAML of a route graph file, in both spellings, as far as it makes sense; nothing is judged here but the
-//! shape: `validate` looks at the numbers.
+//! Reads the YAML of a route graph file, in both spellings of the format. Only the structure is checked here;
+//! `validate` checks the numbers.
 //!
-//! yaml_serde hands out plain keys as slices of the text, so a key's address tells its line, in block and in flow
-//! style alike.
+//! The YAML library returns plain keys as slices of the text, so the address of a key gives its line, in block style
+//! and in flow style.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -12,15 +12,15 @@ use serde::de::{Error, IgnoredAny, MapAccess, SeqAccess};
 use super::finding::{Report, Subject};
 use super::item::{EDGE_KEYS, Field, NODE_KEYS, RawEdge, RawNode, Values, find};
 use super::spline::Handles;
-use super::value::{Expect, Scalar, Value, expect_seed, shorten};
+use super::value::{ReadValue, Scalar, Value, impl_deserialize_seed, shorten};
 
-/// Keys and items read before aliases count as an attack; also the most that a file without aliases can hold.
+/// The largest number of keys and items, those repeated by aliases included. It protects against alias bombs.
 pub(super) const MAX_ENTRIES: usize = 3_000_000;
 
-/// Unknown keys that are told apart.
+/// The largest number of different unknown keys that are reported.
 const MAX_UNKNOWN_KEYS: usize = 100;
 
-/// A file's content: `None` where something is missing or of the wrong shape, which has been reported.
+/// The content of a file: fields are `None` where a value is missing or of the wrong type, which has been reported.
 #[derive(Debug, Default)]
 pub(super) struct RawGraph {
     pub nodes: Vec<RawNode>,
@@ -32,7 +32,7 @@ pub(super) struct RawGraph {
 /// Reads a YAML text.
 ///
 /// # Errors
-/// If it isn't YAML, or not one map. What is wrong inside is reported instead.
+/// If the text isn't YAML, or isn't one map. Errors inside the map are reported to `report` instead.
 pub(super) fn read<'text>(text: &'text str, report: &mut Report<'text>) -> Result<RawGraph, serde_yaml::Error> {
     let mut reader = Reader {
         text,
@@ -46,7 +46,7 @@ pub(super) fn read<'text>(text: &'text str, report: &mut Report<'text>) -> Resul
     let deserializer = serde_yaml::Deserializer::from_str(text);
     let root = super::value::read_value(Root(&mut reader), deserializer)?;
     if root != Value::Read {
-        return Err(Error::custom(format!("expected a map with Edges and Vertices, this is {}", root.describe())));
+        return Err(Error::custom(format!("expected a map with Edges and Vertices, found {}", root.describe())));
     }
     reader.report_unknown_keys();
     Ok(reader.graph)
@@ -55,12 +55,13 @@ pub(super) fn read<'text>(text: &'text str, report: &mut Report<'text>) -> Resul
 struct Reader<'r, 'text> {
     text: &'text str,
     report: &'r mut Report<'text>,
-    /// Byte offset of the last key whose place is known.
+    /// The byte offset of the last key whose position is known.
     at: u32,
+    /// The number of keys and items so far.
     entries: usize,
     unknown: BTreeMap<(Scope, String), UnknownKey>,
     graph: RawGraph,
-    /// Which root keys have been met.
+    /// Whether each [`RootKey`] has been seen.
     seen: [bool; 4],
 }
 
@@ -76,12 +77,27 @@ enum Scope {
     Edge,
 }
 
-/// Root keys: the place in [`Reader::seen`] is the same for two names of one thing.
-const ROOT_KEYS: [(&str, usize); 5] = [("edges", 0), ("vertices", 1), ("nodes", 1), ("angleunit", 2), ("handles", 3)];
+/// A key of the root map.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum RootKey {
+    Edges,
+    Vertices,
+    AngleUnit,
+    Handles,
+}
+
+/// The names of the root keys, normalized as by [`find`].
+const ROOT_KEYS: [(&str, RootKey); 5] = [
+    ("edges", RootKey::Edges),
+    ("vertices", RootKey::Vertices),
+    ("nodes", RootKey::Vertices),
+    ("angleunit", RootKey::AngleUnit),
+    ("handles", RootKey::Handles),
+];
 
 impl<'text> Reader<'_, 'text> {
-    /// Notes where a key stands and takes it into account.
-    fn enter<E: Error>(&mut self, key: &Value<'text>) -> Result<String, E> {
+    /// Counts a key and records its position. Returns the key as text.
+    fn enter_key<E: Error>(&mut self, key: &Value<'text>) -> Result<String, E> {
         self.count()?;
         if let Value::Text(Cow::Borrowed(slice)) = key {
             let offset = slice.as_ptr().addr().wrapping_sub(self.text.as_ptr().addr());
@@ -107,10 +123,10 @@ impl<'text> Reader<'_, 'text> {
         self.report.error(self.at, Subject::File, message);
     }
 
-    fn unknown_key(&mut self, scope: Scope, key: &str) {
+    fn count_unknown_key(&mut self, scope: Scope, key: &str) {
         let key = (scope, shorten(key));
-        if let Some(known) = self.unknown.get_mut(&key) {
-            known.count += 1;
+        if let Some(unknown) = self.unknown.get_mut(&key) {
+            unknown.count += 1;
         } else if self.unknown.len() < MAX_UNKNOWN_KEYS {
             self.unknown.insert(key, UnknownKey { at: self.at, count: 1 });
         }
@@ -118,87 +134,92 @@ impl<'text> Reader<'_, 'text> {
 
     fn report_unknown_keys(&mut self) {
         for ((scope, key), UnknownKey { at, count }) in std::mem::take(&mut self.unknown) {
-            let of = match scope {
+            let owner = match scope {
                 Scope::File => "the file",
                 Scope::Node => "a node",
                 Scope::Edge => "an edge",
             };
             let times = if count == 1 { String::new() } else { format!(" ({count} times)") };
-            let message = format!("`{key}` is not a key of {of}: ignored{times}; correct it if it is misspelt");
+            let message = format!("`{key}` is not a key of {owner}: ignored{times}; correct it if it is misspelt");
             self.report.warning(at, Subject::File, message);
         }
     }
 
-    fn setting(&mut self, key: &str, value: &Value<'_>, which: usize) {
-        let text = if let Value::Text(text) = value { text.trim() } else { "" };
-        let lower = text.to_ascii_lowercase();
-        match (which, lower.as_str()) {
-            (2, "deg" | "degree" | "degrees") => self.graph.degrees = true,
-            (2, "rad" | "radian" | "radians") => self.graph.degrees = false,
-            (2, _) => self.file_error(format!("`{}` is {}: use rad or deg", shorten(key), value.describe())),
-            _ => match lower.parse() {
-                Ok(handles) => self.graph.handles = Some(handles),
-                Err(_) => self.file_error(format!(
-                    "`{}` is {}: use b_at_origin or f_at_origin",
-                    shorten(key),
-                    value.describe()
-                )),
-            },
+    fn set_angle_unit(&mut self, key: &str, value: &Value<'_>) {
+        match value.lowercase().as_str() {
+            "deg" | "degree" | "degrees" => self.graph.degrees = true,
+            "rad" | "radian" | "radians" => self.graph.degrees = false,
+            _ => self.file_error(format!("`{}` is {}: use rad or deg", shorten(key), value.describe())),
+        }
+    }
+
+    fn set_handles(&mut self, key: &str, value: &Value<'_>) {
+        match value.lowercase().parse() {
+            Ok(handles) => self.graph.handles = Some(handles),
+            Err(_) => {
+                self.file_error(format!("`{}` is {}: use b_at_origin or f_at_origin", shorten(key), value.describe()))
+            }
+        }
+    }
+
+    fn check_list(&mut self, key: &str, value: &Value<'_>) {
+        if !matches!(value, Value::Read | Value::Null) {
+            self.file_error(format!("`{}` must be a list, not {}", shorten(key), value.describe()));
         }
     }
 }
 
-/// The map that is the whole file.
+/// The reader of the root map.
 struct Root<'a, 'r, 'text>(&'a mut Reader<'r, 'text>);
 
-impl<'text> Expect<'text> for Root<'_, '_, 'text> {
+impl<'text> ReadValue<'text> for Root<'_, '_, 'text> {
     fn map<A: MapAccess<'text>>(self, mut map: A) -> Result<Value<'text>, A::Error> {
         let reader = self.0;
         while let Some(key) = map.next_key_seed(Scalar)? {
-            let key = reader.enter(&key)?;
-            let Some(which) = find(&ROOT_KEYS, &key) else {
-                reader.unknown_key(Scope::File, &key);
+            let key = reader.enter_key(&key)?;
+            let Some(root_key) = find(&ROOT_KEYS, &key) else {
+                reader.count_unknown_key(Scope::File, &key);
                 map.next_value::<IgnoredAny>()?;
                 continue;
             };
-            if std::mem::replace(&mut reader.seen[which], true) {
-                reader.file_error(format!("`{}` is given twice: put all into one", shorten(&key)));
+            if std::mem::replace(&mut reader.seen[root_key as usize], true) {
+                reader.file_error(format!("`{}` is given twice: merge both into one", shorten(&key)));
             }
-            let scope = [Scope::Edge, Scope::Node].get(which).copied();
-            let value = match scope {
-                Some(scope) => map.next_value_seed(List { reader: &mut *reader, scope })?,
-                None => map.next_value_seed(Scalar)?,
-            };
-            match (scope, &value) {
-                (Some(_), Value::Read | Value::Nothing) => {}
-                (Some(_), other) => {
-                    reader.file_error(format!("`{}` must be a list, not {}", shorten(&key), other.describe()))
+            match root_key {
+                RootKey::Edges => {
+                    let list = map.next_value_seed(List { reader: &mut *reader, scope: Scope::Edge })?;
+                    reader.check_list(&key, &list);
                 }
-                (None, value) => reader.setting(&key, value, which),
+                RootKey::Vertices => {
+                    let list = map.next_value_seed(List { reader: &mut *reader, scope: Scope::Node })?;
+                    reader.check_list(&key, &list);
+                }
+                RootKey::AngleUnit => reader.set_angle_unit(&key, &map.next_value_seed(Scalar)?),
+                RootKey::Handles => reader.set_handles(&key, &map.next_value_seed(Scalar)?),
             }
         }
         Ok(Value::Read)
     }
 }
 
-/// The list of nodes or of edges.
+/// The reader of the list of nodes or edges.
 struct List<'a, 'r, 'text> {
     reader: &'a mut Reader<'r, 'text>,
     scope: Scope,
 }
 
-impl<'text> Expect<'text> for List<'_, '_, 'text> {
+impl<'text> ReadValue<'text> for List<'_, '_, 'text> {
     fn list<A: SeqAccess<'text>>(self, mut list: A) -> Result<Value<'text>, A::Error> {
         let Self { reader, scope } = self;
         for number in 1.. {
             reader.count()?;
             let Some(item) = list.next_element_seed(Item { reader: &mut *reader, scope })? else { break };
             if item != Value::Read {
-                let (kind, subject) = match scope {
+                let (name, subject) = match scope {
                     Scope::Edge => ("edge", Subject::Edge(None)),
                     _ => ("node", Subject::Node(None)),
                 };
-                let message = format!("{kind} number {number} of the list must be a map, not {}", item.describe());
+                let message = format!("{name} number {number} of the list must be a map, not {}", item.describe());
                 reader.report.error(reader.at, subject, message);
             }
         }
@@ -206,28 +227,28 @@ impl<'text> Expect<'text> for List<'_, '_, 'text> {
     }
 }
 
-/// One node or edge.
+/// The reader of one node or edge.
 struct Item<'a, 'r, 'text> {
     reader: &'a mut Reader<'r, 'text>,
     scope: Scope,
 }
 
-expect_seed!(List<'_, '_, 'text>);
-expect_seed!(Item<'_, '_, 'text>);
+impl_deserialize_seed!(List<'_, '_, 'text>);
+impl_deserialize_seed!(Item<'_, '_, 'text>);
 
-impl<'text> Expect<'text> for Item<'_, '_, 'text> {
+impl<'text> ReadValue<'text> for Item<'_, '_, 'text> {
     fn map<A: MapAccess<'text>>(self, mut map: A) -> Result<Value<'text>, A::Error> {
         let Self { reader, scope } = self;
         let keys: &[_] = if scope == Scope::Edge { &EDGE_KEYS } else { &NODE_KEYS };
         let mut values = Values::default();
         while let Some(key) = map.next_key_seed(Scalar)? {
-            let key = reader.enter(&key)?;
+            let key = reader.enter_key(&key)?;
             values.at.get_or_insert(reader.at);
             match find(keys, &key) {
                 Some(Field::Unused) => drop(map.next_value::<IgnoredAny>()?),
                 Some(field) => values.set(field, key, map.next_value_seed(Scalar)?),
                 None => {
-                    reader.unknown_key(scope, &key);
+                    reader.count_unknown_key(scope, &key);
                     map.next_value::<IgnoredAny>()?;
                 }
             }

@@ -2,21 +2,23 @@
 //!
 //! With t = min(|x|, |y|) / max(|x|, |y|) in [0, 1], atan t = t · P(t²) to within 2.5·10⁻⁷, where P has degree 6
 //! (odd minimax polynomial on [0, 1]); the other seven octants follow by symmetry. Evaluated in `f32` the whole is
-//! within 10⁻⁶ rad of the truth. P is summed up in pairs (Estrin's scheme), as a machine can work on pairs side by side.
+//! within 10⁻⁶ rad of the exact angle. P is summed in pairs (Estrin's scheme), which a processor can evaluate in
+//! parallel.
 
 use std::f32::consts::{FRAC_PI_2, PI};
 
-/// The largest number below π that an `f32` can be: headings just short of -π, which round to it, become minus this.
+/// The largest `f32` below π. Headings that round to -π become minus this.
 pub(super) const BELOW_PI: f32 = PI.next_down();
 
 /// Coefficients of P, from t⁰ to t¹².
 pub(super) const COEFFICIENTS: [f32; 7] =
     [0.999_996_1, -0.333_173_7, 0.198_078_16, -0.132_333_43, 0.079_623_67, -0.033_604_22, 0.006_811_793_4];
 
-/// P(t²) is 1 to the last bit below this already; smaller powers would be denormal numbers, which take machines long.
+/// Lower bound of t in P(t²), which is 1 to the last bit at this t already. Powers of smaller t would be denormal
+/// numbers, which are slow.
 pub(super) const LEAST: f32 = 1.0 / (1 << 15) as f32;
 
-/// Angle of (x, y) in radians, in (-π, π]: -π itself never occurs. 0 for the zero vector.
+/// Returns the angle of (x, y) in radians, in (-π, π]; 0 for the zero vector.
 ///
 /// The vector kernels do the same operations in the same order.
 pub(super) fn atan2(y: f32, x: f32) -> f32 {
@@ -39,7 +41,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn it_is_close_to_the_truth_all_around() {
+    fn the_error_is_below_a_microradian_at_every_angle() {
         for i in -100_000..=100_000 {
             let angle = f64::from(i) * std::f64::consts::PI / 100_000.0;
             let (y, x) = ((0.7 * angle.sin()) as f32, (0.7 * angle.cos()) as f32);
@@ -50,7 +52,7 @@ mod tests {
     }
 
     #[test]
-    fn its_range_is_half_open() {
+    fn the_range_is_half_open() {
         assert_eq!([atan2(0.0, -1.0), atan2(-0.0, -1.0)], [PI, PI]);
         for y in [-f32::MIN_POSITIVE, -1e-20, -1e-8, -1e-7] {
             assert_eq!(atan2(y, -1.0), -BELOW_PI, "{y:e}");

@@ -1,30 +1,33 @@
-//! Hand-over: what happens to the few robots that come to the end of their piece in a tick, and how any robot is
-//! put on a leg.
+//! Hand-over: moves the few robots that reach the end of their piece in a tick to the next one, and puts robots on legs.
 
 use regatta_plugin::event::EventKind;
 use regatta_plugin::frame::{NO_EDGE, RobotState};
 
-use super::{Listed, Motion, Onward, PIECE, REVERSE, Rows};
-use crate::fleet::{Ending, Events};
+use super::Motion;
+use super::block::RowList;
+use super::events::Events;
+use super::pieces::PieceIndex;
+use super::routes::{BaseEnd, RouteCursor};
+use super::rows::Rows;
 use crate::graph::{Leg, NodeIndex};
 
 impl Motion {
-    /// Takes robots over to the next piece of their leg, which is all that most need, without a branch; those for which
-    /// it is not all stay on the list.
-    pub(super) fn next_pieces(&self, rows: &mut Rows, arrived: &mut Listed) {
-        let stretches = self.roads.stretches();
+    /// Moves robots to the next piece of their leg, without a branch: that is all that most of them need. The others
+    /// stay on the list.
+    pub(super) fn next_pieces(&self, rows: &mut Rows, arrived: &mut RowList) {
+        let spans = self.legs.spans();
         let mut left = 0;
         for number in 0..arrived.len {
             let row = usize::from(arrived.rows[number]);
-            let place = (rows.piece[row] & PIECE) as usize;
-            let next = stretches[(place + 1).min(stretches.len() - 1)];
+            let piece = rows.piece.get(row).row();
+            let next = spans[(piece + 1).min(spans.len() - 1)];
             let w = rows.w[row] - next.length();
-            let is_all = !stretches[place].is_last() && w < 0;
-            rows.piece[row] += u32::from(is_all);
+            let is_all = !spans[piece].is_last() && w < 0;
+            rows.piece.advance_if(row, is_all);
             rows.w[row] = if is_all { w } else { rows.w[row] };
             rows.s_end[row] = if is_all { next.s_end } else { rows.s_end[row] };
             if let Some(limits) = &mut rows.limits {
-                limits.rest[row] = self.roads.rest(rows.piece[row]);
+                limits.rest[row] = self.legs.rest(rows.piece.get(row));
             }
             arrived.rows[left] = row as u16;
             left += usize::from(!is_all);
@@ -32,14 +35,15 @@ impl Motion {
         arrived.len = left;
     }
 
-    /// Takes a robot with `w` ≥ 0 over to the piece where it is by now, or lets it stand at the end of its base.
+    /// Moves a robot with `w` ≥ 0 to the piece that it has reached by now, or stops it at the end of its base.
     ///
-    /// The distance that it went too far on one leg is gone on the next, exactly; if its speed changes there, the
-    /// time is kept and not the distance.
+    /// The distance beyond the end of one leg is driven on the next, exactly. If the speed changes there, the time is
+    /// kept and not the distance.
     pub(super) fn hand_over(&self, rows: &mut Rows, row: usize, events: &mut Events) {
         while rows.w[row] >= 0 {
-            if !self.roads.stretch(rows.piece[row]).is_last() {
-                self.put_on_piece(rows, row, rows.piece[row] + 1, rows.w[row]);
+            let piece = rows.piece.get(row);
+            if !self.legs.span(piece).is_last() {
+                self.put_on_piece(rows, row, self.legs.next_piece(piece), rows.w[row]);
             } else if !self.leave_leg(rows, row, events) {
                 return;
             }
@@ -49,21 +53,21 @@ impl Motion {
     /// Drives a robot to the end of its leg and beyond, in a block where some types have limits.
     pub(super) fn hand_over_limited(&self, rows: &mut Rows, row: usize, events: &mut Events) {
         let before = rows.speed[row];
-        self.drive_on(rows, row);
+        self.drive_near_leg_end(rows, row);
         self.hand_over(rows, row, events);
         if rows.is(row, RobotState::Held) && rows.speed[row] == 0.0 && before > 0.0 {
-            self.stand(rows, row, events);
+            self.report_held(rows, row, events);
         }
     }
 
-    /// Goes on to the next leg; `false` if there is none.
+    /// Moves a robot to its next leg; `false` if there is none.
     fn leave_leg(&self, rows: &mut Rows, row: usize, events: &mut Events) -> bool {
-        let mut onward = self.onward(rows, row);
-        self.report_node(rows, row, onward.node, events);
-        match self.next_leg(&mut onward) {
-            Ok(leg) => self.enter(rows, row, leg, &onward, rows.w[row]),
-            Err(ending) => {
-                self.end_base(rows, row, ending, events);
+        let mut cursor = self.route_cursor(rows, row);
+        self.report_node(rows, row, cursor.node, events);
+        match self.next_leg(&mut cursor) {
+            Ok(leg) => self.enter_leg(rows, row, leg, &cursor, rows.w[row]),
+            Err(end) => {
+                self.end_base(rows, row, end, events);
                 return false;
             }
         }
@@ -72,46 +76,46 @@ impl Motion {
 
     fn report_node(&self, rows: &Rows, row: usize, node: NodeIndex, events: &mut Events) {
         if events.wanted() {
-            events.push(EventKind::ReachedNode, rows.robot(row), self.roads.graph().node(node).id);
+            events.push(EventKind::ReachedNode, rows.robot(row), self.legs.graph().node(node).id);
         }
     }
 
-    /// Puts a robot `surplus` units past the start of a leg, as far as its speed there takes it.
-    fn enter(&self, rows: &mut Rows, row: usize, leg: Leg, onward: &Onward, surplus: i32) {
-        let lane = self.roads.lane(leg);
+    /// Puts a robot on a leg. `surplus` is the distance past its start that the robot would have driven at its old speed.
+    fn enter_leg(&self, rows: &mut Rows, row: usize, leg: Leg, cursor: &RouteCursor, surplus: i32) {
+        let compiled = self.legs.leg(leg);
         let before = rows.speed[row];
-        let turns = (lane.first_piece ^ rows.piece[row]) & REVERSE != 0;
-        let cruise = self.lane_speed(rows.kind[row], leg);
+        let changes_gear = compiled.first_piece.gear() != rows.piece.get(row).gear();
+        let cruise = self.leg_speed(rows.robot_type[row], leg);
         self.command_speed(rows, row, cruise);
-        if self.is_limited(rows.kind[row]) {
-            rows.speed[row] = if turns { 0.0 } else { before.min(cruise) };
+        if self.is_limited(rows.robot_type[row]) {
+            rows.speed[row] = if changes_gear { 0.0 } else { before.min(cruise) };
         }
         rows.edge[row] = leg.edge.0;
-        rows.route[row] = onward.route;
+        rows.route[row] = cursor.route;
         let surplus = at_speed(surplus, before, rows.speed[row]);
-        self.put_on_piece(rows, row, lane.first_piece, surplus);
-        self.look_ahead(rows, row);
+        self.put_on_piece(rows, row, compiled.first_piece, surplus);
+        self.update_brake(rows, row);
     }
 
     /// Puts a robot `surplus` units past the start of a piece.
-    fn put_on_piece(&self, rows: &mut Rows, row: usize, piece: u32, surplus: i32) {
-        let stretch = self.roads.stretch(piece);
-        rows.piece[row] = piece;
-        rows.w[row] = surplus - stretch.length();
-        rows.s_end[row] = stretch.s_end;
+    fn put_on_piece(&self, rows: &mut Rows, row: usize, piece: PieceIndex, surplus: i32) {
+        let span = self.legs.span(piece);
+        rows.piece.set(row, piece);
+        rows.w[row] = surplus - span.length();
+        rows.s_end[row] = span.s_end;
         if let Some(limits) = &mut rows.limits {
-            limits.rest[row] = self.roads.rest(piece);
+            limits.rest[row] = self.legs.rest(piece);
         }
     }
 
-    /// Lets a robot stand at the end of its leg, which is the end of its base.
-    fn end_base(&self, rows: &mut Rows, row: usize, ending: Ending, events: &mut Events) {
+    /// Stops a robot at the end of its leg, which is the end of its base.
+    fn end_base(&self, rows: &mut Rows, row: usize, end: BaseEnd, events: &mut Events) {
         self.stop(rows, row);
         rows.w[row] = 0;
-        let (state, event) = match ending {
-            Ending::Done => (RobotState::Idle, EventKind::RouteDone),
-            Ending::Unreleased => (RobotState::Waiting, EventKind::WaitingForRelease),
-            Ending::DeadEnd => (RobotState::Faulted, EventKind::Faulted),
+        let (state, event) = match end {
+            BaseEnd::Done => (RobotState::Idle, EventKind::RouteDone),
+            BaseEnd::Unreleased => (RobotState::Waiting, EventKind::WaitingForRelease),
+            BaseEnd::DeadEnd => (RobotState::Faulted, EventKind::Faulted),
         };
         if !rows.is(row, RobotState::Held) {
             rows.state[row] = state as u8;
@@ -119,41 +123,41 @@ impl Motion {
         }
     }
 
-    /// A robot that was told to hold has come to a stand.
-    pub(super) fn stand(&self, rows: &Rows, row: usize, events: &mut Events) {
+    /// Reports that a robot with a hold order has come to a stop.
+    pub(super) fn report_held(&self, rows: &Rows, row: usize, events: &mut Events) {
         events.push(EventKind::Held, rows.robot(row), 0);
     }
 
-    /// Lets a robot drive what its route says, from where it stands or while it drives.
-    pub(crate) fn set_off(&self, rows: &mut Rows, row: usize, events: &mut Events) {
-        let rolling = rows.speed[row] > 0.0 || rows.w[row] < 0;
+    /// Makes a robot follow its route, whether it stands or drives.
+    pub(crate) fn start_driving(&self, rows: &mut Rows, row: usize, events: &mut Events) {
+        let is_on_leg = rows.speed[row] > 0.0 || rows.w[row] < 0;
         rows.state[row] = RobotState::Driving as u8;
         match rows.leg(row) {
-            Some(leg) if rolling => {
-                self.command_speed(rows, row, self.lane_speed(rows.kind[row], leg));
-                self.look_ahead(rows, row);
+            Some(leg) if is_on_leg => {
+                self.command_speed(rows, row, self.leg_speed(rows.robot_type[row], leg));
+                self.update_brake(rows, row);
             }
             _ => {
-                let mut onward = self.onward(rows, row);
-                match self.next_leg(&mut onward) {
-                    Ok(leg) => self.enter(rows, row, leg, &onward, 0),
-                    Err(ending) => self.end_base(rows, row, ending, events),
+                let mut cursor = self.route_cursor(rows, row);
+                match self.next_leg(&mut cursor) {
+                    Ok(leg) => self.enter_leg(rows, row, leg, &cursor, 0),
+                    Err(end) => self.end_base(rows, row, end, events),
                 }
             }
         }
     }
 
-    /// Tells a robot to stand: at once if its type has no limit.
+    /// Makes a robot stop, at once if its type has no acceleration limit.
     pub(crate) fn hold(&self, rows: &mut Rows, row: usize, events: &mut Events) {
         rows.state[row] = RobotState::Held as u8;
         self.command_speed(rows, row, 0.0);
         if rows.speed[row] == 0.0 {
-            self.stand(rows, row, events);
+            self.report_held(rows, row, events);
         }
     }
 
-    /// Puts a robot on a piece at `w` ≤ 0, standing and with nothing to drive.
-    pub(crate) fn place(&self, rows: &mut Rows, row: usize, piece: u32, edge: Option<u32>, w: i32) {
+    /// Puts a robot on a piece at `w` ≤ 0, idle.
+    pub(crate) fn place(&self, rows: &mut Rows, row: usize, piece: PieceIndex, edge: Option<u32>, w: i32) {
         self.stop(rows, row);
         rows.edge[row] = edge.unwrap_or(NO_EDGE);
         rows.state[row] = RobotState::Idle as u8;
@@ -161,21 +165,21 @@ impl Motion {
         rows.w[row] = w;
     }
 
-    /// The speed of a robot of some type on a leg, in metres per second.
-    pub(super) fn lane_speed(&self, kind: u16, leg: Leg) -> f32 {
-        self.roads.lane(leg).speed.min(self.types[usize::from(kind)].max_speed)
+    /// Returns the speed of a robot of some type on a leg, in metres per second.
+    pub(super) fn leg_speed(&self, robot_type: u16, leg: Leg) -> f32 {
+        self.legs.leg(leg).speed.min(self.limits[usize::from(robot_type)].max_speed)
     }
 
-    /// The next leg of a route, and moves on there; or how the base ends.
-    pub(crate) fn next_leg(&self, onward: &mut Onward) -> Result<Leg, Ending> {
-        let leg = self.plans.next(&self.roads, onward)?;
-        onward.node = self.roads.lane(leg).end;
-        onward.leg = Some(leg);
+    /// Returns the next leg of a route and moves the cursor to its end; or the reason why there is none.
+    pub(super) fn next_leg(&self, cursor: &mut RouteCursor) -> Result<Leg, BaseEnd> {
+        let leg = self.plans.next(&self.legs, cursor)?;
+        cursor.node = self.legs.leg(leg).end;
+        cursor.leg = Some(leg);
         Ok(leg)
     }
 }
 
-/// How far the rest of a tick goes at another speed.
+/// Returns the distance that the rest of a tick covers at another speed.
 fn at_speed(surplus: i32, before: f32, now: f32) -> i32 {
     if surplus == 0 || before == now {
         return surplus;

@@ -1,9 +1,9 @@
-//! Which instructions the kernel uses.
+//! Instruction sets of the kernel.
 
 use std::fmt;
 use std::str::FromStr;
 
-/// An instruction set that the kernel has code for. All give the same bits.
+/// An instruction set that the kernel has code for. All of them give the same bits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Isa {
     /// Row by row in plain Rust: the reference.
@@ -17,10 +17,10 @@ pub enum Isa {
 }
 
 impl Isa {
-    /// All of them, slowest first.
+    /// All instruction sets, slowest first.
     pub const ALL: [Self; 4] = [Self::Scalar, Self::Baseline, Self::Avx2, Self::Avx512];
 
-    /// The fastest that this machine can run.
+    /// Returns the fastest instruction set that this machine can run.
     pub fn detect() -> Self {
         *Self::ALL.iter().rfind(|isa| isa.is_supported()).expect("every machine runs the scalar kernel")
     }
@@ -55,9 +55,9 @@ impl fmt::Display for Isa {
     }
 }
 
-/// The text names no instruction set.
+/// The error of parsing an [`Isa`].
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{0:?} is no instruction set; use scalar, baseline, avx2 or avx512")]
+#[error("unknown instruction set {0:?}; use scalar, baseline, avx2 or avx512")]
 pub struct ParseIsaError(String);
 
 impl FromStr for Isa {
@@ -65,6 +65,50 @@ impl FromStr for Isa {
 
     fn from_str(text: &str) -> Result<Self, ParseIsaError> {
         Self::ALL.into_iter().find(|isa| isa.name() == text).ok_or_else(|| ParseIsaError(text.to_owned()))
+    }
+}
+
+/// An instruction set that this machine was found to have. The kernel's vector code is called with nothing else.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct SupportedIsa(KernelVariant);
+
+/// The variants of the kernel that are compiled for this architecture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum KernelVariant {
+    Scalar,
+    #[cfg(any(test, not(target_arch = "x86_64")))]
+    Portable,
+    #[cfg(target_arch = "x86_64")]
+    Sse2,
+    #[cfg(target_arch = "x86_64")]
+    Avx2,
+    #[cfg(target_arch = "x86_64")]
+    Avx512,
+}
+
+impl SupportedIsa {
+    /// The variant for machines without SSE2, which runs on every machine.
+    #[cfg(test)]
+    pub(crate) const PORTABLE: Self = Self(KernelVariant::Portable);
+
+    /// Detects whether this machine has an instruction set; `None` if not.
+    pub(crate) fn detect(isa: Isa) -> Option<Self> {
+        let variant = match isa {
+            Isa::Scalar => KernelVariant::Scalar,
+            #[cfg(target_arch = "x86_64")]
+            Isa::Baseline => KernelVariant::Sse2,
+            #[cfg(target_arch = "x86_64")]
+            Isa::Avx2 => KernelVariant::Avx2,
+            #[cfg(target_arch = "x86_64")]
+            Isa::Avx512 => KernelVariant::Avx512,
+            #[cfg(not(target_arch = "x86_64"))]
+            Isa::Baseline | Isa::Avx2 | Isa::Avx512 => KernelVariant::Portable,
+        };
+        isa.is_supported().then_some(Self(variant))
+    }
+
+    pub(super) fn variant(self) -> KernelVariant {
+        self.0
     }
 }
 
@@ -81,8 +125,15 @@ mod tests {
     }
 
     #[test]
-    fn detection_names_something_that_runs() {
+    fn the_detected_instruction_set_is_supported() {
         assert!(Isa::detect().is_supported());
         assert!(Isa::detect() >= Isa::Baseline);
+    }
+
+    #[test]
+    fn only_supported_instruction_sets_reach_the_kernel() {
+        for isa in Isa::ALL {
+            assert_eq!(SupportedIsa::detect(isa).is_some(), isa.is_supported(), "{isa}");
+        }
     }
 }

@@ -1,19 +1,18 @@
-//! A stretch of the fleet's rows, column by column, as the stages of a tick take it.
+//! Consecutive rows of the fleet's columns, as the stages of a tick read and write them.
 
 use regatta_plugin::frame::{ColumnsMut, NO_EDGE, RobotState};
 
-use super::REVERSE;
-use crate::fleet::Route;
-use crate::graph::{EdgeIndex, Gear, Leg};
+use super::pieces::{PieceIndex, PieceRows};
+use super::routes::Route;
+use crate::graph::{EdgeIndex, Leg};
 
-/// The columns from row `first` on. All have the same length, a multiple of 64 but for the last row's sake:
-/// rows that hold no robot are inert.
+/// The columns from row `first` on. All have the same length, a multiple of 64; rows that hold no robot are inert.
 #[derive(Debug)]
 pub(crate) struct Rows<'fleet> {
     /// Robot id of the first row.
     pub first: u32,
-    /// Row of the piece that the robot is on; [`REVERSE`] is set in reverse gear.
-    pub piece: &'fleet mut [u32],
+    /// The piece that the robot is on, and its gear.
+    pub piece: PieceRows<'fleet>,
     /// Distance from the end of the piece, in units of [`Distance`](crate::graph::arc_length::Distance); ≤ 0.
     pub w: &'fleet mut [i32],
     /// Metres per second in the driving direction; ≥ 0.
@@ -24,22 +23,22 @@ pub(crate) struct Rows<'fleet> {
     pub edge: &'fleet mut [u32],
     /// A [`RobotState`].
     pub state: &'fleet mut [u8],
-    /// What the robot drives next.
+    /// The robot's position on its route.
     pub route: &'fleet mut [Route],
     /// Index of the robot type.
-    pub kind: &'fleet mut [u16],
-    /// Present in fleets where some type limits its acceleration.
+    pub robot_type: &'fleet mut [u16],
+    /// `None` in fleets where no robot type limits its acceleration.
     pub limits: Option<LimitRows<'fleet>>,
 }
 
-/// What stage 1 needs; [`profile`](super::profile) has the equations.
+/// The columns that only fleets with acceleration limits have; [`profile`](super::profile) has the equations.
 #[derive(Debug)]
 pub(crate) struct LimitRows<'fleet> {
     /// Metres per second squared; [`UNLIMITED`](super::profile::UNLIMITED) for types without a limit.
     pub acceleration: &'fleet mut [f32],
-    /// The speed to come to, in metres per second.
+    /// The speed to accelerate or brake to, in metres per second.
     pub cruise: &'fleet mut [f32],
-    /// Square of the speed from which the robot can brake for all that lies beyond the end of its leg, in m²/s².
+    /// Square of the speed from which the robot can brake for everything beyond the end of its leg, in m²/s².
     pub brake: &'fleet mut [f32],
     /// Metres from the end of the piece to the end of the leg.
     pub rest: &'fleet mut [f32],
@@ -54,26 +53,26 @@ impl LimitRows<'_> {
 
 impl<'fleet> Rows<'fleet> {
     pub(crate) fn is_empty(&self) -> bool {
-        self.piece.is_empty()
+        self.len() == 0
     }
 
     pub(crate) fn len(&self) -> usize {
         self.piece.len()
     }
 
-    /// The first `count` rows (all, if there are fewer) and the others.
+    /// Splits into the first `count` rows (all, if there are fewer) and the others.
     pub(crate) fn split_at(self, count: usize) -> (Self, Self) {
-        let count = count.min(self.piece.len());
-        let piece = self.piece.split_at_mut(count);
+        let count = count.min(self.len());
+        let piece = self.piece.split_at(count);
         let w = self.w.split_at_mut(count);
         let speed = self.speed.split_at_mut(count);
         let s_end = self.s_end.split_at_mut(count);
         let edge = self.edge.split_at_mut(count);
         let state = self.state.split_at_mut(count);
         let route = self.route.split_at_mut(count);
-        let kind = self.kind.split_at_mut(count);
+        let robot_type = self.robot_type.split_at_mut(count);
         let limits = self.limits.map(|limits| limits.split_at(count)).unzip();
-        let half = |first, piece, w, speed, s_end, edge, state, route, kind, limits| Rows {
+        let half = |first, piece, w, speed, s_end, edge, state, route, robot_type, limits| Rows {
             first,
             piece,
             w,
@@ -82,17 +81,17 @@ impl<'fleet> Rows<'fleet> {
             edge,
             state,
             route,
-            kind,
+            robot_type,
             limits,
         };
         let middle = self.first + count as u32;
         (
-            half(self.first, piece.0, w.0, speed.0, s_end.0, edge.0, state.0, route.0, kind.0, limits.0),
-            half(middle, piece.1, w.1, speed.1, s_end.1, edge.1, state.1, route.1, kind.1, limits.1),
+            half(self.first, piece.0, w.0, speed.0, s_end.0, edge.0, state.0, route.0, robot_type.0, limits.0),
+            half(middle, piece.1, w.1, speed.1, s_end.1, edge.1, state.1, route.1, robot_type.1, limits.1),
         )
     }
 
-    /// Robot id of a row.
+    /// Returns the robot id of a row.
     pub(crate) fn robot(&self, row: usize) -> u32 {
         self.first + row as u32
     }
@@ -101,16 +100,15 @@ impl<'fleet> Rows<'fleet> {
         self.state[row] == state as u8
     }
 
-    /// The leg that a robot is on; `None` on a node.
+    /// Returns the leg that a robot is on; `None` on a node.
     pub(crate) fn leg(&self, row: usize) -> Option<Leg> {
-        leg_of(self.piece[row], self.edge[row])
+        leg_of(self.piece.get(row), self.edge[row])
     }
 }
 
-/// The leg that a robot is on; `None` on a node.
-pub(crate) fn leg_of(piece: u32, edge: u32) -> Option<Leg> {
-    let gear = if piece & REVERSE == 0 { Gear::Forward } else { Gear::Reverse };
-    (edge != NO_EDGE).then_some(Leg { edge: EdgeIndex(edge), gear })
+/// Returns the leg of a robot on that piece and edge; `None` on a node.
+pub(crate) fn leg_of(piece: PieceIndex, edge: u32) -> Option<Leg> {
+    (edge != NO_EDGE).then_some(Leg { edge: EdgeIndex(edge), gear: piece.gear() })
 }
 
 impl<'fleet> LimitRows<'fleet> {
@@ -126,7 +124,7 @@ impl<'fleet> LimitRows<'fleet> {
     }
 }
 
-/// The first `count` rows of a frame (all, if there are fewer) and the others.
+/// Splits a frame into its first `count` rows (all, if there are fewer) and the others.
 pub(crate) fn split_frame(columns: ColumnsMut, count: usize) -> (ColumnsMut, ColumnsMut) {
     let words = count.min(columns.x.len());
     let x = columns.x.split_at_mut(words);

@@ -1,25 +1,30 @@
-//! The stages of a tick, row by row: the reference that the vector code is held to, bit by bit.
+//! The stages of a tick, row by row: the reference that the vector code has to match bit by bit.
 
 use regatta_plugin::frame::ColumnsMut;
 
 use super::atan2::atan2;
+use super::block::{BlockLists, RowList};
 use super::profile::brake_speed;
-use super::{Listed, Lists, METRES_PER_UNIT, PIECE, Pace, REVERSE, Rows};
+use super::rows::Rows;
+use super::time_step::TimeStep;
 use crate::graph::arc_length::Piece;
 
-/// Stage 1 under acceleration limits: new speeds, and `w += (old + new speed) / 2 · Δt`. Rows that may come to the end
-/// of their leg are left as they are.
-pub(super) fn accelerate(rows: &mut Rows, pace: Pace, lists: &mut Lists) {
+/// Metres in one unit of [`Distance`](crate::graph::arc_length::Distance); a power of two, so scaling by it is exact.
+pub(super) const METRES_PER_UNIT: f32 = 1.0 / (1u32 << 27) as f32;
+
+/// Stage 1 under acceleration limits: sets new speeds, and `w += (old + new speed) / 2 · Δt`. Rows that may reach the
+/// end of their leg are only listed.
+pub(super) fn accelerate(rows: &mut Rows, time_step: TimeStep, lists: &mut BlockLists) {
     let Some(limits) = &rows.limits else { return };
-    let units = |speeds: f32| (speeds * (0.5 * pace.units)).round_ties_even() as i32;
+    let units = |speeds: f32| (speeds * (0.5 * time_step.units)).round_ties_even() as i32;
     for row in 0..rows.w.len() {
         let (before, here, rest) = (rows.speed[row], rows.w[row], limits.rest[row]);
         let acceleration = limits.acceleration[row];
-        let change = acceleration * pace.seconds;
+        let change = acceleration * time_step.seconds;
         let wanted = (before + change).min(limits.cruise[row]).max(before - change);
         let most = units(before + wanted);
         if (here + most) as f32 * METRES_PER_UNIT >= rest && most > 0 {
-            lists.near.push(row);
+            lists.near_leg_end.push(row);
             continue;
         }
         let ahead = here as f32 * METRES_PER_UNIT - rest;
@@ -28,7 +33,7 @@ pub(super) fn accelerate(rows: &mut Rows, pace: Pace, lists: &mut Lists) {
         rows.speed[row] = now;
         rows.w[row] = here + step;
         if now == 0.0 && before > 0.0 {
-            lists.stood.push(row);
+            lists.stopped.push(row);
         }
         if here + step >= 0 && step > 0 {
             lists.arrived.push(row);
@@ -36,10 +41,10 @@ pub(super) fn accelerate(rows: &mut Rows, pace: Pace, lists: &mut Lists) {
     }
 }
 
-/// Stage 1: `w += speed · Δt`. Lists the rows that come to the end of their piece.
-pub(super) fn advance(rows: &mut Rows, pace: Pace, arrived: &mut Listed) {
+/// Stage 1: `w += speed · Δt`. Lists the rows that reach the end of their piece.
+pub(super) fn advance(rows: &mut Rows, time_step: TimeStep, arrived: &mut RowList) {
     for row in 0..rows.w.len() {
-        let step = (rows.speed[row] * pace.units).round_ties_even() as i32;
+        let step = (rows.speed[row] * time_step.units).round_ties_even() as i32;
         let w = rows.w[row] + step;
         rows.w[row] = w;
         if w >= 0 && step > 0 {
@@ -48,11 +53,11 @@ pub(super) fn advance(rows: &mut Rows, pace: Pace, arrived: &mut Listed) {
     }
 }
 
-/// Stage 3: poses into the frame.
-pub(super) fn write(rows: &Rows, pieces: &[Piece], columns: ColumnsMut) {
+/// Stage 3: writes poses into the frame.
+pub(super) fn write(rows: &Rows, table: &[Piece], columns: ColumnsMut) {
     for row in 0..columns.x.len() {
-        let piece = &pieces[(rows.piece[row] & PIECE) as usize];
-        let sign = rows.piece[row] & REVERSE;
+        let index = rows.piece.get(row);
+        let (piece, sign) = (&table[index.row()], index.sign_bit());
         let signed = |value: f32| f32::from_bits(value.to_bits() ^ sign);
         let w = rows.w[row] as f32 * METRES_PER_UNIT;
         let place = |c: &[f32; 4]| c[0] + w * (c[1] + w * (c[2] + w * c[3]));

@@ -1,4 +1,4 @@
-//! From names to things: the second half of reading a scenario.
+//! Resolves the names in a scenario file and validates its values.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -8,19 +8,20 @@ use std::time::Duration;
 use regatta_plugin::world::Shape;
 
 use super::yaml::{
-    LegName, LightEntry, PluginCommand, PluginEntry, RepeatEntry, RobotTypeEntry, RobotsEntry, RoutesEntry,
+    LegName, LightEntry, PluginCommand, PluginEntry, RepeatEntry, RobotGroupEntry, RobotTypeEntry, RoutesEntry,
     ScenarioFile, ShapeEntry,
 };
 use super::{MAX_LIGHTS, MAX_ROBOTS, Overrides, RobotGroup, Scenario, ScenarioError, Start};
 use crate::fleet::{Repeat, RobotType};
 use crate::graph::{Gear, Leg, NodeIndex, RouteGraph};
 
-/// Ticks per simulated second.
+/// The range of ticks per simulated second.
 const RATES: std::ops::RangeInclusive<f64> = 1.0..=20_000.0;
 
-/// What is wrong, not yet where.
-type Complaint = String;
-
+/// Resolves the names in `file` and checks its values. `warnings` are those about the graph.
+///
+/// # Errors
+/// If a value is invalid; the message names the entry.
 pub(super) fn resolve(
     file: ScenarioFile,
     path: &Path,
@@ -32,45 +33,14 @@ pub(super) fn resolve(
     let rate = overrides.rate.unwrap_or(file.rate);
     let publish_rate = overrides.publish_rate.or(file.publish_rate).unwrap_or(rate);
     let (tick_period, ticks_per_frame) = clock(rate, publish_rate).map_err(|message| invalid("rate", message))?;
-
-    let exact_rate = rate / f64::from(ticks_per_frame);
-    if (publish_rate - exact_rate).abs() > 1e-6 * publish_rate {
-        warnings.push(format!(
-            "{}: publish_rate {publish_rate} doesn't divide the rate of {rate}: frames come at {exact_rate:.3}",
-            path.display()
-        ));
-    }
-
-    let robot_types = file.robot_types.into_iter().map(robot_type).collect::<Result<Vec<_>, _>>();
-    let mut robot_types = robot_types.map_err(|message| invalid("robot_types", message))?;
-    let names: BTreeSet<_> = robot_types.iter().map(|robot_type| &robot_type.name).collect();
-    if names.len() < robot_types.len() || robot_types.len() > usize::from(u16::MAX) {
-        return Err(invalid("robot_types", format!("give each a name of its own, and at most {}", u16::MAX)));
-    }
-    if robot_types.is_empty() {
-        robot_types.push(default_robot_type());
-    }
-
-    let mut groups = Vec::with_capacity(file.robots.len());
-    for (index, entry) in file.robots.into_iter().enumerate() {
-        let group = group(entry, &graph, &robot_types);
-        groups.push(group.map_err(|message| invalid(&format!("robots, entry {}", index + 1), message))?);
-    }
-    let robots: u64 = groups.iter().map(|group: &RobotGroup| u64::from(group.count)).sum();
-    if robots == 0 || robots > u64::from(MAX_ROBOTS) {
-        return Err(invalid("robots", format!("{robots} robots; give at least one and at most {MAX_ROBOTS}")));
-    }
-
-    let walks = groups.iter().any(|group| matches!(group.start, Start::Random));
-    // Walks drive forward only: a way out in reverse gear is none for them.
-    let leads_on = |node| graph.departures(node).iter().any(|leg| leg.gear == Gear::Forward);
-    let dead_end = (0..).map(NodeIndex).zip(graph.nodes()).find(|(index, _)| !leads_on(*index));
-    if let (true, Some((_, node))) = (walks, dead_end) {
-        let path = path.display();
-        warnings.push(format!("{path}: robots on random walks will stop at dead ends such as node {}", node.id));
-    }
-
+    let robot_types = robot_types(file.robot_types).map_err(|message| invalid("robot_types", message))?;
+    let groups = groups(file.robots, &graph, &robot_types).map_err(|(place, message)| invalid(&place, message))?;
     check_lights(&file.lights).map_err(|message| invalid("lights", message))?;
+    let plugins = plugins(file.plugins, path);
+    check_order(&plugins).map_err(|message| invalid("plugins", message))?;
+
+    let more_warnings = [uneven_rate(rate, publish_rate, ticks_per_frame), dead_end(&groups, &graph)];
+    warnings.extend(more_warnings.into_iter().flatten().map(|message| format!("{}: {message}", path.display())));
 
     Ok(Scenario {
         graph: Arc::new(graph),
@@ -79,38 +49,17 @@ pub(super) fn resolve(
         seed: overrides.seed.unwrap_or(file.seed),
         robot_types,
         groups,
-        plugins: plugins(file.plugins, path),
+        plugins,
         viewer: file.viewer,
         lights: file.lights,
         warnings,
     })
 }
 
-fn check_lights(lights: &[LightEntry]) -> Result<(), Complaint> {
-    if lights.len() > MAX_LIGHTS {
-        return Err(format!("{} are too many; give at most {MAX_LIGHTS}", lights.len()));
-    }
-    for (number, light) in (1..).zip(lights) {
-        let LightEntry { x, y, z, colour: [red, green, blue] } = *light;
-        // What the viewer's --light takes.
-        let bad_place =
-            [("x", x), ("y", y), ("z", z)].into_iter().find(|(_, metres)| !metres.is_finite() || metres.abs() >= 1e6);
-        if let Some((name, metres)) = bad_place {
-            return Err(format!("entry {number}: {name} is {metres}; give metres, less than a million"));
-        }
-        if let Some(part) = [red, green, blue].into_iter().find(|part| !(0.0..1e6).contains(part)) {
-            return Err(format!(
-                "entry {number}: colour has {part}; give red, green and blue, each 0 to 1 or a little above"
-            ));
-        }
-    }
-    Ok(())
-}
-
-/// Tick period and ticks per frame.
-fn clock(rate: f64, publish_rate: f64) -> Result<(Duration, u32), Complaint> {
+/// Returns the tick period and the number of ticks per frame.
+fn clock(rate: f64, publish_rate: f64) -> Result<(Duration, u32), String> {
     if !RATES.contains(&rate) {
-        return Err(format!("{rate} ticks a second is out of range: give 1 to 20000"));
+        return Err(format!("{rate} ticks per second is out of range: give 1 to 20000"));
     }
     let ticks_per_frame = (rate / publish_rate).round();
     if !(publish_rate > 0.0 && publish_rate <= rate && (1.0..=1e6).contains(&ticks_per_frame)) {
@@ -119,7 +68,78 @@ fn clock(rate: f64, publish_rate: f64) -> Result<(Duration, u32), Complaint> {
     Ok((Duration::from_nanos((1e9 / rate).round() as u64), ticks_per_frame as u32))
 }
 
-/// What drives when a scenario lists no robot types.
+/// Returns a warning if frames can't be published at exactly `publish_rate`.
+fn uneven_rate(rate: f64, publish_rate: f64, ticks_per_frame: u32) -> Option<String> {
+    let exact_rate = rate / f64::from(ticks_per_frame);
+    ((publish_rate - exact_rate).abs() > 1e-6 * publish_rate).then(|| {
+        format!(
+            "publish_rate {publish_rate} doesn't divide the rate of {rate}: {exact_rate:.3} frames per second are \
+             published"
+        )
+    })
+}
+
+fn robot_types(entries: Vec<RobotTypeEntry>) -> Result<Vec<RobotType>, String> {
+    let mut robot_types = entries.into_iter().map(robot_type).collect::<Result<Vec<_>, _>>()?;
+    let names: BTreeSet<_> = robot_types.iter().map(|robot_type| &robot_type.name).collect();
+    if names.len() < robot_types.len() || robot_types.len() > usize::from(u16::MAX) {
+        return Err(format!("give each robot type a unique name, and list at most {}", u16::MAX));
+    }
+    if robot_types.is_empty() {
+        robot_types.push(default_robot_type());
+    }
+    Ok(robot_types)
+}
+
+/// Returns the groups of robots, or the invalid entry and the error message.
+fn groups(
+    entries: Vec<RobotGroupEntry>,
+    graph: &RouteGraph,
+    robot_types: &[RobotType],
+) -> Result<Vec<RobotGroup>, (String, String)> {
+    let mut groups = Vec::with_capacity(entries.len());
+    for (number, entry) in (1..).zip(entries) {
+        let group = group(entry, graph, robot_types);
+        groups.push(group.map_err(|message| (format!("robots, entry {number}"), message))?);
+    }
+    let robots: u64 = groups.iter().map(|group: &RobotGroup| u64::from(group.count)).sum();
+    if robots == 0 || robots > u64::from(MAX_ROBOTS) {
+        return Err(("robots".into(), format!("{robots} robots; give at least one and at most {MAX_ROBOTS}")));
+    }
+    Ok(groups)
+}
+
+/// Returns a warning if robots on random walks will stop at a dead end.
+fn dead_end(groups: &[RobotGroup], graph: &RouteGraph) -> Option<String> {
+    groups.iter().find(|group| matches!(group.start, Start::Random))?;
+    // Random walks drive forwards only, so that a leg in reverse gear doesn't leave a dead end.
+    let is_dead_end = |node| !graph.departures(node).iter().any(|leg| leg.gear == Gear::Forward);
+    let (_, node) = (0..).map(NodeIndex).zip(graph.nodes()).find(|(index, _)| is_dead_end(*index))?;
+    Some(format!("robots on random walks will stop at dead ends such as node {}", node.id))
+}
+
+fn check_lights(lights: &[LightEntry]) -> Result<(), String> {
+    if lights.len() > MAX_LIGHTS {
+        return Err(format!("{} lights are too many; give at most {MAX_LIGHTS}", lights.len()));
+    }
+    for (number, light) in (1..).zip(lights) {
+        let LightEntry { x, y, z, colour: [red, green, blue] } = *light;
+        // The ranges of the viewer's option --light.
+        let invalid_coordinate =
+            [("x", x), ("y", y), ("z", z)].into_iter().find(|(_, metres)| !metres.is_finite() || metres.abs() >= 1e6);
+        if let Some((name, metres)) = invalid_coordinate {
+            return Err(format!("entry {number}: {name} is {metres}; give metres, less than a million"));
+        }
+        if let Some(component) = [red, green, blue].into_iter().find(|component| !(0.0..1e6).contains(component)) {
+            return Err(format!(
+                "entry {number}: colour has {component}; give red, green and blue, each 0 to 1 or a little above"
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// Returns the robot type of scenarios that list none.
 fn default_robot_type() -> RobotType {
     RobotType {
         name: "amr".into(),
@@ -131,20 +151,22 @@ fn default_robot_type() -> RobotType {
     }
 }
 
-fn robot_type(entry: RobotTypeEntry) -> Result<RobotType, Complaint> {
+fn robot_type(entry: RobotTypeEntry) -> Result<RobotType, String> {
     let positive = |name: &str, value: f32| {
-        let sane = value.is_finite() && value > 0.0;
-        if sane { Ok(value) } else { Err(format!("{}: {name} is {value}; it must be above 0", entry.name)) }
+        let is_positive = value.is_finite() && value > 0.0;
+        if is_positive { Ok(value) } else { Err(format!("{}: {name} is {value}; it must be above 0", entry.name)) }
     };
     let length = positive("length", entry.length)?;
     let width = entry.width.map(|width| positive("width", width)).transpose()?;
     let (shape, width) = match (entry.shape, width) {
         (ShapeEntry::Rectangle, Some(width)) => (Shape::Rectangle, width),
-        (ShapeEntry::Rectangle, None) => return Err(format!("{}: width is missing (a circle needs none)", entry.name)),
+        (ShapeEntry::Rectangle, None) => {
+            return Err(format!("{}: width is missing (only a circle has none)", entry.name));
+        }
         (ShapeEntry::Circle, None) => (Shape::Circle, length),
         (ShapeEntry::Circle, Some(width)) if width == length => (Shape::Circle, length),
         (ShapeEntry::Circle, Some(_)) => {
-            return Err(format!("{}: length is a circle's diameter; leave width out", entry.name));
+            return Err(format!("{}: the length of a circle is its diameter; leave width out", entry.name));
         }
     };
     Ok(RobotType {
@@ -159,7 +181,7 @@ fn robot_type(entry: RobotTypeEntry) -> Result<RobotType, Complaint> {
     })
 }
 
-fn group(entry: RobotsEntry, graph: &RouteGraph, robot_types: &[RobotType]) -> Result<RobotGroup, Complaint> {
+fn group(entry: RobotGroupEntry, graph: &RouteGraph, robot_types: &[RobotType]) -> Result<RobotGroup, String> {
     let robot_type = match &entry.robot_type {
         None => 0,
         Some(name) => robot_types
@@ -168,7 +190,7 @@ fn group(entry: RobotsEntry, graph: &RouteGraph, robot_types: &[RobotType]) -> R
             .ok_or_else(|| format!("no robot type is called '{name}'; list it under robot_types"))?,
     };
     if entry.count == 0 {
-        return Err("count is 0; leave the entry out".into());
+        return Err("count is 0; remove the entry".into());
     }
     let start = match (&entry.route, entry.routes, entry.node) {
         (Some(route), None, None) => route_start(route, entry.repeat.unwrap_or(RepeatEntry::Once), graph)?,
@@ -181,7 +203,7 @@ fn group(entry: RobotsEntry, graph: &RouteGraph, robot_types: &[RobotType]) -> R
     Ok(RobotGroup { count: entry.count, robot_type: robot_type as u16, start })
 }
 
-fn route_start(route: &[LegName], repeat: RepeatEntry, graph: &RouteGraph) -> Result<Start, Complaint> {
+fn route_start(route: &[LegName], repeat: RepeatEntry, graph: &RouteGraph) -> Result<Start, String> {
     let legs = route.iter().map(|&name| leg(name, graph)).collect::<Result<Vec<_>, _>>()?;
     let (Some(&first), Some(&last)) = (legs.first(), legs.last()) else {
         return Err("route is empty; list at least one edge".into());
@@ -204,7 +226,7 @@ fn route_start(route: &[LegName], repeat: RepeatEntry, graph: &RouteGraph) -> Re
     Ok(Start::Route { legs: legs.into(), repeat })
 }
 
-fn leg(name: LegName, graph: &RouteGraph) -> Result<Leg, Complaint> {
+fn leg(name: LegName, graph: &RouteGraph) -> Result<Leg, String> {
     let edge = graph.edge_by_id(name.edge_id).ok_or_else(|| format!("the graph has no edge {}", name.edge_id))?;
     let gear = if name.reverse { Gear::Reverse } else { Gear::Forward };
     let leg = Leg { edge, gear };
@@ -214,11 +236,12 @@ fn leg(name: LegName, graph: &RouteGraph) -> Result<Leg, Complaint> {
     }
 }
 
-/// Programs named with a slash are looked for beside the scenario, as the shell would from there.
+/// Returns the plugins' command lines. Programs with a slash in their name are resolved relative to the scenario's
+/// folder, as a shell in that folder would.
 fn plugins(entries: Vec<PluginEntry>, path: &Path) -> Vec<PluginCommand> {
     let folder = path.parent().unwrap_or(Path::new(""));
     let plugin = |entry| match entry {
-        PluginEntry::Name(name) => PluginCommand { name, command: vec![], args: vec![] },
+        PluginEntry::Name(name) => PluginCommand { name, command: vec![], args: vec![], after: vec![] },
         PluginEntry::Detailed(mut plugin) => {
             if let Some(program) = plugin.command.first_mut().filter(|program| program.contains('/')) {
                 *program = folder.join(&*program).to_string_lossy().into_owned();
@@ -227,4 +250,26 @@ fn plugins(entries: Vec<PluginEntry>, path: &Path) -> Vec<PluginCommand> {
         }
     };
     entries.into_iter().map(plugin).collect()
+}
+
+/// Checks that plugins come after plugins of the scenario, and that their order has no cycle.
+fn check_order(plugins: &[PluginCommand]) -> Result<(), String> {
+    for plugin in plugins {
+        if let Some(unknown) = plugin.after.iter().find(|name| plugins.iter().all(|other| other.name != **name)) {
+            return Err(format!("{} comes after {unknown}, which is not among the plugins: add it", plugin.name));
+        }
+    }
+    // Remove those whose predecessors are gone; what can't be removed waits for itself.
+    let mut left: Vec<_> = plugins.iter().collect();
+    loop {
+        let waits = |plugin: &&PluginCommand| left.iter().any(|other| plugin.after.contains(&other.name));
+        let still: Vec<_> = left.iter().copied().filter(waits).collect();
+        match still.len() {
+            0 => return Ok(()),
+            len if len == left.len() => {
+                return Err(format!("{} comes after itself: remove one `after` of the cycle", still[0].name));
+            }
+            _ => left = still,
+        }
+    }
 }

@@ -1,4 +1,4 @@
-//! The scenario file as it is written: names, not yet looked up.
+//! The structure of a scenario file. Names are not resolved yet.
 
 use std::path::PathBuf;
 
@@ -8,28 +8,28 @@ use serde::{Deserialize, Deserializer, de};
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ScenarioFile {
-    /// Route graph, relative to the scenario's folder.
+    /// The route graph file, relative to the scenario's folder.
     pub graph: PathBuf,
-    /// Ticks per simulated second.
+    /// The number of ticks per simulated second.
     #[serde(default = "default_rate")]
     pub rate: f64,
-    /// Frames per simulated second; every tick if left out.
+    /// The number of frames per simulated second; one per tick by default.
     pub publish_rate: Option<f64>,
-    /// Seed of the random walks.
+    /// The seed of the random walks.
     #[serde(default)]
     pub seed: u64,
-    /// Kinds of robots; one default kind if left out.
+    /// The robot types; one default type if empty.
     #[serde(default)]
     pub robot_types: Vec<RobotTypeEntry>,
-    /// Groups of robots, in the order of their ids.
-    pub robots: Vec<RobotsEntry>,
-    /// Plugins to start.
+    /// The groups of robots, in the order of their ids.
+    pub robots: Vec<RobotGroupEntry>,
+    /// The plugins to start.
     #[serde(default)]
     pub plugins: Vec<PluginEntry>,
     /// Whether `regatta run` opens the viewer.
     #[serde(default)]
     pub viewer: Viewer,
-    /// Lamps that the viewer hangs up beside the sun.
+    /// The lights of the viewer besides the sun.
     #[serde(default)]
     pub lights: Vec<LightEntry>,
 }
@@ -38,22 +38,22 @@ fn default_rate() -> f64 {
     100.0
 }
 
-/// A kind of robot.
+/// A robot type.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RobotTypeEntry {
-    /// What `type:` refers to.
+    /// The name that `type:` refers to.
     pub name: String,
-    /// Footprint; a rectangle if left out.
+    /// The footprint; a rectangle by default.
     #[serde(default)]
     pub shape: ShapeEntry,
-    /// Metres along the heading; of a circle, its diameter.
+    /// Metres along the heading; the diameter of a circle.
     pub length: f32,
-    /// Metres across it; needed for a rectangle.
+    /// Metres across the heading; required for a rectangle.
     pub width: Option<f32>,
-    /// Metres per second; no limit if left out.
+    /// Metres per second; no limit by default.
     pub max_speed: Option<f32>,
-    /// Metres per second squared; speed changes at once if left out.
+    /// Metres per second squared; by default speed changes instantly.
     pub max_acceleration: Option<f32>,
 }
 
@@ -61,30 +61,30 @@ pub struct RobotTypeEntry {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum ShapeEntry {
-    /// `length` times `width`.
+    /// A rectangle of `length` × `width`.
     #[default]
     Rectangle,
-    /// Of diameter `length`.
+    /// A circle of diameter `length`.
     Circle,
 }
 
-/// One robot with a listed route, or `count` robots alike.
+/// A group of robots that start in the same way.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct RobotsEntry {
-    /// How many.
+pub struct RobotGroupEntry {
+    /// The number of robots; 1 by default.
     #[serde(default = "one")]
     pub count: u32,
-    /// Name of a robot type; the first if left out.
+    /// The name of a robot type; the first type by default.
     #[serde(rename = "type")]
     pub robot_type: Option<String>,
-    /// Ids of edges in order, `-ID` in reverse gear. They start at the beginning of the first.
+    /// The ids of the edges in order, `-ID` in reverse gear. The robots start at the beginning of the first.
     pub route: Option<Vec<LegName>>,
-    /// What to do at the end of `route`.
+    /// The action at the end of `route`.
     pub repeat: Option<RepeatEntry>,
-    /// Random walks that never end, from random places.
+    /// Endless random walks from random places.
     pub routes: Option<RoutesEntry>,
-    /// Id of a node to stand on, waiting for orders.
+    /// The id of a node where the robots wait for orders.
     pub node: Option<u32>,
 }
 
@@ -92,21 +92,21 @@ fn one() -> u32 {
     1
 }
 
-/// What a robot does at the end of its route.
+/// The action of a robot at the end of its route.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum RepeatEntry {
-    /// It stands.
+    /// The robot stops.
     Once,
-    /// It drives the route again; the route must end where it starts.
+    /// The robot drives the route again; the route must end where it starts.
     Loop,
 }
 
-/// Routes that aren't listed.
+/// Routes that aren't listed edge by edge.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum RoutesEntry {
-    /// At each node, a random edge.
+    /// A random edge at each node.
     Random,
 }
 
@@ -114,16 +114,16 @@ pub enum RoutesEntry {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Viewer {
-    /// If there is one and a display to show it on.
+    /// If the viewer is installed and there is a display.
     #[default]
     Auto,
-    /// Yes; failing to is an error.
+    /// Yes; a failure is an error.
     On,
     /// No.
     Off,
 }
 
-/// A lamp.
+/// A light of the viewer.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LightEntry {
@@ -133,7 +133,7 @@ pub struct LightEntry {
     pub y: f32,
     /// Metres above the floor.
     pub z: f32,
-    /// Red, green and blue, linear: 0 to 1 and above; white if left out.
+    /// Linear red, green and blue, 0 to 1 and above; white by default.
     #[serde(default = "white")]
     pub colour: [f32; 3],
 }
@@ -142,42 +142,46 @@ fn white() -> [f32; 3] {
     [1.0; 3]
 }
 
-/// A plugin to start: the name of a built-in one, or a command line.
+/// A plugin to start.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
 #[serde(untagged)]
 pub enum PluginEntry {
-    /// Name of a plugin of this project.
+    /// The name of a plugin that comes with Regatta.
     Name(String),
-    /// With arguments, or a program of your own.
+    /// A plugin with arguments, or any other program.
     Detailed(PluginCommand),
 }
 
-/// A plugin with its arguments.
+/// The command line of a plugin.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PluginCommand {
-    /// What messages call it; with no `command`, the name of a plugin of this project.
+    /// The name in messages; without a `command`, the name of a plugin that comes with Regatta.
     pub name: String,
-    /// Program and arguments, relative to the scenario's folder if it has a slash. `--fleet NAME` is appended.
+    /// The program and its arguments. A program with a slash in its name is relative to the scenario's folder.
+    /// `--fleet NAME` is appended.
     #[serde(default)]
     pub command: Vec<String>,
-    /// More arguments.
+    /// Additional arguments.
     #[serde(default)]
     pub args: Vec<String>,
+    /// The names of the plugins that this one comes after in lockstep.
+    #[serde(default)]
+    pub after: Vec<String>,
 }
 
-/// An edge of a route: its id, and whether to drive it in reverse gear.
+/// A leg of a route by name: the id of its edge, and whether it is driven in reverse gear.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LegName {
-    /// Id of the edge.
+    /// The id of the edge.
     pub edge_id: u32,
-    /// From destination to origin.
+    /// Whether to drive from destination to origin.
     pub reverse: bool,
 }
 
-/// A text that is no [`LegName`].
+/// The error of parsing a [`LegName`].
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("'{0}' names no edge: write its id, or -ID to drive it in reverse gear")]
+#[error("invalid edge '{0}': give the id of an edge, or -ID to drive it in reverse gear")]
 pub struct ParseLegError(String);
 
 impl std::str::FromStr for LegName {

@@ -1,5 +1,6 @@
 //! Frames from a producer to readers, within one process.
 
+#[path = "support/common.rs"]
 mod common;
 
 use std::time::{Duration, Instant};

@@ -104,7 +104,7 @@ fn all_enums() -> Map<String, Value> {
     }
 }
 
-/// What iceoryx2 compares when a service is opened, for every service of a fleet: by pattern and name.
+/// The properties that iceoryx2 compares when a service is opened, for every service of a fleet, by pattern and name.
 fn all_services(fleet: &FleetName) -> Result<Map<String, Value>> {
     let producer = ProducerPorts::create(fleet, 1)?;
     let other = Participant::join(fleet, "layout")?;

@@ -1,5 +1,6 @@
 //! Orders, events, requests, columns and lockstep, there and back, within one process.
 
+#[path = "support/common.rs"]
 mod common;
 
 use std::time::{Duration, Instant};

@@ -1,5 +1,6 @@
 //! Producers and readers as processes: stopped, killed, replaced. This program starts itself again as each.
 
+#[path = "support/common.rs"]
 mod common;
 
 use std::io::{BufRead, BufReader};
@@ -54,7 +55,7 @@ fn hold(fleet: &FleetName) {
 struct Witness {
     frames: u64,
     run_id: u64,
-    /// What the last call of `on_idle` since the last frame said.
+    /// The argument of the last call of `on_idle` since the last frame.
     has_producer: Option<bool>,
 }
 

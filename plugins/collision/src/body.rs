@@ -1,12 +1,12 @@
-//! Where a robot is and what it covers, and the distance between two.
+//! Poses with footprints, and the distance between two.
 
 use crate::footprint::CIRCLE;
 
-/// A robot at one moment.
+/// A robot's pose and footprint at one moment.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Body {
-    /// Metres east and north.
-    pub place: [f32; 2],
+    /// Position east and north, in metres.
+    pub position: [f32; 2],
     /// Unit vector along the heading.
     pub heading: [f32; 2],
     /// Half of the length, or the radius.
@@ -20,7 +20,7 @@ impl Body {
         self.half_width == CIRCLE
     }
 
-    /// The footprint by itself.
+    /// Returns the footprint without its pose.
     pub(crate) fn outline(&self) -> Outline {
         let half_length = f64::from(self.half_length);
         if self.is_circle() {
@@ -30,25 +30,25 @@ impl Body {
         }
     }
 
-    /// Metres from its middle to its farthest point.
+    /// Returns the radius of the smallest circle around the position that holds the footprint, in metres.
     pub(crate) fn radius(&self) -> f32 {
         let (length, width) = (self.half_length, self.half_width);
         if self.is_circle() { length } else { (length * length + width * width).sqrt() }
     }
 
-    /// Half of the size, east and north, of the smallest upright box around the footprint at some heading.
+    /// Returns half of the size, east and north, of the bounding box of the footprint at some heading, in metres.
     pub(crate) fn half_extent(&self, [cos, sin]: [f32; 2]) -> [f32; 2] {
         let (length, width, cos, sin) = (self.half_length, self.half_width, cos.abs(), sin.abs());
         if self.is_circle() { [length; 2] } else { [length * cos + width * sin, length * sin + width * cos] }
     }
 }
 
-/// A footprint without its place.
+/// A footprint without its pose.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Outline {
-    /// Half of its sides.
+    /// Half of the length and width, in metres.
     Rectangle([f64; 2]),
-    /// Its radius.
+    /// Radius, in metres.
     Circle(f64),
 }
 
@@ -62,29 +62,29 @@ pub(crate) fn between(from: [f32; 2], to: [f32; 2]) -> Vector {
     [f64::from(to[0]) - f64::from(from[0]), f64::from(to[1]) - f64::from(from[1])]
 }
 
-/// A vector as one sees it who looks along `heading`.
+/// Rotates a vector into the frame whose first axis is `heading`.
 pub(crate) fn seen_along([cos, sin]: Vector, [x, y]: Vector) -> Vector {
     [x * cos + y * sin, y * cos - x * sin]
 }
 
-/// The reverse of [`seen_along`].
+/// Rotates a vector back from that frame: the inverse of [`seen_along`].
 fn turned_by([cos, sin]: Vector, [x, y]: Vector) -> Vector {
     [x * cos - y * sin, x * sin + y * cos]
 }
 
-/// Metres from a point to a rectangle about the origin; 0 inside.
+/// Returns the distance of a point from a rectangle at the origin, in metres; 0 inside.
 pub(crate) fn outside(half: Vector, [x, y]: Vector) -> f64 {
     let [x, y] = [(x.abs() - half[0]).max(0.0), (y.abs() - half[1]).max(0.0)];
     (x * x + y * y).sqrt()
 }
 
-/// Metres between two footprints: 0 if they have a point in common. Where it is more than `reach`, the result is just
-/// some number above that.
+/// Returns the distance between two footprints, in metres: 0 if they have a point in common. If it exceeds `reach`, the
+/// result is only some number above `reach`.
 ///
-/// Worked out in `f64` from the `f32` of the frame, by separating axes and, for rectangles that are close, by the
+/// Computed in `f64` from the `f32` of the frame: by separating axes and, for rectangles that are close, by the
 /// distances of their corners.
 pub(crate) fn gap(a: &Body, b: &Body, reach: f64) -> f64 {
-    let offset = between(a.place, b.place);
+    let offset = between(a.position, b.position);
     match (a.outline(), b.outline()) {
         (Outline::Rectangle(half_a), Outline::Rectangle(half_b)) => {
             rectangles((half_a, wide(a.heading)), (half_b, wide(b.heading)), offset, reach)
@@ -111,13 +111,13 @@ fn rectangles(
     let from_b = seen_along(heading_b, offset);
     let turn = seen_along(heading_a, heading_b);
     let [cos, sin] = turn.map(f64::abs);
-    let strips = [
+    let separations = [
         from_a[0].abs() - (half_a[0] + half_b[0] * cos + half_b[1] * sin),
         from_a[1].abs() - (half_a[1] + half_b[0] * sin + half_b[1] * cos),
         from_b[0].abs() - (half_b[0] + half_a[0] * cos + half_a[1] * sin),
         from_b[1].abs() - (half_b[1] + half_a[0] * sin + half_a[1] * cos),
     ];
-    let widest = strips.into_iter().fold(f64::NEG_INFINITY, f64::max);
+    let widest = separations.into_iter().fold(f64::NEG_INFINITY, f64::max);
     if widest <= 0.0 || widest > reach {
         return widest.max(0.0);
     }
@@ -135,19 +135,22 @@ pub(crate) fn corners([length, width]: Vector) -> [Vector; 4] {
     [[length, width], [-length, width], [-length, -width], [length, -width]]
 }
 
-/// About where two footprints touch or come nearest: between their middles, as much nearer to the smaller one as it is
-/// smaller.
-pub(crate) fn meeting_place(a: &Body, b: &Body) -> [f32; 2] {
+/// Returns approximately where two footprints touch or come nearest: between their positions, closer to the smaller
+/// robot in proportion to the sizes.
+pub(crate) fn contact_point(a: &Body, b: &Body) -> [f32; 2] {
     let size = |body: &Body| body.half_length + if body.is_circle() { body.half_length } else { body.half_width };
     let (size_a, size_b) = (size(a), size(b));
     let part = if size_a + size_b > 0.0 { size_a / (size_a + size_b) } else { 0.5 };
-    let between = |axis: usize| a.place[axis] + part * (b.place[axis] - a.place[axis]);
+    let between = |axis: usize| a.position[axis] + part * (b.position[axis] - a.position[axis]);
     [between(0), between(1)]
 }
 
-/// Metres per second between two, from their speeds.
+/// Returns the relative speed of two robots, in metres per second, from their speeds along their headings.
 pub(crate) fn relative_speed((a, speed_a): (&Body, f32), (b, speed_b): (&Body, f32)) -> f32 {
     let part = |axis: usize| b.heading[axis] * speed_b - a.heading[axis] * speed_a;
     let [x, y] = [part(0), part(1)];
     (x * x + y * y).sqrt()
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,20 +1,20 @@
-//! Some robots of a frame, by columns: so that the compiler works on several at once.
+//! A block of a frame's robots, by columns, so that the compiler vectorizes the work on them.
 
 use crate::body::Body;
 use crate::bounds::Bounds;
 use crate::footprint::Footprint;
 use crate::grid::Scale;
 use crate::heading::heading;
-use crate::prediction::Piece;
-use crate::strips::Mover;
-use crate::way::{Way, pieces_of};
+use crate::prediction::Segment;
+use crate::strip::PackedRobot;
+use crate::swept_path::{SweptPath, segments_of};
 
-/// Some robots of a frame.
+/// A block of a frame's robots, by columns. Elements from `len` on are left over from earlier blocks.
 #[derive(Debug)]
 pub(crate) struct Chunk {
     pub len: usize,
-    pub robot: Column<u32>,
-    pub kind: Column<u32>,
+    pub id: Column<u32>,
+    pub robot_type: Column<u32>,
     pub x: Column<f32>,
     pub y: Column<f32>,
     pub theta: Column<f32>,
@@ -27,10 +27,11 @@ pub(crate) struct Chunk {
     south: Column<f32>,
     east: Column<f32>,
     north: Column<f32>,
-    movers: Column<Mover>,
-    /// Theirs, if there is a horizon, and the pieces of all.
-    ways: Vec<Way>,
-    pieces: Vec<Piece>,
+    robots: Column<PackedRobot>,
+    /// The robots' swept paths, in the same order; empty without a horizon.
+    swept_paths: Vec<SweptPath>,
+    /// Trajectory segments of all swept paths.
+    segments: Vec<Segment>,
 }
 
 pub(crate) type Column<T> = [T; Chunk::ROBOTS];
@@ -40,8 +41,8 @@ impl Default for Chunk {
         let column = [0.0; Self::ROBOTS];
         Self {
             len: 0,
-            robot: [0; Self::ROBOTS],
-            kind: [0; Self::ROBOTS],
+            id: [0; Self::ROBOTS],
+            robot_type: [0; Self::ROBOTS],
             x: column,
             y: column,
             theta: column,
@@ -54,35 +55,35 @@ impl Default for Chunk {
             south: column,
             east: column,
             north: column,
-            movers: [Mover::default(); Self::ROBOTS],
-            ways: Vec::new(),
-            pieces: Vec::new(),
+            robots: [PackedRobot::default(); Self::ROBOTS],
+            swept_paths: Vec::new(),
+            segments: Vec::new(),
         }
     }
 }
 
 impl Chunk {
-    /// Most robots: as many as stay in the first-level cache.
+    /// The largest number of robots: as many as fit into the first-level cache.
     pub(crate) const ROBOTS: usize = 256;
 
-    /// Works out headings, and bounds of what robots cover now and `pad` metres more. Those beyond the last robot are
-    /// left over, and worked out as well: so their number is known to the compiler.
-    pub(crate) fn finish(&mut self, footprints: &[Footprint], pad: f32) {
+    /// Computes headings, and the bounds of what robots cover now plus `padding` metres. Elements beyond the last robot
+    /// are computed too, so that the compiler knows the number of iterations.
+    pub(crate) fn finish(&mut self, footprints: &[Footprint], padding: f32) {
         self.set_sizes(footprints);
         for ((theta, cos), sin) in self.theta.iter().zip(&mut self.cos).zip(&mut self.sin) {
             [*cos, *sin] = heading(*theta);
         }
         for number in 0..Self::ROBOTS {
-            let bounds = Bounds::of(&self.body(number), pad);
+            let bounds = Bounds::of(&self.body(number), padding);
             (self.west[number], self.east[number]) = (bounds.west(), bounds.east());
             (self.south[number], self.north[number]) = (bounds.south(), bounds.north());
         }
         self.pack();
-        self.pieces.clear();
-        self.ways.clear();
+        self.segments.clear();
+        self.swept_paths.clear();
     }
 
-    /// Fills in footprints by types.
+    /// Fills in the sizes of the footprints by robot type.
     fn set_sizes(&mut self, footprints: &[Footprint]) {
         if let [only] = footprints {
             self.half_length.fill(only.half_length);
@@ -90,78 +91,77 @@ impl Chunk {
             return;
         }
         for number in 0..Self::ROBOTS {
-            // What is left over may be of types that are no more.
-            let footprint = footprints.get(self.kind[number] as usize).unwrap_or(&Footprint::UNKNOWN);
+            // Elements beyond the last robot may have types of an earlier world.
+            let footprint = footprints.get(self.robot_type[number] as usize).unwrap_or(&Footprint::UNKNOWN);
             (self.half_length[number], self.half_width[number]) = (footprint.half_length, footprint.half_width);
         }
     }
 
-    /// Puts robots together from their columns: each value straight to its place, as a robot that is first put together
-    /// elsewhere and then copied would wait for that.
+    /// Assembles robots from their columns, each value straight into its field: building a robot elsewhere and copying
+    /// it would stall on store forwarding.
     fn pack(&mut self) {
         for number in 0..Self::ROBOTS {
-            let mover = &mut self.movers[number];
-            mover.place = [self.x[number], self.y[number]];
-            mover.heading = [self.cos[number], self.sin[number]];
-            mover.speed = self.speed[number];
-            (mover.robot, mover.kind) = (self.robot[number], self.kind[number]);
+            let robot = &mut self.robots[number];
+            robot.position = [self.x[number], self.y[number]];
+            robot.heading = [self.cos[number], self.sin[number]];
+            robot.speed = self.speed[number];
+            (robot.id, robot.robot_type) = (self.id[number], self.robot_type[number]);
         }
     }
 
-    /// Adds the next robot's way, of pieces that `predict` adds.
-    pub(crate) fn add_way(&mut self, predict: impl FnOnce(&Body, &mut Vec<Piece>)) {
-        let (number, first) = (self.ways.len(), self.pieces.len());
+    /// Adds the trajectory of the next robot, whose segments `predict` appends.
+    pub(crate) fn add_trajectory(&mut self, predict: impl FnOnce(&Body, &mut Vec<Segment>)) {
+        let (number, first) = (self.swept_paths.len(), self.segments.len());
         let body = self.body(number);
-        predict(&body, &mut self.pieces);
-        let way = Way::new(&body, &self.pieces, first, self.bounds(number));
-        (self.west[number], self.east[number]) = (way.bounds.west(), way.bounds.east());
-        (self.south[number], self.north[number]) = (way.bounds.south(), way.bounds.north());
-        self.ways.push(way);
-        if self.pieces.len() == first + 1 {
-            // The way says it all.
-            self.pieces.truncate(first);
+        predict(&body, &mut self.segments);
+        let swept_path = SweptPath::new(&body, &self.segments, first, self.bounds(number));
+        (self.west[number], self.east[number]) = (swept_path.bounds.west(), swept_path.bounds.east());
+        (self.south[number], self.north[number]) = (swept_path.bounds.south(), swept_path.bounds.north());
+        self.swept_paths.push(swept_path);
+        if self.segments.len() == first + 1 {
+            // The swept path already describes a single segment.
+            self.segments.truncate(first);
         }
     }
 
     fn body(&self, number: usize) -> Body {
         Body {
-            place: [self.x[number], self.y[number]],
+            position: [self.x[number], self.y[number]],
             heading: [self.cos[number], self.sin[number]],
             half_length: self.half_length[number],
             half_width: self.half_width[number],
         }
     }
 
-    /// The robots.
-    pub(crate) fn movers(&self) -> &[Mover] {
-        &self.movers[..self.len]
+    pub(crate) fn robots(&self) -> &[PackedRobot] {
+        &self.robots[..self.len]
     }
 
-    /// A robot's way with its pieces, if there is a horizon.
-    pub(crate) fn way(&self, number: usize) -> Option<(&Way, &[Piece])> {
-        let way = self.ways.get(number)?;
-        Some((way, pieces_of(number, &self.ways, &self.pieces)))
+    /// Returns the swept path of a robot with its segments; `None` without a horizon.
+    pub(crate) fn swept_path(&self, number: usize) -> Option<(&SweptPath, &[Segment])> {
+        let swept_path = self.swept_paths.get(number)?;
+        Some((swept_path, segments_of(number, &self.swept_paths, &self.segments)))
     }
 
-    /// Around all that counts of a robot.
+    /// Returns the bounding box of all that counts of a robot.
     pub(crate) fn bounds(&self, number: usize) -> Bounds {
         Bounds::new([self.west[number], self.south[number]], [self.east[number], self.north[number]])
     }
 
-    /// Around all that counts of all.
+    /// Returns the bounding box of all that counts of all robots.
     pub(crate) fn all_bounds(&self) -> Bounds {
         let least = |column: &Column<f32>| extreme(&column[..self.len], f32::MAX, |a, b| if a < b { a } else { b });
         let most = |column: &Column<f32>| extreme(&column[..self.len], -f32::MAX, |a, b| if a > b { a } else { b });
         Bounds::new([least(&self.west), least(&self.south)], [most(&self.east), most(&self.north)])
     }
 
-    /// The strips of southern and of northern sides; of what is left over, some numbers.
+    /// Returns the strips of the southern and of the northern sides; arbitrary numbers beyond the last robot.
     pub(crate) fn strips(&self, scale: Scale) -> [Column<i32>; 2] {
         [self.south.map(|y| scale.strip(y)), self.north.map(|y| scale.strip(y))]
     }
 }
 
-/// The least or the most of these, four at once.
+/// Returns the minimum or maximum of the values, whichever `pick` prefers, four at once.
 fn extreme(values: &[f32], start: f32, pick: impl Fn(f32, f32) -> f32) -> f32 {
     let (fours, rest) = values.as_chunks::<4>();
     let mut found = [start; 4];

@@ -1,4 +1,4 @@
-//! From frames to contacts.
+//! The detector: from frames to contacts.
 
 use std::ops::ControlFlow;
 
@@ -6,186 +6,199 @@ use regatta_plugin::contact::{ContactEvent, ContactRecord};
 use regatta_plugin::frame::Columns;
 use regatta_plugin::world::{EdgeRecord, RobotTypeRecord};
 
-use crate::checks::{check, check_all};
-use crate::crowd::Crowd;
-use crate::ledger::{Found, Ledger, Moment};
+use crate::frame_context::FrameContext;
+use crate::narrow_phase::{check, check_all};
 use crate::radix;
-use crate::roads::Roads;
 use crate::settings::Settings;
-use crate::strips::Strips;
+use crate::strip_index::StripIndex;
 use crate::sweep::Limits;
-use crate::tally::Tally;
+use crate::totals::RunTotals;
+use crate::tracker::{ContactTracker, FrameTime, PairObservation};
+use crate::world_model::WorldModel;
 
-/// Overlaps of boxes that are checked, for each robot on average and besides.
-const CHECKS: (usize, usize) = (64, 1 << 18);
-/// Looks for overlaps, likewise.
-const LOOKS: (usize, usize) = (512, 1 << 22);
-/// Pairs in the list, likewise. Enough for every two of 360 robots.
-const PAIRS: (usize, usize) = (8, 1 << 16);
-/// When that was not enough: neighbours that are looked at for each robot, and of those the ones that are checked.
-const SOME: (usize, usize) = (512, 8);
+/// The largest number of overlapping boxes that are checked: for each robot on average, and in addition for any fleet.
+const MAX_CHECKS: (usize, usize) = (64, 1 << 18);
+/// The largest number of comparisons of boxes, likewise.
+const MAX_COMPARISONS: (usize, usize) = (512, 1 << 22);
+/// The largest number of pairs in the list, likewise. Enough for all pairs of 360 robots.
+const MAX_PAIRS: (usize, usize) = (8, 1 << 16);
+/// The limits per robot after one of those was exceeded: comparisons, and overlaps that are checked.
+const CAPPED_PER_ROBOT: (usize, usize) = (512, 8);
 
-/// What the detector looks at: a frame, and which type each robot is of.
+/// The detector's input: a frame, and the type of each robot.
 #[derive(Clone, Copy, Debug)]
-pub struct Scene<'frame> {
-    /// The frame's run. With another run, or a tick before the last one's, everything begins anew.
+pub struct FrameInput<'frame> {
+    /// Run of the frame. Another run, or a tick before the last frame's, resets the detector.
     pub run_id: u64,
-    /// Its tick.
+    /// Tick of the frame.
     pub tick: u64,
-    /// Its simulated time, in nanoseconds.
+    /// Simulated time of the frame, in nanoseconds.
     pub sim_time_nanos: u64,
-    /// Its columns.
+    /// Columns of the frame.
     pub columns: Columns<'frame>,
-    /// Each robot's index into the robot types, as the column `type` has it. Robots beyond its end, and those whose
-    /// value is no index, are of the first type.
-    pub types: &'frame [f32],
+    /// Each robot's index into the robot types, as in the column `type`. Robots beyond its end, and those whose value
+    /// is no valid index, are of the first type.
+    pub robot_types: &'frame [f32],
 }
 
-/// Finds out which robots touch and which may, frame by frame.
+/// The detector of robots that touch or may touch, frame by frame.
 ///
-/// Keeps its memory: once it has seen a fleet, further frames of it need none.
+/// It reuses its memory: after the first frame of a fleet, further frames allocate nothing.
 #[derive(Debug)]
 pub struct Detector {
     settings: Settings,
-    roads: Roads,
-    strips: Strips,
+    world: WorldModel,
+    index: StripIndex,
     near: Vec<[u32; 2]>,
-    found: Vec<Found>,
-    scratch: Vec<Found>,
-    ledger: Ledger,
+    observations: Vec<PairObservation>,
+    scratch: Vec<PairObservation>,
+    tracker: ContactTracker,
     levels: Vec<f32>,
-    unplaced: usize,
+    invalid_robots: usize,
     capped: bool,
 }
 
 impl Detector {
-    /// A detector of an empty world.
+    /// Creates a detector for an empty world.
     pub fn new(settings: Settings) -> Self {
         Self {
             settings,
-            roads: Roads::new(&[], &[]),
-            strips: Strips::default(),
+            world: WorldModel::new(&[], &[]),
+            index: StripIndex::default(),
             near: Vec::new(),
-            found: Vec::new(),
+            observations: Vec::new(),
             scratch: Vec::new(),
-            ledger: Ledger::default(),
+            tracker: ContactTracker::default(),
             levels: Vec::new(),
-            unplaced: 0,
+            invalid_robots: 0,
             capped: false,
         }
     }
 
-    /// Takes another world. Without robot types, every robot is a rectangle of 0.9 m × 0.6 m.
-    pub fn set_world(&mut self, edges: &[EdgeRecord], types: &[RobotTypeRecord]) {
-        self.roads = Roads::new(edges, types);
+    /// Replaces the world. Without robot types, every robot is a rectangle of 0.9 m × 0.6 m.
+    pub fn set_world(&mut self, edges: &[EdgeRecord], robot_types: &[RobotTypeRecord]) {
+        self.world = WorldModel::new(edges, robot_types);
     }
 
-    /// Looks at a frame.
-    pub fn look(&mut self, scene: &Scene) {
-        let &Scene { columns, types, .. } = scene;
+    /// Processes a frame.
+    pub fn update(&mut self, input: &FrameInput) {
+        let &FrameInput { columns, robot_types, .. } = input;
         let robots = columns.x.len();
-        self.ledger.open(Moment { run_id: scene.run_id, tick: scene.tick, nanos: scene.sim_time_nanos });
-        self.find_pairs(columns, types);
+        self.tracker.begin_frame(FrameTime { run_id: input.run_id, tick: input.tick, nanos: input.sim_time_nanos });
+        self.find_pairs(columns, robot_types);
         let bits = radix::bits_below(robots);
-        radix::sort(&mut self.found, &mut self.scratch, 0..bits, |found| found.robots[0].into());
-        for same in self.found.chunk_by_mut(|a, b| a.robots[0] == b.robots[0]) {
-            same.sort_unstable_by_key(|found| found.robots[1]);
+        radix::sort(&mut self.observations, &mut self.scratch, 0..bits, |pair| pair.robots[0].into());
+        for group in self.observations.chunk_by_mut(|a, b| a.robots[0] == b.robots[0]) {
+            group.sort_unstable_by_key(|pair| pair.robots[1]);
         }
-        self.ledger.close(&self.found, times(PAIRS, robots), columns.edge);
+        self.tracker.end_frame(&self.observations, total(MAX_PAIRS, robots), columns.edge);
         self.mark(robots);
     }
 
-    fn find_pairs(&mut self, columns: Columns, types: &[f32]) {
-        let Self { settings, roads, strips, near, found, ledger, .. } = self;
-        let crowd = Crowd { columns, types, roads, settings: *settings };
+    fn find_pairs(&mut self, columns: Columns, robot_types: &[f32]) {
+        let Self { settings, world, index, near, observations, tracker, .. } = self;
+        let context = FrameContext { columns, robot_types, world, settings: *settings };
         let robots = columns.x.len();
-        self.unplaced = strips.take(&crowd);
-        let mut find = |limits: Limits, most: usize, found: &mut Vec<Found>| {
-            strips.sweep(&crowd, limits, |strip, candidates| {
-                check_all(&crowd, strip, candidates, near, found);
-                if found.len() > most { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        self.invalid_robots = index.fill(&context);
+        let mut find = |limits: Limits, max_pairs: usize, observations: &mut Vec<PairObservation>| {
+            index.sweep(&context, limits, |strip, candidates| {
+                check_all(&context, strip, candidates, near, observations);
+                if observations.len() > max_pairs { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
             })
         };
-        let (looks, checks) = (times(LOOKS, robots), times(CHECKS, robots));
-        let all = Limits { looks_each: usize::MAX, checks_each: usize::MAX, looks, checks };
-        found.clear();
-        self.capped = find(all, times(PAIRS, robots), found).is_break();
+        let (comparisons, checks) = (total(MAX_COMPARISONS, robots), total(MAX_CHECKS, robots));
+        let all = Limits { comparisons_per_robot: usize::MAX, checks_per_robot: usize::MAX, comparisons, checks };
+        observations.clear();
+        self.capped = find(all, total(MAX_PAIRS, robots), observations).is_break();
         if self.capped {
-            ledger.cap();
-            found.clear();
-            let (looks_each, checks_each) = SOME;
-            // Without limits in all, it doesn't break off.
-            let _ = find(Limits { looks_each, checks_each, looks: usize::MAX, checks: usize::MAX }, usize::MAX, found);
-            find_known(strips, ledger.contacts(), &crowd, found);
+            tracker.mark_capped();
+            observations.clear();
+            let (comparisons_per_robot, checks_per_robot) = CAPPED_PER_ROBOT;
+            // Without limits on the whole frame, the sweep doesn't stop early.
+            let _ = find(
+                Limits { comparisons_per_robot, checks_per_robot, comparisons: usize::MAX, checks: usize::MAX },
+                usize::MAX,
+                observations,
+            );
+            find_previous(index, tracker.contacts(), &context, observations);
         }
     }
 
     fn mark(&mut self, robots: usize) {
         self.levels.clear();
         self.levels.resize(robots, 0.0);
-        // Those that touch stand first in the list, and have the last word.
-        for contact in self.ledger.contacts().iter().rev() {
+        // Touching pairs come first in the list and are written last, so that they prevail.
+        for contact in self.tracker.contacts().iter().rev() {
             contact.robots.iter().for_each(|&robot| self.levels[robot as usize] = contact.level as f32);
         }
     }
 
-    /// All pairs with a level now: those that touch first, each kind by robots.
+    /// Returns all pairs that have a level now: touching ones first, each sorted by robots.
     pub fn contacts(&self) -> &[ContactRecord] {
-        self.ledger.contacts()
+        self.tracker.contacts()
     }
 
-    /// How many of them touch.
+    /// Returns the number of touching pairs.
     pub fn touching(&self) -> usize {
-        self.ledger.touching()
+        self.tracker.touching()
     }
 
-    /// What the last frame changed.
+    /// Returns the changes of the last frame.
     ///
-    /// A pair that is [touching](regatta_plugin::contact::ContactLevel::Touching) is also possible: so each `began` of
-    /// a level has one `ended`, and a pair's touching lies within its being possible.
+    /// A pair that is [touching](regatta_plugin::contact::ContactLevel::Touching) is also possible: each `began` of a
+    /// level has one `ended`, and the time in which a pair touches lies within the time in which it is possible.
     pub fn events(&self) -> &[ContactEvent] {
-        self.ledger.events()
+        self.tracker.events()
     }
 
-    /// Each robot's level: 0 if it is clear, else the highest [level](regatta_plugin::contact::ContactLevel) of its
-    /// pairs.
+    /// Returns each robot's level: 0 if it is clear, else the highest [level](regatta_plugin::contact::ContactLevel) of
+    /// its pairs.
     pub fn levels(&self) -> &[f32] {
         &self.levels
     }
 
-    /// Totals of the run.
-    pub fn tally(&self) -> &Tally {
-        self.ledger.tally()
+    /// Returns the totals of the run.
+    pub fn totals(&self) -> &RunTotals {
+        self.tracker.totals()
     }
 
-    /// Robots that can't be checked, because their pose or the footprint of their type is none.
-    pub fn unplaced(&self) -> usize {
-        self.unplaced
+    /// Returns the number of robots that can't be checked, because their pose or the footprint of their type is
+    /// invalid.
+    pub fn invalid_robots(&self) -> usize {
+        self.invalid_robots
     }
 
-    /// Whether there were more pairs than the detector looks at.
+    /// Whether there were more pairs than the detector examines.
     ///
-    /// Then it has looked at all pairs that had a level before, and for each robot at some of its neighbours: every
-    /// pair that it tells is one, but there may be others.
+    /// If so, it has examined all pairs that had a level before, and some neighbours of each robot: every pair in the
+    /// list is real, but there may be others.
     pub fn is_capped(&self) -> bool {
         self.capped
     }
 }
 
-fn times((each, besides): (usize, usize), robots: usize) -> usize {
-    each * robots + besides
+fn total((per_robot, constant): (usize, usize), robots: usize) -> usize {
+    per_robot * robots + constant
 }
 
 /// Adds the pairs that had a level before and still have one.
-fn find_known(strips: &Strips, known: &[ContactRecord], crowd: &Crowd, found: &mut Vec<Found>) {
-    let places = strips.places();
-    let place = |robot: u32| {
-        let (strip, place) = (*places.get(robot as usize)?)?;
-        Some((strips.strip(strip), place))
+fn find_previous(
+    index: &StripIndex,
+    previous: &[ContactRecord],
+    context: &FrameContext,
+    observations: &mut Vec<PairObservation>,
+) {
+    let locations = index.locations();
+    let find = |robot: u32| {
+        let (bucket, slot) = (*locations.get(robot as usize)?)?;
+        Some((index.bucket(bucket), slot))
     };
-    for contact in known {
-        if let [Some(one), Some(other)] = contact.robots.map(place) {
-            check(crowd, one, other, found);
+    for contact in previous {
+        if let [Some(one), Some(other)] = contact.robots.map(find) {
+            check(context, one, other, observations);
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,18 +1,18 @@
-//! Cosine and sine, for whole columns.
+//! Vectorizable cosine and sine.
 
 use std::f32::consts::FRAC_2_PI;
 
-/// Largest angle that counts as a heading, in radians: the contract's are in (-π, π].
+/// The largest valid heading, in radians. Headings of the contract are in (-π, π].
 pub const MAX_HEADING: f32 = 1000.0;
 
-/// Adding and subtracting it rounds to a whole number, which then stands in the lowest bits: 1.5 · 2²³.
+/// Adding and subtracting it rounds to an integer, which is then in the lowest bits of the mantissa: 1.5 · 2²³.
 const ROUND: f32 = 12_582_912.0;
 
-/// π/2 in three parts, of which the first two have bits to spare: their multiples are exact (Cody and Waite).
+/// π/2 in three parts (Cody and Waite). The first two have spare bits, so that their multiples are exact.
 const QUARTER: [f32; 3] = [1.570_312_5, 4.837_513e-4, 7.549_79e-8];
 
-/// Cosine and sine of an angle up to [`MAX_HEADING`], to 2·10⁻⁷: polynomials on (-π/4, π/4) as in Moshier's Cephes
-/// library, and the symmetries of the circle. No branches and no calls, so that the compiler works on several at once.
+/// Returns the cosine and sine of an angle up to [`MAX_HEADING`], to 2·10⁻⁷: polynomials on (-π/4, π/4) as in Moshier's
+/// Cephes library, and the symmetries of the circle. No branches and no calls, so that the compiler vectorizes it.
 #[inline(always)]
 pub(crate) fn heading(angle: f32) -> [f32; 2] {
     let shifted = angle * FRAC_2_PI + ROUND;
@@ -36,7 +36,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn it_is_cosine_and_sine(angle in -MAX_HEADING..MAX_HEADING) {
+        fn cosine_and_sine_are_exact(angle in -MAX_HEADING..MAX_HEADING) {
             let [cos, sin] = heading(angle);
             let exact = f64::from(angle).sin_cos();
             prop_assert!((f64::from(sin) - exact.0).abs() < 2e-7, "{sin} {}", exact.0);
@@ -45,7 +45,7 @@ mod tests {
     }
 
     #[test]
-    fn right_angles_are_exact_to_rounding() {
+    fn right_angles_are_exact_up_to_rounding() {
         use std::f32::consts::{FRAC_PI_2, PI};
         for (angle, cos, sin) in [(0.0, 1.0, 0.0), (FRAC_PI_2, 0.0, 1.0), (PI, -1.0, 0.0), (-FRAC_PI_2, 0.0, -1.0)] {
             let found = heading(angle);

@@ -1,86 +1,95 @@
 //! Marks robots that collide, now or soon.
 //!
-//! For every frame, the [`Detector`] tells for each robot whether it is clear (0), a possible collision (1) or touching
-//! another (2). The plugin publishes that as the column `collision`, the pairs as contacts, and what changes as contact
-//! events (see [`regatta_plugin::contact`]).
+//! For every frame, the [`Detector`] determines for each robot whether it is clear (0), a possible collision (1) or
+//! touching another (2). The plugin publishes that as the column `collision`, the pairs as contacts, and the changes as
+//! contact events (see [`regatta_plugin::contact`]).
 //!
-//! # What counts
+//! # Definitions
 //!
-//! A robot covers its type's rectangle about its pose, or its circle. Two robots
+//! A robot covers its type's rectangle around its pose, or its circle. Two robots
 //!
 //! - *touch* if their footprints have a point in common;
 //! - are a *possible* collision if their footprints are at most the margin apart, or will have a point in common at
-//!   some time within the horizon, if both go on as they do.
+//!   some time within the horizon, if both robots continue as they move now.
 //!
-//! Distances are worked out in `f64` from the frame's `f32`; headings are exact to 2·10⁻⁷.
+//! Distances are computed in `f64` from the frame's `f32`; headings are exact to 2·10⁻⁷.
 //!
-//! **Going on** means along the edge at the published speed, backwards if it is negative, and beyond the edge's ends
-//! along its tangent. A robot that is held stays put; so does one whose speed is 0 or not a number. More than
-//! 50 m/s count as that. A robot without an edge, or with one that the world doesn't have, goes straight on along its
-//! heading. The edge only says how a robot moves from where it is: a pose beside the edge stays beside it, and a heading
-//! that isn't the edge's keeps its angle to it.
+//! **Continuing** means driving along the edge at the published speed, backwards if it is negative, and beyond the edge's
+//! ends along its tangent. A robot that is held stays put, and so does one whose speed is 0 or not a number. Speeds above
+//! 50 m/s count as 50 m/s. A robot without an edge, or with one that the world doesn't have, drives straight on along its
+//! heading. The edge only determines the motion from the present pose: a pose beside the edge stays beside it, and a
+//! heading that differs from the edge's keeps its angle to it.
 //!
-//! An edge is driven as a row of chords, which it strays from by at most 2 cm and along each of which it turns by at
-//! most 0.2 radians; on each, the heading stays that of the chord. Between the joints of either robot both move straight
-//! and without turning, and whether rectangles or circles that do so meet has an exact answer (separating axes over
-//! time). No instants are sampled: however small and fast two robots are, none is missed and none comes and goes with
-//! the frames' times.
+//! An edge is approximated by chords, from which it deviates by at most 2 cm and along each of which it turns by at most
+//! 0.2 radians; on each, the heading stays that of the chord. Between the ends of both robots' chords, both move straight
+//! and without turning, and whether such rectangles or circles collide has an exact answer (separating axes over time).
+//! No instants are sampled: however small and fast two robots are, no collision is missed, and none depends on the
+//! times of the frames.
 //!
-//! **Hysteresis.** A pair comes to a level when the above holds, and leaves it when it no longer holds with 2 cm more:
-//! footprints more than 2 cm apart, more than the margin and 2 cm apart, and on the way not even overlapping if both are
-//! 1 cm larger on all sides. So no pair flickers at a boundary.
+//! **Hysteresis.** A pair reaches a level when the definition holds, and leaves it when it no longer holds with a
+//! tolerance of 2 cm: when the footprints are more than 2 cm apart, or more than the margin and 2 cm apart and on the
+//! predicted trajectories not overlapping even if both are 1 cm larger on all sides. So no pair flickers at a boundary.
 //!
-//! **Events.** A pair that touches is possible, too. Each level that a pair comes to has one `began`, and one `ended`
-//! when it leaves it: a contact out of nowhere is two events, `possible` and `touching`. A pair ends where it was last
-//! seen. When a run begins anew (another run id, or a tick before the last one), everything does.
+//! **Events.** A pair that touches is also possible. Each level that a pair reaches has one `began` event, and one
+//! `ended` event when the pair leaves it: a sudden contact is two events, `possible` and `touching`. A pair ends where it
+//! was last seen. A new run (another run id, or a tick before the last one) resets everything.
 //!
-//! # Who is left out
+//! # Exclusions
 //!
-//! Absent robots; poses that are no numbers, or beyond 10⁶ m or 1000 radians; types whose size is no number, negative or
-//! beyond 1000 m. They are clear, and their number is told. Without the column `type`, robots are of the first type;
-//! without robot types, 0.9 m × 0.6 m.
+//! Absent robots are excluded, as are poses that are not numbers, or beyond 10⁶ m or 1000 radians, and types whose size
+//! is not a number, negative or above 1000 m. Such robots are clear, and the number of invalid ones is reported. Without
+//! the column `type`, robots are of the first type; without robot types, they are 0.9 m × 0.6 m.
 //!
-//! # What it costs, and when it stops
+//! # Modules
 //!
-//! Time grows with the robots and with the pairs that are near (see `strips.rs` and `sweep.rs`). In a pile of everybody
-//! those are all pairs, so there are limits: 64 checks, 512 looks and 8 pairs for each robot on average, besides some
-//! hundred thousand for any fleet. When one is reached, the frame is done again with the pairs known from before, and 8
-//! neighbours of each robot. That is told as `capped`: all pairs in the list are real, but there may be more.
+//! A frame passes through these stages:
+//!
+//! 1. `frame_context` and `chunk` read the frame block by block; with a horizon, `prediction` computes each robot's
+//!    trajectory along the chords of the `edge_table`, and `swept_path` its summary.
+//! 2. `strip_index` enters the robots into strips of the plane.
+//! 3. The broad phase, `sweep`, finds the robots of a strip whose bounding boxes overlap.
+//! 4. The narrow phase, `narrow_phase`, checks those pairs exactly: now by `body`, and within the horizon by
+//!    `continuous`. `criteria` holds the result.
+//! 5. The `tracker` follows pairs from frame to frame, and adds up the run's `totals`.
+//!
+//! # Cost and limits
+//!
+//! Time grows with the number of robots and of nearby pairs. If all robots are in one pile, those are all pairs, so
+//! there are limits: 64 checks, 512 comparisons and 8 pairs for each robot on average, plus some hundred thousand for any
+//! fleet. When one is exceeded, the frame is processed again with the pairs known from before and 8 neighbours of each
+//! robot. That is reported as `capped`: all pairs in the list are real, but there may be more.
 
 mod body;
 mod bounds;
-mod checks;
 mod chunk;
-mod crowd;
+mod continuous;
+mod criteria;
 mod detector;
-#[cfg(test)]
-mod detector_tests;
+mod edge_table;
 mod footprint;
+mod frame_context;
 #[cfg(test)]
-mod geometry_tests;
+mod geometry_reference;
 mod grid;
 mod heading;
-mod ledger;
 mod log;
-mod meeting;
-#[cfg(test)]
-mod oracle_tests;
-mod pair;
-mod path;
+mod narrow_phase;
 mod plugin;
 mod prediction;
 mod radix;
-mod roads;
 mod settings;
 mod skips;
-mod strips;
+mod strip;
+mod strip_index;
 mod summary;
 mod sweep;
-mod tally;
-mod way;
+mod swept_path;
+mod totals;
+mod tracker;
+mod world_model;
 
-pub use detector::{Detector, Scene};
+pub use detector::{Detector, FrameInput};
 pub use log::{HEADER as LOG_HEADER, LogError};
 pub use plugin::{COLUMN, Cli, run_from};
 pub use settings::{HYSTERESIS, MAX_HORIZON, MAX_MARGIN, Settings, SettingsError};
-pub use tally::{Score, Tally};
+pub use totals::{RunTotals, Score};

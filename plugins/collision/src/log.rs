@@ -1,4 +1,4 @@
-//! The log: a CSV file with a line for each begin and end.
+//! The contact log: a CSV file with a line for each begin and end of a contact or a warning.
 
 use std::fmt::Write as _;
 use std::fs::{File, OpenOptions};
@@ -7,14 +7,14 @@ use std::path::{Path, PathBuf};
 
 use regatta_plugin::contact::{ContactChange, ContactEvent, ContactLevel};
 
-/// The file's first line.
+/// The first line of the file.
 pub const HEADER: &str =
     "time_secs,tick,change,level,robot_a,robot_b,edge,x_metres,y_metres,relative_speed_metres_per_sec,run_id";
 
-/// More bytes than a line has.
-const LONGEST_LINE: u64 = 1024;
+/// An upper bound of the bytes in a line.
+const MAX_LINE_BYTES: u64 = 1024;
 
-/// Why the log can't be written.
+/// The error of opening or writing the log.
 #[derive(Debug, thiserror::Error)]
 #[error("can't write {} ({reason})", path.display())]
 pub struct LogError {
@@ -22,29 +22,29 @@ pub struct LogError {
     reason: io::Error,
 }
 
-/// What is worth telling a person.
+/// A change of the log's state that is reported to the user.
 #[derive(Debug)]
-pub(crate) enum Change {
+pub(crate) enum Transition {
     /// Events are lost from now on.
     Failed(LogError),
-    /// The file can be written again, after so many lost events.
+    /// The file can be written again, after this number of lost events.
     Recovered(u64),
 }
 
-/// A CSV file that lines are added to: those of a tick all together, or none of them.
+/// A CSV file to which lines are appended: those of a tick all together, or none of them.
 #[derive(Debug)]
-pub(crate) struct Log {
+pub(crate) struct ContactLog {
     path: PathBuf,
     file: File,
-    /// Its length up to the last whole line.
+    /// Length of the file up to the last whole line, in bytes.
     length: u64,
     lost: u64,
     failing: bool,
     text: String,
 }
 
-impl Log {
-    /// Opens a log that need not exist yet. What stands in it is kept, but for half a line at its end.
+impl ContactLog {
+    /// Opens a log, or creates it. Its contents are kept, except for half a line at its end.
     pub(crate) fn open(path: &Path) -> Result<Self, LogError> {
         let failed = |reason| LogError { path: path.to_owned(), reason };
         let mut file = OpenOptions::new().append(true).create(true).open(path).map_err(failed)?;
@@ -61,19 +61,20 @@ impl Log {
         Ok(log)
     }
 
-    /// Adds the events of a tick; `edges` are ids by index. Tells when it begins to fail, and when it ends to.
-    pub(crate) fn add(&mut self, run_id: u64, events: &[ContactEvent], edges: &[u32]) -> Option<Change> {
+    /// Appends the events of a tick; `edges` are ids by index. Returns a transition when writing begins to fail, and
+    /// when it works again.
+    pub(crate) fn add(&mut self, run_id: u64, events: &[ContactEvent], edges: &[u32]) -> Option<Transition> {
         if events.is_empty() {
             return None;
         }
         self.text.clear();
         events.iter().for_each(|event| line(&mut self.text, run_id, event, edges));
         match self.write() {
-            Ok(()) => std::mem::take(&mut self.failing).then_some(Change::Recovered(self.lost)),
+            Ok(()) => std::mem::take(&mut self.failing).then_some(Transition::Recovered(self.lost)),
             Err(reason) => {
                 self.lost += events.len() as u64;
                 let first = !std::mem::replace(&mut self.failing, true);
-                first.then(|| Change::Failed(LogError { path: self.path.clone(), reason }))
+                first.then(|| Transition::Failed(LogError { path: self.path.clone(), reason }))
             }
         }
     }
@@ -82,13 +83,13 @@ impl Log {
         let result = self.file.write_all(self.text.as_bytes());
         match result {
             Ok(()) => self.length += self.text.len() as u64,
-            // Half a line would spoil the next; what is no file (a pipe, say) can't be cut.
+            // Half a line would corrupt the next one. A pipe or a device can't be truncated.
             Err(_) => drop(self.file.set_len(self.length)),
         }
         result
     }
 
-    /// Events that could not be written.
+    /// Returns the number of events that could not be written.
     pub(crate) fn lost(&self) -> u64 {
         self.lost
     }
@@ -98,15 +99,18 @@ impl Log {
     }
 }
 
-/// Bytes of a log of so many bytes that are whole lines.
+/// Returns the length of the whole lines in a log of `length` bytes.
 fn whole_lines(file: &mut File, length: u64) -> io::Result<u64> {
     let mut start = Vec::new();
     file.take(HEADER.len() as u64 + 1).read_to_end(&mut start)?;
     if start != format!("{HEADER}\n").as_bytes() {
-        return Err(io::Error::new(io::ErrorKind::InvalidData, "there is a file that is no such log; name another"));
+        return Err(io::Error::new(
+            io::ErrorKind::InvalidData,
+            "the file exists and is not a contact log; choose another file",
+        ));
     }
     let mut end = Vec::new();
-    file.seek(SeekFrom::Start(length.saturating_sub(LONGEST_LINE)))?;
+    file.seek(SeekFrom::Start(length.saturating_sub(MAX_LINE_BYTES)))?;
     file.read_to_end(&mut end)?;
     let half = end.iter().rev().take_while(|byte| **byte != b'\n').count();
     Ok(length - half as u64)
@@ -152,11 +156,11 @@ mod tests {
     }
 
     #[test]
-    fn lines_are_added_to_what_is_there() {
+    fn lines_are_appended_to_an_existing_log() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("log.csv");
         for tick in [7, 8] {
-            assert!(Log::open(&path).unwrap().add(0xab, &[event(tick)], &[10, 20]).is_none());
+            assert!(ContactLog::open(&path).unwrap().add(0xab, &[event(tick)], &[10, 20]).is_none());
         }
         let text = std::fs::read_to_string(&path).unwrap();
         let line = |tick| format!("1.500000,{tick},began,touching,3,8,20,2.5000,-1.0000,0.7500,00000000000000ab\n");
@@ -164,16 +168,16 @@ mod tests {
     }
 
     #[test]
-    fn half_a_line_at_the_end_goes_and_another_file_is_left_alone() {
+    fn half_a_line_at_the_end_is_cut_and_other_files_are_left_alone() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("log.csv");
         std::fs::write(&path, format!("{HEADER}\n1.5,7,began")).unwrap();
-        assert!(Log::open(&path).unwrap().add(1, &[event(8)], &[10, 20]).is_none());
+        assert!(ContactLog::open(&path).unwrap().add(1, &[event(8)], &[10, 20]).is_none());
         let text = std::fs::read_to_string(&path).unwrap();
         assert!(text.starts_with(&format!("{HEADER}\n1.500000,8,began")), "{text}");
         let other = folder.path().join("plant.yaml");
         std::fs::write(&other, "Edges: []\n").unwrap();
-        assert!(Log::open(&other).unwrap_err().to_string().contains("no such log"));
+        assert!(ContactLog::open(&other).unwrap_err().to_string().contains("not a contact log"));
         assert_eq!(std::fs::read_to_string(&other).unwrap(), "Edges: []\n");
     }
 
@@ -186,14 +190,14 @@ mod tests {
 
     #[test]
     #[cfg(target_os = "linux")]
-    fn a_full_disk_is_told_once_and_counted() {
+    fn a_full_disk_is_reported_once_and_lost_events_are_counted() {
         let file = OpenOptions::new().append(true).open("/dev/full").unwrap();
         let path = PathBuf::from("/dev/full");
-        let mut log = Log { path, file, length: 0, lost: 0, failing: false, text: String::new() };
-        assert!(matches!(log.add(1, &[event(1); 3], &[]), Some(Change::Failed(_))));
+        let mut log = ContactLog { path, file, length: 0, lost: 0, failing: false, text: String::new() };
+        assert!(matches!(log.add(1, &[event(1); 3], &[]), Some(Transition::Failed(_))));
         assert!(log.add(1, &[event(2); 2], &[]).is_none());
         assert_eq!(log.lost(), 5);
         log.file = tempfile::tempfile().unwrap();
-        assert!(matches!(log.add(1, &[event(3)], &[]), Some(Change::Recovered(5))));
+        assert!(matches!(log.add(1, &[event(3)], &[]), Some(Transition::Recovered(5))));
     }
 }

@@ -1,12 +1,11 @@
-//! A radix sort, for keys that are nearly random and of which few bits count.
+//! A radix sort for keys that are nearly random and of which few bits are significant.
 
 use std::ops::Range;
 
-/// Widest digit: all buckets' ends stay in the first-level cache.
+/// The number of bits of the widest digit: the ends of all buckets stay in the first-level cache.
 const DIGIT_BITS: u32 = 10;
 
-/// Sorts by these bits of each item's key alone; items that are equal there stay in their order. `scratch` is memory
-/// for it.
+/// Sorts by a range of bits of each item's key. The sort is stable. `scratch` is scratch memory.
 pub(crate) fn sort<T: Copy>(items: &mut Vec<T>, scratch: &mut Vec<T>, bits: Range<u32>, key: impl Fn(&T) -> u64) {
     let passes = bits.len().div_ceil(DIGIT_BITS as usize) as u32;
     let (Some(&any), 1..) = (items.first(), passes) else { return };
@@ -20,23 +19,23 @@ pub(crate) fn sort<T: Copy>(items: &mut Vec<T>, scratch: &mut Vec<T>, bits: Rang
 }
 
 fn pass<T: Copy>(from: &[T], to: &mut [T], buckets: usize, digit: impl Fn(&T) -> usize) {
-    let mut places = [0_u32; 1 << DIGIT_BITS];
-    let places = &mut places[..buckets];
+    let mut offsets = [0_u32; 1 << DIGIT_BITS];
+    let offsets = &mut offsets[..buckets];
     for item in from {
-        places[digit(item)] += 1;
+        offsets[digit(item)] += 1;
     }
-    let mut place = 0;
-    for bucket in &mut *places {
-        (place, *bucket) = (place + *bucket, place);
+    let mut start = 0;
+    for bucket in &mut *offsets {
+        (start, *bucket) = (start + *bucket, start);
     }
     for item in from {
-        let bucket = &mut places[digit(item)];
+        let bucket = &mut offsets[digit(item)];
         to[*bucket as usize] = *item;
         *bucket += 1;
     }
 }
 
-/// How many bits hold the numbers below `count`.
+/// Returns the number of bits that hold all numbers below `count`.
 pub(crate) fn bits_below(count: usize) -> u32 {
     count.saturating_sub(1).checked_ilog2().map_or(0, |log| log + 1)
 }
@@ -49,7 +48,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn keys_are_sorted_by_the_bits_asked_for(
+        fn keys_are_sorted_by_the_given_bits(
             keys in prop::collection::vec(any::<u64>(), 0..500),
             (start, end) in (0_u32..=64).prop_flat_map(|start| (Just(start), start..=64)),
         ) {

@@ -1,35 +1,35 @@
-//! What counts as a possible collision.
+//! The settings that define a possible collision.
 
-/// A pair keeps its level until it is this much farther apart than where it came to it, in metres: so none flickers
-/// at the boundary.
+/// The hysteresis, in metres: a pair keeps its level until it is this much farther apart than where it reached the
+/// level, so that it doesn't flicker at the boundary.
 pub const HYSTERESIS: f64 = 0.02;
 
-/// Largest safety margin, in metres.
+/// The largest safety margin, in metres.
 pub const MAX_MARGIN: f32 = 100.0;
-/// Largest horizon, in seconds.
+/// The largest horizon, in seconds.
 pub const MAX_HORIZON: f32 = 60.0;
 
-/// What counts as a possible collision.
+/// The settings that define a possible collision.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
     margin: f32,
     horizon: f32,
 }
 
-/// Settings that make no sense.
+/// The error of creating [`Settings`].
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum SettingsError {
-    /// The margin.
-    #[error("a margin of {0} m makes no sense; give 0 to {MAX_MARGIN} metres")]
+    /// The margin is out of range.
+    #[error("invalid margin {0} m; give 0 to {MAX_MARGIN} metres")]
     Margin(f32),
-    /// The horizon.
-    #[error("a horizon of {0} s makes no sense; give 0 (no prediction) to {MAX_HORIZON} seconds")]
+    /// The horizon is out of range.
+    #[error("invalid horizon {0} s; give 0 (no prediction) to {MAX_HORIZON} seconds")]
     Horizon(f32),
 }
 
 impl Settings {
-    /// Robots that are at most `margin` metres apart may collide, and those that will touch within `horizon` seconds if
-    /// both go on as they do. With 0 for both, only touching counts.
+    /// Creates settings. Robots that are at most `margin` metres apart may collide, as may those that will touch within
+    /// `horizon` seconds if both continue as they move now. With 0 for both, only touching counts.
     ///
     /// # Errors
     /// [`SettingsError`] unless they are from 0 to [`MAX_MARGIN`] and [`MAX_HORIZON`].
@@ -43,12 +43,12 @@ impl Settings {
         Ok(Self { margin, horizon })
     }
 
-    /// Metres.
+    /// Returns the margin, in metres.
     pub fn margin(&self) -> f32 {
         self.margin
     }
 
-    /// Seconds.
+    /// Returns the horizon, in seconds.
     pub fn horizon(&self) -> f32 {
         self.horizon
     }

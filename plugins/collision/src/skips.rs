@@ -1,82 +1,70 @@
-//! Frames that the plugin didn't see: it was too slow for them, or a replay lacks them.
+//! Frames that the plugin didn't read, because it was too slow for them.
 
-/// Counts the frames between those that are seen. A producer may publish every n-th tick only, so the smallest step of
-/// a run counts as one frame.
+use regatta_plugin::Frame;
+
+/// A counter of the frames of a run that were skipped.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Skips {
-    /// Whether every frame is wanted; if not, those in between are none that it skipped.
+    /// Whether every frame is wanted. If not, the frames in between don't count as skipped.
     every_frame: bool,
-    last: Option<(u64, u64)>,
-    step: u64,
-    /// Ticks beyond one between frames, added up, and how many such gaps.
-    ticks: u64,
-    gaps: u64,
-    told: u64,
+    run_id: u64,
+    count: u64,
+    reported: u64,
 }
 
 impl Skips {
     pub(crate) fn new(every_frame: bool) -> Self {
-        Self { every_frame, last: None, step: u64::MAX, ticks: 0, gaps: 0, told: 0 }
+        Self { every_frame, run_id: 0, count: 0, reported: 0 }
     }
 
-    /// Takes note of a frame. A line for the user when it begins to be too slow, and when it has got ten times worse.
-    pub(crate) fn see(&mut self, run_id: u64, tick: u64) -> Option<String> {
-        let before = self.last.replace((run_id, tick));
-        match before {
-            Some((run, last)) if run == run_id && tick > last => {
-                self.step = self.step.min(tick - last);
-                self.ticks += tick - last;
-                self.gaps += 1;
-            }
-            // The same frame again, when the clock or the fleet has changed.
-            Some((run, last)) if run == run_id && tick == last => {}
-            _ => *self = Self { last: self.last, ..Self::new(self.every_frame) },
+    /// Notes a frame. Returns a line for the user when frames begin to be skipped, and each time there are ten times as
+    /// many.
+    pub(crate) fn note(&mut self, frame: &Frame<'_>) -> Option<String> {
+        if frame.run_id() != self.run_id {
+            *self = Self { run_id: frame.run_id(), ..Self::new(self.every_frame) };
         }
-        let count = self.count();
-        if count < 10 || count < 10 * self.told {
+        self.count += if self.every_frame { frame.missed() } else { 0 };
+        if self.count < 10 || self.count < 10 * self.reported {
             return None;
         }
-        self.told = count;
-        Some(format!("{count} frames not seen so far: too slow for this fleet, or they were never published"))
+        self.reported = self.count;
+        Some(format!("{} frames skipped so far: the plugin is too slow for this fleet", self.count))
     }
 
-    /// Frames of this run that were skipped.
+    /// Returns the number of frames of this run that were skipped.
     pub(crate) fn count(&self) -> u64 {
-        match self.every_frame && self.gaps > 0 {
-            true => (self.ticks / self.step).saturating_sub(self.gaps),
-            false => 0,
-        }
+        self.count
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use regatta_plugin::frame::FrameHeader;
+
     use super::*;
 
-    fn count(every_frame: bool, ticks: &[u64]) -> u64 {
-        let mut skips = Skips::new(every_frame);
-        for tick in ticks {
-            skips.see(1, *tick);
+    /// Notes a frame of a run, received after `missed` others.
+    fn note(skips: &mut Skips, run_id: u64, missed: u64) -> Option<String> {
+        let header = FrameHeader { run_id, ..FrameHeader::default() };
+        skips.note(&Frame::new(&header, &[]).expect("an empty frame").after_missing(missed))
+    }
+
+    #[test]
+    fn skipped_frames_are_counted_unless_a_rate_was_chosen() {
+        for (every_frame, count) in [(true, 6), (false, 0)] {
+            let mut skips = Skips::new(every_frame);
+            [0, 2, 0, 4].into_iter().for_each(|missed| drop(note(&mut skips, 1, missed)));
+            assert_eq!(skips.count(), count);
         }
-        skips.count()
     }
 
     #[test]
-    fn frames_between_those_seen_are_skipped_ones() {
-        assert_eq!(count(true, &[5, 6, 7]), 0);
-        assert_eq!(count(true, &[5, 6, 9, 10]), 2);
-        assert_eq!(count(true, &[4, 8, 8, 12]), 0, "every fourth tick is published");
-        assert_eq!(count(true, &[4, 8, 16, 20]), 1);
-        assert_eq!(count(false, &[4, 8, 16, 20]), 0, "not wanted");
-    }
-
-    #[test]
-    fn another_run_counts_from_nothing_and_tells_again() {
+    fn another_run_counts_from_zero_and_reports_again() {
         let mut skips = Skips::new(true);
-        assert_eq!(skips.see(1, 1), None);
-        assert_eq!(skips.see(1, 2), None);
-        assert!(skips.see(1, 30).is_some());
-        assert_eq!(skips.see(1, 40), None, "not ten times as many");
-        assert_eq!((skips.see(2, 1), skips.count()), (None, 0));
+        assert_eq!(note(&mut skips, 1, 9), None);
+        assert!(note(&mut skips, 1, 20).is_some());
+        assert_eq!(note(&mut skips, 1, 10), None, "not ten times as many");
+        assert_eq!((note(&mut skips, 2, 0), skips.count()), (None, 0));
+        assert!(note(&mut skips, 2, 10).is_some());
     }
 }

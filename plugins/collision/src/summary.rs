@@ -1,24 +1,25 @@
-//! What is printed at the end of a run.
+//! The summary that is printed at the end of a run.
 
 use std::fmt::Write;
 
 use crate::detector::Detector;
-use crate::tally::Score;
+use crate::totals::Score;
 
-/// Rows of each list.
+/// Number of rows in each list.
 const ROWS: usize = 10;
 
-/// Totals of a run that ended at `now_nanos`, and its worst pairs, robots and edges. `edges` are ids by index.
-pub(crate) fn of(detector: &Detector, edges: &[u32], now_nanos: u64) -> String {
-    // Those that are not over yet have lasted until now.
-    let mut tally = detector.tally().clone();
-    detector.contacts().iter().for_each(|contact| tally.lasted(contact, now_nanos));
-    let all = tally.all();
+/// Formats the totals of a run that ended at `now_nanos`, and its worst pairs, robots and edges. `edges` are ids by
+/// index.
+pub(crate) fn summarize(detector: &Detector, edges: &[u32], now_nanos: u64) -> String {
+    // Contacts that have not ended have lasted until now.
+    let mut totals = detector.totals().clone();
+    detector.contacts().iter().for_each(|contact| totals.lasted(contact, now_nanos));
+    let all = totals.all();
     let mut text = format!(
         "after {:.1} s: {}{} contacts ({} touch now), {} warnings ({} now)\n",
         now_nanos as f64 * 1e-9,
-        // Of some frames not all pairs were looked at.
-        if tally.is_capped() { "at least " } else { "" },
+        // The totals are lower bounds if not all pairs of some frame were examined.
+        if totals.is_capped() { "at least " } else { "" },
         all.contacts,
         detector.touching(),
         all.warnings,
@@ -30,9 +31,9 @@ pub(crate) fn of(detector: &Detector, edges: &[u32], now_nanos: u64) -> String {
         Some(id) => (format!("edge {id}"), score),
         None => ("on no edge".to_owned(), score),
     };
-    list(&mut text, "worst pairs", tally.worst_pairs(ROWS).into_iter().map(pair));
-    list(&mut text, "worst robots", tally.worst_robots(ROWS).into_iter().map(robot));
-    list(&mut text, "worst edges", tally.worst_edges(ROWS).into_iter().map(edge));
+    list(&mut text, "worst pairs", totals.worst_pairs(ROWS).into_iter().map(pair));
+    list(&mut text, "worst robots", totals.worst_robots(ROWS).into_iter().map(robot));
+    list(&mut text, "worst edges", totals.worst_edges(ROWS).into_iter().map(edge));
     text
 }
 

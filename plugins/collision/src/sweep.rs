@@ -1,41 +1,41 @@
-//! Which boxes of a strip overlap: sort and sweep.
+//! The broad phase: sort and sweep finds the boxes of a strip that overlap.
 //!
-//! The boxes of a strip are sorted by their western sides: from there, those that each overlaps from west to east come
-//! right behind it. They are looked at some at a time, without a branch for each: of a few near ones, nobody could guess
-//! which overlap.
+//! The boxes of a strip are sorted by their western sides, so that the boxes that one overlaps from west to east follow
+//! right behind it. They are compared in groups, without a branch for each: the CPU could not predict which of a few
+//! nearby boxes overlap.
 
 use std::ops::ControlFlow;
 
 use crate::bounds::Bounds;
-use crate::grid::Packing;
+use crate::grid::KeyPacking;
 use crate::radix;
-use crate::strips::{Mover, Strip};
+use crate::strip::{PackedRobot, Strip};
 
-/// Boxes that are looked at before it is asked whether there are more: about as many as there are in most cases.
-const LOOKS: usize = 4;
-/// Candidates that are collected before they are checked, if there are as many: so that the checks run on without a
-/// break.
+/// Number of boxes that are compared before the loop tests whether there are more: about as many as one box usually has
+/// to be compared to.
+const GROUP: usize = 4;
+/// Number of candidates that are collected before they are checked, so that the checks run in long batches.
 const BATCH: usize = 512;
 
-/// What a sweep may cost.
+/// Limits on the work of a sweep.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Limits {
-    /// Boxes that are looked at for each box, about at most.
-    pub looks_each: usize,
-    /// Overlaps that are told for each box, at most.
-    pub checks_each: usize,
-    /// Looks in all.
-    pub looks: usize,
-    /// Overlaps in all.
+    /// Largest number of boxes that each box is compared to, rounded up to a whole group.
+    pub comparisons_per_robot: usize,
+    /// Largest number of overlaps that are reported for each box.
+    pub checks_per_robot: usize,
+    /// Largest number of comparisons of the whole frame.
+    pub comparisons: usize,
+    /// Largest number of overlaps of the whole frame.
     pub checks: usize,
 }
 
-/// Robots whose boxes overlap, by their places in a strip.
+/// Pairs of robots whose boxes overlap, by their slots in a strip.
 pub(crate) type Candidates<'list> = &'list [[u32; 2]];
 
-/// A strip's boxes in order.
+/// The sorted boxes of a strip, with the memory that sorting needs.
 #[derive(Debug, Default)]
-pub(crate) struct Order {
+pub(crate) struct SortAndSweep {
     keys: Vec<u64>,
     scratch: Vec<u64>,
     unsorted: Vec<Entry>,
@@ -47,35 +47,36 @@ pub(crate) struct Order {
 #[derive(Clone, Copy, Debug)]
 struct Entry {
     bounds: Bounds,
-    /// Strip and column of the box's western side, and of its eastern side.
+    /// Packed strip and cell of the box's western side.
     start: u32,
+    /// Packed strip and cell of the box's eastern side.
     end: u32,
-    /// Of its robot in the strip.
-    place: u32,
+    /// Slot of its robot in the strip.
+    slot: u32,
 }
 
-/// Behind the last one, so that there is always a full number to look at.
-const NOBODY: Entry = Entry { bounds: Bounds::NOTHING, start: u32::MAX, end: 0, place: 0 };
+/// The entry that fills up the last group.
+const SENTINEL: Entry = Entry { bounds: Bounds::NOTHING, start: u32::MAX, end: 0, slot: 0 };
 
-impl Order {
-    /// Takes the boxes of a strip. Without ways, they have these bounds.
-    pub(crate) fn sort(&mut self, packing: &Packing, strip: &Strip, bounds: impl Fn(&Mover) -> Bounds) {
-        let entry = |(place, mover): (u32, &Mover)| {
-            let bounds = strip.ways.get(place as usize).map_or_else(|| bounds(mover), |way| way.bounds);
-            let [start, end] = [bounds.west(), bounds.east()].map(|x| packing.pack(mover.strip(), x));
-            Entry { bounds, start, end, place }
+impl SortAndSweep {
+    /// Sorts the boxes of a strip. Robots without swept paths have the boxes that `bounds` returns.
+    pub(crate) fn sort(&mut self, packing: &KeyPacking, strip: &Strip, bounds: impl Fn(&PackedRobot) -> Bounds) {
+        let entry = |(slot, robot): (u32, &PackedRobot)| {
+            let bounds = strip.swept_paths.get(slot as usize).map_or_else(|| bounds(robot), |path| path.bounds);
+            let [start, end] = [bounds.west(), bounds.east()].map(|x| packing.pack(robot.strip(), x));
+            Entry { bounds, start, end, slot }
         };
         self.unsorted.clear();
-        self.unsorted.extend((0..).zip(&strip.movers).map(entry));
+        self.unsorted.extend((0..).zip(&strip.robots).map(entry));
         self.keys.clear();
-        self.keys.extend(self.unsorted.iter().map(|entry| u64::from(entry.start) << 32 | u64::from(entry.place)));
+        self.keys.extend(self.unsorted.iter().map(|entry| u64::from(entry.start) << 32 | u64::from(entry.slot)));
         radix::sort(&mut self.keys, &mut self.scratch, 32..32 + packing.bits, |key| *key);
         self.entries.clear();
         self.entries.extend(self.keys.iter().map(|key| self.unsorted[*key as u32 as usize]));
-        self.entries.extend([NOBODY; LOOKS]);
+        self.entries.extend([SENTINEL; GROUP]);
     }
 
-    /// Tells which overlap.
+    /// Passes the pairs of boxes that overlap to `check`, in batches.
     pub(crate) fn sweep(
         &mut self,
         left: &mut Limits,
@@ -84,43 +85,43 @@ impl Order {
         let Self { entries, candidates, .. } = self;
         candidates.resize(BATCH, [0; 2]);
         let mut filled = 0;
-        for (index, entry) in entries[..entries.len() - LOOKS].iter().enumerate() {
-            let (mut looks, mut checks) = (0, 0);
-            for others in entries[index + 1..].as_chunks::<LOOKS>().0 {
-                if filled + LOOKS > candidates.len() {
+        for (index, entry) in entries[..entries.len() - GROUP].iter().enumerate() {
+            let (mut comparisons, mut checks) = (0, 0);
+            for others in entries[index + 1..].as_chunks::<GROUP>().0 {
+                if filled + GROUP > candidates.len() {
                     check(&candidates[..filled])?;
                     filled = 0;
                 }
                 let overlaps = overlaps(entry, others, &mut candidates[filled..]);
-                (looks, checks, filled) = (looks + LOOKS, checks + overlaps, filled + overlaps);
-                if checks >= left.checks_each {
-                    filled -= checks - left.checks_each;
-                    checks = left.checks_each;
+                (comparisons, checks, filled) = (comparisons + GROUP, checks + overlaps, filled + overlaps);
+                if checks >= left.checks_per_robot {
+                    filled -= checks - left.checks_per_robot;
+                    checks = left.checks_per_robot;
                     break;
                 }
-                if others[LOOKS - 1].start > entry.end || looks >= left.looks_each {
+                if others[GROUP - 1].start > entry.end || comparisons >= left.comparisons_per_robot {
                     break;
                 }
             }
-            if looks > left.looks || checks > left.checks {
+            if comparisons > left.comparisons || checks > left.checks {
                 return ControlFlow::Break(());
             }
-            (left.looks, left.checks) = (left.looks - looks, left.checks - checks);
+            (left.comparisons, left.checks) = (left.comparisons - comparisons, left.checks - checks);
         }
         check(&candidates[..filled])
     }
 }
 
-/// Writes down which of these boxes one overlaps, and returns how many. Each is written, and written over unless it
-/// overlaps: a guess whether it does would often be wrong.
-fn overlaps(entry: &Entry, others: &[Entry; LOOKS], room: &mut [[u32; 2]]) -> usize {
-    let Some(room) = room.first_chunk_mut::<LOOKS>() else { return 0 };
-    let (place, reach) = (entry.place, entry.bounds.reach());
+/// Writes the pairs of a box and the boxes of a group that it overlaps, and returns their number. Every pair is written,
+/// and overwritten unless it overlaps: a branch on the overlap would often be mispredicted.
+fn overlaps(entry: &Entry, others: &[Entry; GROUP], output: &mut [[u32; 2]]) -> usize {
+    let Some(output) = output.first_chunk_mut::<GROUP>() else { return 0 };
+    let (slot, limit) = (entry.slot, entry.bounds.overlap_limit());
     let mut filled = 0;
     for other in others {
-        // It is never more than fits.
-        room[filled % LOOKS] = [place, other.place];
-        filled += usize::from(other.bounds.overlaps(reach));
+        // The remainder never changes the index, and spares the bounds check.
+        output[filled % GROUP] = [slot, other.slot];
+        filled += usize::from(other.bounds.overlaps(limit));
     }
     filled
 }

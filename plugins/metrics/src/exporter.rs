@@ -11,43 +11,43 @@ use std::time::{Duration, Instant};
 use clap::Parser;
 use regatta_plugin::{Error, FleetName, Frame, Options, Participant, Plugin, Result};
 
+use crate::aggregator::{Aggregator, wall_time_nanos};
 use crate::collisions::CollisionReader;
-use crate::fold::{Fold, wall_time_nanos};
+use crate::csv_file::{CsvFile, RowCounts, Transition};
 use crate::page::page;
-use crate::processes::ProcessWatch;
+use crate::processes::ProcessMonitor;
 use crate::row::row;
-use crate::server::{self, Pages};
-use crate::sheet::{Change, Rows, Sheet};
-use crate::snapshot::{Collisions, Lap, Snapshot};
+use crate::server::{self, PageSource};
+use crate::snapshot::{Collisions, IntervalStats, Snapshot};
 
-/// Between two rows of the CSV file.
+/// Time between two rows of the CSV file.
 const ROW_PERIOD: Duration = Duration::from_secs(1);
 
 /// The command line of `regatta plugin metrics`.
 #[derive(Clone, Debug, Parser)]
 #[command(bin_name = "regatta plugin metrics", max_term_width = 100)]
-#[command(about = "Shows a fleet's figures to Prometheus, and writes them as CSV")]
+#[command(about = "Exports a fleet's metrics to Prometheus, and writes them as CSV")]
 pub struct Cli {
-    /// Where to serve http://IP:PORT/metrics; port 0 takes a free one
+    /// Address that serves http://IP:PORT/metrics; port 0 chooses a free one
     #[arg(long, value_name = "IP:PORT", default_value = "127.0.0.1:9464", value_parser = address)]
     pub listen: SocketAddr,
-    /// Add a row of figures a second to this file
+    /// Append a row of metrics to this file every second
     #[arg(long, value_name = "FILE")]
     pub csv: Option<PathBuf>,
-    /// What every plugin takes.
+    /// Options of every plugin.
     #[command(flatten)]
     pub options: Options,
 }
 
 fn address(text: &str) -> Result<SocketAddr, String> {
-    let mut addresses = text.to_socket_addrs().map_err(|_| "give IP:PORT, 127.0.0.1:9464 say".to_owned())?;
-    addresses.next().ok_or_else(|| "that name has no address".to_owned())
+    let mut addresses = text.to_socket_addrs().map_err(|_| "give IP:PORT, for example 127.0.0.1:9464".to_owned())?;
+    addresses.next().ok_or_else(|| "this host name has no address".to_owned())
 }
 
-/// Runs the plugin with a command line, whose first argument is the program.
+/// Runs the plugin with a command line, whose first argument is the name of the program.
 ///
 /// # Errors
-/// If an option is wrong, the address can't be listened on, or as [`regatta_plugin::run`].
+/// Fails if an option is invalid, if the address can't be listened on, or as [`regatta_plugin::run`] does.
 pub fn run_from<A: Into<OsString> + Clone>(args: impl IntoIterator<Item = A>) -> Result {
     match Cli::try_parse_from(args) {
         Ok(cli) => cli.run(),
@@ -56,7 +56,7 @@ pub fn run_from<A: Into<OsString> + Clone>(args: impl IntoIterator<Item = A>) ->
     }
 }
 
-/// What is wrong; the usage that clap adds fits no single line.
+/// Returns an error of the first line only: the usage that clap appends doesn't fit into one line.
 fn first_line(error: &clap::Error) -> Error {
     let text = error.to_string();
     let first = text.lines().next().unwrap_or_default().trim_start_matches("error: ");
@@ -69,11 +69,11 @@ impl Cli {
         let shared = Arc::new(Shared {
             fleet: fleet.clone(),
             state: Mutex::default(),
-            processes: ProcessWatch::start(fleet)?,
-            rows: Mutex::new(self.csv.is_some().then(Rows::default)),
+            processes: ProcessMonitor::start(fleet)?,
+            rows: Mutex::new(self.csv.is_some().then(RowCounts::default)),
         });
         let address = server::start(self.listen, Arc::clone(&shared))?;
-        tell(format_args!("fleet '{fleet}' at http://{address}/metrics"));
+        report(format_args!("fleet '{fleet}' at http://{address}/metrics"));
         if let Some(path) = &self.csv {
             write_rows(path, Arc::clone(&shared))?;
         }
@@ -81,22 +81,22 @@ impl Cli {
     }
 }
 
-/// A line to standard error. Nobody reads it: no reason to end.
-fn tell(line: impl std::fmt::Display) {
+/// Prints a line to standard error. A closed standard error is no reason to stop.
+fn report(line: impl std::fmt::Display) {
     let _ = writeln!(io::stderr(), "metrics: {line}");
 }
 
-/// What the threads share: the one that reads frames, those that serve pages, and the one that writes rows.
+/// The state that the threads share: the one that reads frames, those that serve pages, and the one that writes rows.
 struct Shared {
     fleet: FleetName,
     state: Mutex<State>,
-    processes: ProcessWatch,
-    rows: Mutex<Option<Rows>>,
+    processes: ProcessMonitor,
+    rows: Mutex<Option<RowCounts>>,
 }
 
 #[derive(Default)]
 struct State {
-    fold: Fold,
+    aggregator: Aggregator,
     collisions: Collisions,
 }
 
@@ -106,18 +106,18 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 
 impl Shared {
     fn snapshot(&self) -> Snapshot {
-        // What can't be told isn't there; `regatta doctor` says why.
+        // Processes that can't be listed are left out; `regatta doctor` reports why.
         let processes = self.processes.newest().unwrap_or_default();
         let state = lock(&self.state);
-        state.fold.snapshot(self.fleet.clone(), state.collisions.clone(), processes, wall_time_nanos())
+        state.aggregator.snapshot(self.fleet.clone(), state.collisions.clone(), processes, wall_time_nanos())
     }
 
-    fn lap(&self) -> Lap {
-        lock(&self.state).fold.lap()
+    fn interval(&self) -> IntervalStats {
+        lock(&self.state).aggregator.take_interval()
     }
 }
 
-impl Pages for Shared {
+impl PageSource for Shared {
     fn metrics(&self) -> String {
         page(&self.snapshot(), *lock(&self.rows))
     }
@@ -136,13 +136,13 @@ impl Plugin for Exporter {
 
     fn on_frame(&mut self, frame: &Frame<'_>) -> Result {
         let now = wall_time_nanos();
-        lock(&self.shared.state).fold.frame(frame, now);
+        lock(&self.shared.state).aggregator.add_frame(frame, now);
         self.read_collisions(now);
         Ok(())
     }
 
     fn on_idle(&mut self, has_producer: bool) -> Result {
-        lock(&self.shared.state).fold.idle(has_producer);
+        lock(&self.shared.state).aggregator.note_idle(has_producer);
         self.read_collisions(wall_time_nanos());
         Ok(())
     }
@@ -152,31 +152,31 @@ impl Exporter {
     fn read_collisions(&mut self, now: u64) {
         if let Some(reader) = &mut self.collisions {
             let mut state = lock(&self.shared.state);
-            reader.update(&mut state.fold, now);
-            state.collisions = reader.collisions(state.fold.newest());
+            reader.update(&mut state.aggregator, now);
+            state.collisions = reader.collisions(state.aggregator.newest());
         }
     }
 }
 
-/// Starts to add a row a second to a file. On a thread of its own: a disk may hang.
+/// Starts to append a row per second to a file, on a thread of its own because a disk may hang.
 fn write_rows(path: &Path, shared: Arc<Shared>) -> Result {
-    let mut sheet = Sheet::new(path);
+    let mut csv_file = CsvFile::new(path);
     let path = path.to_owned();
     thread::Builder::new().name("csv".to_owned()).spawn(move || {
         let mut next = Instant::now();
         loop {
-            // Behind, after a hanging disk: don't hurry to catch up.
+            // After a hanging disk, missed rows are skipped.
             next = (next + ROW_PERIOD).max(Instant::now());
             thread::sleep(next.saturating_duration_since(Instant::now()));
             let now = Duration::from_nanos(wall_time_nanos());
-            match sheet.add(&row(now, &shared.snapshot(), &shared.lap())) {
-                Some(Change::Failed(error)) => tell(error),
-                Some(Change::Recovered(lost)) => {
-                    tell(format_args!("writes {} again; {lost} rows were lost", path.display()));
+            match csv_file.add(&row(now, &shared.snapshot(), &shared.interval())) {
+                Some(Transition::Failed(error)) => report(error),
+                Some(Transition::Recovered(lost)) => {
+                    report(format_args!("{} can be written again; {lost} rows were lost", path.display()));
                 }
                 None => {}
             }
-            *lock(&shared.rows) = Some(sheet.rows());
+            *lock(&shared.rows) = Some(csv_file.rows());
         }
     })?;
     Ok(())

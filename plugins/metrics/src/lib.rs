@@ -1,13 +1,13 @@
-//! The figures of a fleet: for Prometheus, as CSV, and live in a terminal.
+//! Metrics of a fleet: for Prometheus, as CSV, and live in a terminal.
 //!
-//! Frames, the column `collision`, contacts and the fleet's processes are folded into a
+//! Frames, the column `collision`, contacts and the fleet's processes are aggregated into a
 //! [`Snapshot`](snapshot::Snapshot). The exporter's page, a row of the CSV file and the screen of `regatta top` are
 //! three views of it.
 
-pub mod census;
+pub mod aggregator;
 pub mod collisions;
+pub mod csv_file;
 pub mod exporter;
-pub mod fold;
 pub mod histogram;
 pub mod page;
 pub mod processes;
@@ -15,8 +15,8 @@ mod request;
 pub mod rhythm;
 pub mod row;
 pub mod server;
-pub mod sheet;
 pub mod snapshot;
+pub mod state_counts;
 #[cfg(test)]
 mod testing;
 pub mod top;

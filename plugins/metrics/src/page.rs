@@ -1,22 +1,22 @@
-//! The exporter's page: a snapshot in Prometheus's text format.
+//! The exporter's page: a snapshot in the text format of Prometheus.
 //!
-//! Names follow `promtool check metrics`: the prefix `regatta_`, base units at the end, `_total` for what only grows.
-//! What isn't known (the robots of a fleet without an engine, say) isn't there, rather than 0.
+//! Names follow `promtool check metrics`: the prefix `regatta_`, base units at the end, `_total` for counters. Unknown
+//! values, such as the robots of a fleet without an engine, are left out rather than 0.
 
 use prometheus::TextEncoder;
 use prometheus::proto::{Bucket, Counter, Gauge, Histogram, LabelPair, Metric, MetricFamily, MetricType};
 use regatta_plugin::frame::ClockState;
 
-use crate::census::STATE_NAMES;
+use crate::csv_file::RowCounts;
 use crate::histogram::{self, BOUNDS};
-use crate::sheet::Rows;
 use crate::snapshot::{Collisions, Process, Run, Snapshot, Totals};
+use crate::state_counts::STATE_NAMES;
 
-/// `Content-Type` of the page.
+/// The `Content-Type` of the page.
 pub const CONTENT_TYPE: &str = "text/plain; version=0.0.4; charset=utf-8";
 
-/// The page. `rows` are those of the CSV file, if there is one.
-pub fn page(snapshot: &Snapshot, rows: Option<Rows>) -> String {
+/// Formats the page. `rows` are the counts of the CSV file, if there is one.
+pub fn page(snapshot: &Snapshot, rows: Option<RowCounts>) -> String {
     let mut page = Page { fleet: snapshot.fleet.to_string(), families: Vec::new() };
     page.one("regatta_up", "Whether the fleet has a producer: 1 or 0.", snapshot.run.is_some());
     page.totals(&snapshot.totals);
@@ -29,17 +29,17 @@ pub fn page(snapshot: &Snapshot, rows: Option<Rows>) -> String {
         page.one("regatta_csv_rows_written_total", "Rows written to the CSV file.", rows.written);
         page.one("regatta_csv_rows_lost_total", "Rows that could not be written to the CSV file.", rows.lost);
     }
-    // It fails for families without a name or a metric: there are none.
+    // Encoding fails only for families without a name or a metric, of which there are none.
     TextEncoder::new().encode_to_string(&page.families).unwrap_or_default()
 }
 
-/// The page under construction. Every line of it carries the fleet's name.
+/// The page under construction. Every sample has the fleet's name as a label.
 struct Page {
     fleet: String,
     families: Vec<MetricFamily>,
 }
 
-/// A number that a sample can have. Counts lose no digit below 2⁵³.
+/// A number that a sample can have. Counts are exact below 2⁵³.
 trait Number: Copy {
     fn value(self) -> f64;
 }
@@ -65,15 +65,16 @@ impl Number for bool {
 impl Page {
     fn totals(&mut self, totals: &Totals) {
         self.one("regatta_frames_read_total", "Frames that this exporter has read.", totals.frames_read);
-        let help = "Frames that were published but that this exporter was too slow for, or didn't want.";
+        let help =
+            "Frames that were published but not read by this exporter, because it was too slow or didn't request them.";
         self.one("regatta_frames_skipped_total", help, totals.frames_skipped);
         self.one("regatta_read_errors_total", "Messages that could not be read.", totals.read_errors);
-        let help = "Way that all robots together have driven, in metres.";
+        let help = "Distance that all robots together have driven, in metres.";
         self.one("regatta_driven_metres_total", help, totals.driven_metres);
         self.histogram("regatta_tick_cost_seconds", "Time that the work of a tick took.", &totals.tick_cost);
-        let help = "How far the wall time from frame to frame was off the tick period at the wanted speed.";
+        let help = "Deviation of the wall time from frame to frame from the tick period at the wanted speed.";
         self.histogram("regatta_tick_jitter_seconds", help, &totals.jitter);
-        let help = "Time from publishing a frame to reading it here.";
+        let help = "Time from publishing a frame to reading it in this exporter.";
         self.histogram("regatta_frame_age_seconds", help, &totals.frame_age);
     }
 
@@ -83,20 +84,21 @@ impl Page {
         self.one("regatta_late_ticks_total", help, run.late_ticks);
         let help = "Simulated time since the start of the run.";
         self.one("regatta_simulated_seconds_total", help, run.sim_time.as_secs_f64());
-        let help = "When the newest frame was published, in seconds since the Unix epoch.";
+        let help = "Time at which the newest frame was published, in seconds since the Unix epoch.";
         self.one("regatta_last_frame_timestamp_seconds", help, run.wall_time.as_secs_f64());
-        self.one("regatta_paused", "Whether the clock stands: 1 or 0.", run.clock != ClockState::Running);
+        self.one("regatta_paused", "Whether the clock is paused or stopped: 1 or 0.", run.clock != ClockState::Running);
         self.one("regatta_tick_period_seconds", "Simulated time of one tick.", run.tick_period.as_secs_f64());
         let help = "Wanted simulated seconds per wall second.";
         self.one("regatta_wanted_speed_ratio", help, f64::from(run.speed));
         if let Some(factor) = run.real_time_factor {
-            let help = "Simulated seconds per wall second, over the last second or so.";
+            let help = "Simulated seconds per wall second, over about the last second.";
             self.one("regatta_real_time_ratio", help, factor);
         }
-        let states = STATE_NAMES.into_iter().zip(run.census.by_state).map(|(name, count)| ([("state", name)], count));
-        self.each("regatta_robots", "Robots, by what they are doing.", states);
+        let states =
+            STATE_NAMES.into_iter().zip(run.state_counts.by_state).map(|(name, count)| ([("state", name)], count));
+        self.each("regatta_robots", "Robots by state.", states);
         let help = "Mean speed of all robots, in metres per second of simulated time.";
-        self.one("regatta_mean_speed_metres_per_second", help, run.census.mean_speed());
+        self.one("regatta_mean_speed_metres_per_second", help, run.state_counts.mean_speed());
     }
 
     fn collisions(&mut self, collisions: &Collisions, run: &Run) {
@@ -107,15 +109,15 @@ impl Page {
         if let Some(pairs) = collisions.pairs {
             let help = "Pairs of robots that touch or may touch.";
             self.each("regatta_collision_pairs", help, by_level(pairs.possible.into(), pairs.touching.into()));
-            let help = "Times that two robots began to touch, or came so near that they may.";
+            let help = "Number of times that two robots began to touch, or to be a possible collision.";
             self.each("regatta_collisions_total", help, by_level(pairs.possible_ever, pairs.touching_ever));
             let help = "Frames that the collision checker was too slow for.";
             self.one("regatta_collision_frames_skipped_total", help, pairs.frames_skipped);
-            let help = "Whether there are more pairs than the collision checker looks at: 1 or 0.";
+            let help = "Whether there are more pairs than the collision checker examines: 1 or 0.";
             self.one("regatta_collision_capped", help, pairs.capped != 0);
         }
         if let Some(tick) = collisions.tick() {
-            let help = "Simulated time from the frame that was last checked for collisions to the newest.";
+            let help = "Simulated time from the frame that was last checked for collisions to the newest frame.";
             let lag = run.tick.saturating_sub(tick) as f64 * run.tick_period.as_secs_f64();
             self.one("regatta_collision_lag_seconds", help, lag);
         }
@@ -126,7 +128,7 @@ impl Page {
         let each = |value: fn(&Process) -> f64| {
             processes.iter().zip(&pids).map(move |(p, pid)| ([("name", &*p.name), ("pid", &**pid)], value(p)))
         };
-        let help = "Resident memory of a process of the fleet, the shared memory that it uses included.";
+        let help = "Resident memory of a process of the fleet, including the shared memory that it uses.";
         self.each("regatta_process_resident_memory_bytes", help, each(|process| process.resident_bytes as f64));
         let help = "Memory in the shared-memory segments that a process of the fleet owns.";
         self.each("regatta_process_shared_memory_bytes", help, each(|process| process.shared_bytes as f64));
@@ -138,7 +140,8 @@ impl Page {
         self.each(name, help, [([], value)]);
     }
 
-    /// Samples of one name, told apart by their labels. What ends in `_total` is a counter, all else a gauge.
+    /// Adds a family of samples that differ in their labels. Names that end in `_total` are counters, all others
+    /// gauges.
     fn each<'a, const LABELS: usize>(
         &mut self,
         name: &str,
@@ -146,13 +149,13 @@ impl Page {
         samples: impl IntoIterator<Item = ([(&'a str, &'a str); LABELS], impl Number)>,
     ) {
         let is_counter = name.ends_with("_total");
-        let kind = if is_counter { MetricType::COUNTER } else { MetricType::GAUGE };
+        let metric_type = if is_counter { MetricType::COUNTER } else { MetricType::GAUGE };
         let metric = |(labels, value): ([_; LABELS], _)| {
             let metric = if is_counter { counter(value) } else { gauge(value) };
             self.labelled(metric, &labels)
         };
         let metrics = samples.into_iter().map(metric).collect();
-        self.family(name, help, kind, metrics);
+        self.family(name, help, metric_type, metrics);
     }
 
     fn histogram(&mut self, name: &str, help: &str, times: &histogram::Histogram) {
@@ -184,13 +187,13 @@ impl Page {
         metric
     }
 
-    /// A family without samples would be an error of the format.
-    fn family(&mut self, name: &str, help: &str, kind: MetricType, metrics: Vec<Metric>) {
+    /// Adds a family, unless it has no samples, which would violate the format.
+    fn family(&mut self, name: &str, help: &str, metric_type: MetricType, metrics: Vec<Metric>) {
         if !metrics.is_empty() {
             let mut family = MetricFamily::default();
             family.set_name(name.to_owned());
             family.set_help(help.to_owned());
-            family.set_field_type(kind);
+            family.set_field_type(metric_type);
             family.set_metric(metrics);
             self.families.push(family);
         }
@@ -216,5 +219,4 @@ fn gauge(value: impl Number) -> Metric {
 }
 
 #[cfg(test)]
-#[path = "page_tests.rs"]
 mod tests;

@@ -12,51 +12,51 @@ use sysinfo::{Pid, ProcessRefreshKind, ProcessStatus, ProcessesToUpdate, System}
 
 use crate::snapshot::Process;
 
-/// Between two looks.
+/// Time between two samples.
 const PERIOD: Duration = Duration::from_secs(1);
 
-/// The newest look at a fleet's processes, or why there is none.
-type Look = Result<Vec<Process>, String>;
+/// The processes of a fleet, or why they can't be listed.
+type ProcessList = Result<Vec<Process>, String>;
 
-/// Looks at the processes of a fleet once a second, on a thread of its own: listing them may take long on a machine
-/// with many.
+/// A monitor that samples the processes of a fleet once a second, on a thread of its own: listing them may take long on
+/// a machine with many.
 #[derive(Clone, Debug)]
-pub struct ProcessWatch {
-    newest: Arc<Mutex<Look>>,
+pub struct ProcessMonitor {
+    newest: Arc<Mutex<ProcessList>>,
 }
 
-impl ProcessWatch {
-    /// Starts to look. Ends when the last clone is dropped.
+impl ProcessMonitor {
+    /// Starts the monitor. It ends when the last clone is dropped.
     ///
     /// # Errors
-    /// If there can be no thread.
+    /// Fails if no thread can be started.
     pub fn start(fleet: &FleetName) -> io::Result<Self> {
         let newest = Arc::new(Mutex::new(Ok(Vec::new())));
-        let (fleet, theirs) = (fleet.clone(), Arc::downgrade(&newest));
-        thread::Builder::new().name("processes".to_owned()).spawn(move || look_again_and_again(&fleet, &theirs))?;
+        let (fleet, weak) = (fleet.clone(), Arc::downgrade(&newest));
+        thread::Builder::new().name("processes".to_owned()).spawn(move || sample_repeatedly(&fleet, &weak))?;
         Ok(Self { newest })
     }
 
-    /// The newest look. Empty before the first.
+    /// Returns the newest sample; empty before the first.
     ///
     /// # Errors
-    /// Why the processes can't be told, in one line.
-    pub fn newest(&self) -> Look {
+    /// Returns why the processes can't be listed, in one line.
+    pub fn newest(&self) -> ProcessList {
         self.newest.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 }
 
-fn look_again_and_again(fleet: &FleetName, newest: &Weak<Mutex<Look>>) {
+fn sample_repeatedly(fleet: &FleetName, newest: &Weak<Mutex<ProcessList>>) {
     let mut sampler = Sampler::default();
     while let Some(newest) = newest.upgrade() {
-        let look = sampler.look(fleet);
-        *newest.lock().unwrap_or_else(PoisonError::into_inner) = look;
+        let processes = sampler.sample(fleet);
+        *newest.lock().unwrap_or_else(PoisonError::into_inner) = processes;
         drop(newest);
         thread::sleep(PERIOD);
     }
 }
 
-/// Processor time of each process at the look before, to tell how busy it is.
+/// A sampler that keeps each process's processor time of the previous sample, to compute its load.
 #[derive(Default)]
 struct Sampler {
     system: Option<System>,
@@ -64,31 +64,31 @@ struct Sampler {
 }
 
 impl Sampler {
-    fn look(&mut self, fleet: &FleetName) -> Look {
+    fn sample(&mut self, fleet: &FleetName) -> ProcessList {
         let occupants = health::occupants().map_err(|error: HealthError| error.to_string())?;
         let mut processes = members(&occupants, fleet);
         let pids: Vec<_> = processes.iter().map(|process| Pid::from_u32(process.pid)).collect();
         let system = match &mut self.system {
             Some(system) => system,
-            None => self.system.insert(System::new().map_err(|error| format!("can't look at processes ({error})"))?),
+            None => self.system.insert(System::new().map_err(|error| format!("can't list processes ({error})"))?),
         };
-        let what = ProcessRefreshKind::nothing().with_memory().with_cpu().without_tasks();
-        system.refresh_processes_specifics(ProcessesToUpdate::Some(&pids), true, what);
+        let refresh = ProcessRefreshKind::nothing().with_memory().with_cpu().without_tasks();
+        system.refresh_processes_specifics(ProcessesToUpdate::Some(&pids), true, refresh);
         let now = Instant::now();
-        // One that has ended since it was listed has no figures any more.
+        // A process that has ended since it was listed has no figures any more.
         processes.retain_mut(|process| measure(process, system, &self.before, now));
         self.before = processes.iter().map(|process| (process.pid, (now, process.cpu_seconds))).collect();
         Ok(processes)
     }
 }
 
-/// The living processes of a fleet, each once, by name.
+/// Returns the live processes of a fleet, each once, by name.
 fn members(occupants: &[Occupant], fleet: &FleetName) -> Vec<Process> {
     let prefix = format!("regatta/{fleet}/");
     let mut members = BTreeMap::<u32, Process>::new();
     for occupant in occupants.iter().filter(|occupant| occupant.alive && occupant.pid != 0) {
         let Some(name) = occupant.name.strip_prefix(&prefix) else { continue };
-        // One that has joined more than once goes by the first of its names: occupants come sorted by name.
+        // A process that has joined more than once is listed by the first of its names: occupants are sorted by name.
         let member = members.entry(occupant.pid).or_insert_with(|| Process {
             name: name.to_owned(),
             pid: occupant.pid,
@@ -105,15 +105,15 @@ fn members(occupants: &[Occupant], fleet: &FleetName) -> Vec<Process> {
     members
 }
 
-/// Fills in what the operating system knows of a process. Whether it knows anything.
+/// Fills in the operating system's figures of a process. Returns `false` if there are none.
 fn measure(process: &mut Process, system: &System, before: &BTreeMap<u32, (Instant, f64)>, now: Instant) -> bool {
-    let Some(known) = system.process(Pid::from_u32(process.pid)) else { return false };
-    if known.status() == ProcessStatus::Zombie {
+    let Some(sampled) = system.process(Pid::from_u32(process.pid)) else { return false };
+    if sampled.status() == ProcessStatus::Zombie {
         return false;
     }
-    process.stopped = known.status() == ProcessStatus::Stop;
-    process.resident_bytes = known.memory();
-    process.cpu_seconds = known.accumulated_cpu_time() as f64 * 1e-3;
+    process.stopped = sampled.status() == ProcessStatus::Stop;
+    process.resident_bytes = sampled.memory();
+    process.cpu_seconds = sampled.accumulated_cpu_time() as f64 * 1e-3;
     process.cpu_cores = before.get(&process.pid).map_or(0.0, |(then, seconds)| {
         let passed = now.saturating_duration_since(*then).as_secs_f64();
         if passed > 0.0 { (process.cpu_seconds - seconds).max(0.0) / passed } else { 0.0 }
@@ -132,7 +132,7 @@ mod tests {
     }
 
     #[test]
-    fn each_living_process_of_the_fleet_is_listed_once() {
+    fn each_live_process_of_the_fleet_is_listed_once() {
         let fleet: FleetName = "f".parse().expect("a name");
         let occupants = [
             occupant("regatta/f/control", 12, true, 1),
@@ -148,18 +148,18 @@ mod tests {
     }
 
     #[test]
-    fn this_process_is_seen_with_its_memory_and_time() {
+    fn this_process_is_listed_with_its_memory_and_processor_time() {
         let fleet: FleetName = format!("unit-metrics-watch-{}", std::process::id()).parse().expect("a name");
-        let _place = Participant::join(&fleet, "me").expect("joined");
+        let _participant = Participant::join(&fleet, "me").expect("joined");
         let mut sampler = Sampler::default();
         let busy = Instant::now();
-        sampler.look(&fleet).expect("listable");
-        // The system counts processor time in hundredths of a second.
+        sampler.sample(&fleet).expect("listable");
+        // The operating system counts processor time in hundredths of a second.
         while busy.elapsed() < Duration::from_millis(100) {
             std::hint::spin_loop();
         }
-        let look = sampler.look(&fleet).expect("listable");
-        let [me] = &look[..] else { panic!("{look:?}") };
+        let processes = sampler.sample(&fleet).expect("listable");
+        let [me] = &processes[..] else { panic!("{processes:?}") };
         assert_eq!((me.name.as_str(), me.pid, me.stopped), ("me", std::process::id(), false));
         assert!(me.resident_bytes > 1 << 20 && me.cpu_seconds > 0.0 && me.cpu_cores > 0.0, "{me:?}");
     }

@@ -1,15 +1,15 @@
-//! A row of the CSV file: a snapshot as numbers between commas.
+//! A row of the CSV file: a snapshot as comma-separated values.
 
 use std::fmt::Write;
 use std::time::Duration;
 
 use regatta_plugin::frame::ClockState;
 
-use crate::census::STATE_NAMES;
-use crate::histogram::Spread;
-use crate::snapshot::{Lap, Process, Run, Snapshot};
+use crate::histogram::DurationStats;
+use crate::snapshot::{IntervalStats, Process, Run, Snapshot};
+use crate::state_counts::STATE_NAMES;
 
-/// A cell of a row: what it is, in which unit, and its value if that is known.
+/// A cell of a row: its column's name with the unit, and its value if that is known.
 struct Cell {
     name: String,
     text: Option<String>,
@@ -19,30 +19,33 @@ fn cell(name: &str, value: Option<impl ToString>) -> Cell {
     Cell { name: name.to_owned(), text: value.map(|value| value.to_string()) }
 }
 
-/// The names of all columns, as the first line of the file.
+/// Returns the names of all columns, as the first line of the file.
 pub fn header() -> String {
-    let names: Vec<_> = cells(Duration::ZERO, None, &Lap::default()).into_iter().map(|cell| cell.name).collect();
+    let names: Vec<_> =
+        cells(Duration::ZERO, None, &IntervalStats::default()).into_iter().map(|cell| cell.name).collect();
     names.join(",")
 }
 
-/// A row at a time since the Unix epoch. A cell is empty where nothing is known.
-pub fn row(now: Duration, snapshot: &Snapshot, lap: &Lap) -> String {
+/// Returns the row at a time since the Unix epoch. Cells of unknown values are empty.
+pub fn row(now: Duration, snapshot: &Snapshot, interval: &IntervalStats) -> String {
     let mut row = String::new();
-    for (index, cell) in cells(now, Some(snapshot), lap).into_iter().enumerate() {
+    for (index, cell) in cells(now, Some(snapshot), interval).into_iter().enumerate() {
         let comma = if index == 0 { "" } else { "," };
-        // Writing to a string doesn't fail.
+        // Writing to a string can't fail.
         let _ = write!(row, "{comma}{}", cell.text.unwrap_or_default());
     }
     row
 }
 
-/// All cells of a row. Without a snapshot only their names count.
-fn cells(now: Duration, snapshot: Option<&Snapshot>, lap: &Lap) -> Vec<Cell> {
+/// Returns all cells of a row. Without a snapshot only their names matter.
+fn cells(now: Duration, snapshot: Option<&Snapshot>, interval: &IntervalStats) -> Vec<Cell> {
     let mut cells = vec![cell("unix_time_seconds", Some(format!("{:.3}", now.as_secs_f64())))];
     cells.extend(run_cells(snapshot.and_then(|snapshot| snapshot.run.as_ref())));
     cells.extend(total_cells(snapshot));
-    for (name, spread) in [("tick_cost", lap.tick_cost), ("tick_jitter", lap.jitter), ("frame_age", lap.frame_age)] {
-        cells.extend(spread_cells(name, &spread));
+    for (name, stats) in
+        [("tick_cost", interval.tick_cost), ("tick_jitter", interval.jitter), ("frame_age", interval.frame_age)]
+    {
+        cells.extend(stats_cells(name, &stats));
     }
     cells.extend(collision_cells(snapshot));
     cells.extend(process_cells(snapshot.map(|snapshot| &snapshot.processes[..])));
@@ -61,9 +64,9 @@ fn run_cells(run: Option<&Run>) -> Vec<Cell> {
         cell("late_ticks", run.map(|run| run.late_ticks)),
     ];
     for (index, state) in STATE_NAMES.into_iter().enumerate() {
-        cells.push(cell(&format!("robots_{state}"), run.map(|run| run.census.by_state[index])));
+        cells.push(cell(&format!("robots_{state}"), run.map(|run| run.state_counts.by_state[index])));
     }
-    cells.push(cell("mean_speed_metres_per_second", run.map(|run| run.census.mean_speed())));
+    cells.push(cell("mean_speed_metres_per_second", run.map(|run| run.state_counts.mean_speed())));
     cells
 }
 
@@ -76,9 +79,9 @@ fn total_cells(snapshot: Option<&Snapshot>) -> Vec<Cell> {
     ]
 }
 
-fn spread_cells(name: &str, spread: &Spread) -> [Cell; 2] {
+fn stats_cells(name: &str, stats: &DurationStats) -> [Cell; 2] {
     let seconds = |seconds: f64| format!("{seconds:.9}");
-    let (mean, max) = spread.mean_and_max().unzip();
+    let (mean, max) = stats.mean_and_max().unzip();
     [cell(&format!("{name}_mean_seconds"), mean.map(seconds)), cell(&format!("{name}_max_seconds"), max.map(seconds))]
 }
 
@@ -108,27 +111,27 @@ mod tests {
     use crate::testing;
 
     #[test]
-    fn every_row_has_a_cell_for_each_name() {
+    fn every_row_has_a_cell_for_each_column() {
         let names: Vec<_> = header().split(',').map(str::to_owned).collect();
         for snapshot in [testing::snapshot(), testing::without_engine()] {
-            let row = row(Duration::from_millis(1_500), &snapshot, &Lap::default());
+            let row = row(Duration::from_millis(1_500), &snapshot, &IntervalStats::default());
             assert_eq!(row.split(',').count(), names.len(), "{row}");
             assert!(row.starts_with("1.500,"), "{row}");
         }
-        let mut once = names.clone();
-        once.sort();
-        once.dedup();
-        assert_eq!(once.len(), names.len(), "{names:?}");
+        let mut unique = names.clone();
+        unique.sort();
+        unique.dedup();
+        assert_eq!(unique.len(), names.len(), "{names:?}");
     }
 
     #[test]
-    fn cells_hold_the_snapshots_numbers() {
+    fn cells_hold_the_values_of_the_snapshot() {
         let (snapshot, header) = (testing::snapshot(), header());
-        let row = row(Duration::ZERO, &snapshot, &Lap::default());
+        let row = row(Duration::ZERO, &snapshot, &IntervalStats::default());
         let value = |name: &str| header.split(',').zip(row.split(',')).find(|cell| cell.0 == name).expect(name).1;
         let run = snapshot.run.expect("a run");
         assert_eq!(value("tick"), run.tick.to_string());
-        assert_eq!(value("robots_driving"), run.census.by_state[1].to_string());
+        assert_eq!(value("robots_driving"), run.state_counts.by_state[1].to_string());
         assert_eq!(value("late_ticks"), run.late_ticks.to_string());
         assert_eq!(value("tick_cost_max_seconds"), "", "nothing was measured");
         assert_eq!(value("processes"), snapshot.processes.len().to_string());

@@ -1,7 +1,7 @@
-//! The exporter's web server: a page at `/metrics`, for whoever asks, as long as they ask properly.
+//! The exporter's web server: serves a page at `/metrics` to any number of clients.
 //!
-//! It can't be held up: each connection has a thread of its own and [`PATIENCE`] to ask and to listen, there are
-//! [`MOST_CONNECTIONS`] at most, and none of them is waited for by anybody.
+//! Clients can't hold it up: each connection has a thread of its own and [`TIMEOUT`] to send the request and again to
+//! read the response, there are [`MAX_CONNECTIONS`] at most, and no thread waits for a connection to end.
 
 use std::io::{self, Read, Write};
 use std::net::{Shutdown, SocketAddr, TcpListener, TcpStream};
@@ -10,16 +10,16 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use crate::request::{MAX_REQUEST, Refusal, Request};
+use crate::request::{MAX_REQUEST, Request, RequestError};
 
-/// How long a client may take to ask, and again to take the answer.
-const PATIENCE: Duration = Duration::from_secs(2);
-/// Clients at the same time. More are sent away.
-const MOST_CONNECTIONS: usize = 32;
-/// Pause after a connection could not be accepted: there are too many open files, say.
-const BREATH: Duration = Duration::from_millis(100);
+/// The longest time for a client to send its request, and again to read the response.
+const TIMEOUT: Duration = Duration::from_secs(2);
+/// The largest number of concurrent connections. Further ones are closed.
+const MAX_CONNECTIONS: usize = 32;
+/// The delay after a connection could not be accepted, for example because there are too many open files.
+const ACCEPT_RETRY_DELAY: Duration = Duration::from_millis(100);
 
-/// Why the exporter can't listen.
+/// The error of listening on an address.
 #[derive(Debug, thiserror::Error)]
 #[error("can't listen on {address} ({reason}); if another exporter does, choose another port with --listen IP:PORT")]
 pub struct ListenError {
@@ -27,17 +27,17 @@ pub struct ListenError {
     reason: io::Error,
 }
 
-/// What the server shows.
-pub trait Pages: Send + Sync + 'static {
-    /// The page at `/metrics`.
+/// The source of the server's pages.
+pub trait PageSource: Send + Sync + 'static {
+    /// Returns the page at `/metrics`.
     fn metrics(&self) -> String;
 }
 
-/// Starts to serve, for as long as the process lives. Returns the address: with its real port if port 0 was asked for.
+/// Starts to serve pages until the process ends. Returns the address, with its actual port if port 0 was requested.
 ///
 /// # Errors
-/// [`ListenError`] if the address is taken, or not ours.
-pub fn start(address: SocketAddr, pages: Arc<impl Pages>) -> Result<SocketAddr, ListenError> {
+/// [`ListenError`] if the address is in use or not an address of this machine.
+pub fn start(address: SocketAddr, pages: Arc<impl PageSource>) -> Result<SocketAddr, ListenError> {
     let listen = || {
         let listener = TcpListener::bind(address)?;
         let address = listener.local_addr()?;
@@ -47,64 +47,64 @@ pub fn start(address: SocketAddr, pages: Arc<impl Pages>) -> Result<SocketAddr, 
     listen().map_err(|reason| ListenError { address, reason })
 }
 
-fn accept(listener: &TcpListener, pages: &Arc<impl Pages>) {
+fn accept(listener: &TcpListener, pages: &Arc<impl PageSource>) {
     let connections = Arc::new(AtomicUsize::new(0));
     loop {
         let Ok((stream, _)) = listener.accept() else {
-            thread::sleep(BREATH);
+            thread::sleep(ACCEPT_RETRY_DELAY);
             continue;
         };
-        let place = Place::take(&connections);
-        if connections.load(Ordering::Relaxed) > MOST_CONNECTIONS {
-            // Dropped: the client sees a closed connection and may come again.
+        let guard = ConnectionGuard::new(&connections);
+        if connections.load(Ordering::Relaxed) > MAX_CONNECTIONS {
+            // The connection is closed; the client may retry.
             continue;
         }
         let pages = Arc::clone(pages);
-        // Without a thread, it is dropped as well.
+        // If no thread can be started, the connection is closed, too.
         let _ = thread::Builder::new().name("scrape".to_owned()).stack_size(256 << 10).spawn(move || {
-            let _place = place;
+            let _guard = guard;
             serve(stream, &*pages);
         });
     }
 }
 
-/// One of the connections; given back when dropped.
-struct Place(Arc<AtomicUsize>);
+/// A guard that counts an open connection until it is dropped.
+struct ConnectionGuard(Arc<AtomicUsize>);
 
-impl Place {
-    fn take(connections: &Arc<AtomicUsize>) -> Self {
+impl ConnectionGuard {
+    fn new(connections: &Arc<AtomicUsize>) -> Self {
         connections.fetch_add(1, Ordering::Relaxed);
         Self(Arc::clone(connections))
     }
 }
 
-impl Drop for Place {
+impl Drop for ConnectionGuard {
     fn drop(&mut self) {
         self.0.fetch_sub(1, Ordering::Relaxed);
     }
 }
 
-/// One request and its answer. A client that has gone, or is too slow, gets none.
-fn serve(mut stream: TcpStream, pages: &impl Pages) {
+/// Reads one request and sends the response. A client that has disconnected, or is too slow, gets none.
+fn serve(mut stream: TcpStream, pages: &impl PageSource) {
     let request = match read_request(&mut stream) {
         Ok(request) => request,
         Err(_) => return,
     };
-    let answer = match request {
-        Ok(request) => answer(&request, pages),
-        Err(refusal) => text(refusal.status(), "", true),
+    let response = match request {
+        Ok(request) => respond(&request, pages),
+        Err(error) => text(error.status(), "", true),
     };
-    // All errors mean that the client doesn't listen.
-    if write_all(&mut stream, &answer, Instant::now() + PATIENCE).is_ok() && stream.shutdown(Shutdown::Write).is_ok() {
+    // Any error means that the client doesn't read.
+    if write_all(&mut stream, &response, Instant::now() + TIMEOUT).is_ok() && stream.shutdown(Shutdown::Write).is_ok() {
         drain(&mut stream);
     }
 }
 
-fn answer(request: &Request, pages: &impl Pages) -> Vec<u8> {
+fn respond(request: &Request, pages: &impl PageSource) -> Vec<u8> {
     let with_body = !request.head;
     match &*request.path {
         "/metrics" => response("200 OK", crate::page::CONTENT_TYPE, &pages.metrics(), with_body),
-        "/" => text("200 OK", "Figures of a Regatta fleet are at /metrics.\n", with_body),
+        "/" => text("200 OK", "Metrics of a Regatta fleet are at /metrics.\n", with_body),
         _ => text("404 Not Found", "There is only /metrics.\n", with_body),
     }
 }
@@ -121,9 +121,9 @@ fn response(status: &str, content_type: &str, body: &str, with_body: bool) -> Ve
     [head.as_bytes(), if with_body { body.as_bytes() } else { &[] }].concat()
 }
 
-/// Reads until the request is complete, or can't become one.
-fn read_request(stream: &mut TcpStream) -> io::Result<Result<Request, Refusal>> {
-    let deadline = Instant::now() + PATIENCE;
+/// Reads until the request is complete or invalid.
+fn read_request(stream: &mut TcpStream) -> io::Result<Result<Request, RequestError>> {
+    let deadline = Instant::now() + TIMEOUT;
     let mut bytes = Vec::new();
     let mut chunk = [0; 1024];
     loop {
@@ -132,25 +132,26 @@ fn read_request(stream: &mut TcpStream) -> io::Result<Result<Request, Refusal>> 
         match Request::parse(&bytes) {
             Ok(None) if count > 0 && bytes.len() <= MAX_REQUEST => {}
             Ok(None) if count == 0 => return Err(io::ErrorKind::UnexpectedEof.into()),
-            Ok(None) => return Ok(Err(Refusal::TooLong)),
+            Ok(None) => return Ok(Err(RequestError::TooLong)),
             Ok(Some(request)) => return Ok(Ok(request)),
-            Err(refusal) => return Ok(Err(refusal)),
+            Err(error) => return Ok(Err(error)),
         }
     }
 }
 
-/// Reads what a client still sends, for a moment: closing with it unread would take the answer away from the client.
+/// Discards what the client still sends, for a limited time: closing the connection with unread bytes would discard the
+/// response.
 fn drain(stream: &mut TcpStream) {
-    let deadline = Instant::now() + PATIENCE;
+    let deadline = Instant::now() + TIMEOUT;
     let mut chunk = [0; 1024];
     while read_some(stream, &mut chunk, deadline).is_ok_and(|count| count > 0) {}
 }
 
 fn read_some(stream: &mut TcpStream, chunk: &mut [u8], deadline: Instant) -> io::Result<usize> {
     loop {
-        stream.set_read_timeout(Some(left_until(deadline)?))?;
+        stream.set_read_timeout(Some(time_until(deadline)?))?;
         match stream.read(chunk) {
-            // This process was stopped, and goes on.
+            // The process was stopped and continued.
             Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
             outcome => return outcome,
         }
@@ -159,7 +160,7 @@ fn read_some(stream: &mut TcpStream, chunk: &mut [u8], deadline: Instant) -> io:
 
 fn write_all(stream: &mut TcpStream, mut bytes: &[u8], deadline: Instant) -> io::Result<()> {
     while !bytes.is_empty() {
-        stream.set_write_timeout(Some(left_until(deadline)?))?;
+        stream.set_write_timeout(Some(time_until(deadline)?))?;
         match stream.write(bytes) {
             Ok(0) => return Err(io::ErrorKind::WriteZero.into()),
             Ok(count) => bytes = &bytes[count..],
@@ -170,11 +171,10 @@ fn write_all(stream: &mut TcpStream, mut bytes: &[u8], deadline: Instant) -> io:
     Ok(())
 }
 
-fn left_until(deadline: Instant) -> io::Result<Duration> {
+fn time_until(deadline: Instant) -> io::Result<Duration> {
     let left = deadline.saturating_duration_since(Instant::now());
     if left.is_zero() { Err(io::ErrorKind::TimedOut.into()) } else { Ok(left) }
 }
 
 #[cfg(test)]
-#[path = "server_tests.rs"]
 mod tests;

@@ -6,15 +6,15 @@ use regatta_plugin::FleetName;
 use regatta_plugin::contact::{ContactHeader, ContactRecord};
 use regatta_plugin::frame::ClockState;
 
-use crate::census::Census;
-use crate::histogram::Measure;
+use crate::histogram::DurationRecorder;
 use crate::snapshot::{Collisions, Process, RobotLevels, Run, Snapshot, Totals};
+use crate::state_counts::StateCounts;
 
-/// A fleet of which everything is known.
+/// Returns the snapshot of a fleet with all values known.
 pub fn snapshot() -> Snapshot {
-    let mut measure = Measure::default();
-    (1..=100).for_each(|k| measure.observe(f64::from(k) * 1e-5));
-    let times = measure.histogram;
+    let mut recorder = DurationRecorder::default();
+    (1..=100).for_each(|k| recorder.observe(f64::from(k) * 1e-5));
+    let times = recorder.histogram;
     Snapshot {
         totals: Totals {
             frames_read: 12_345,
@@ -35,14 +35,14 @@ pub fn snapshot() -> Snapshot {
             tick_period: Duration::from_millis(10),
             late_ticks: 3,
             real_time_factor: Some(0.998),
-            census: Census { by_state: [100, 812, 44, 33, 11], speed_sum: 1_234.5 },
+            state_counts: StateCounts { by_state: [100, 812, 44, 33, 11], speed_sum: 1_234.5 },
         }),
         collisions: collisions(12, 30),
         ..without_engine()
     }
 }
 
-/// A fleet that has processes and no engine.
+/// Returns the snapshot of a fleet that has processes but no engine.
 pub fn without_engine() -> Snapshot {
     let process = |name: &str, pid, cpu_cores| Process {
         name: name.to_owned(),
@@ -62,7 +62,7 @@ pub fn without_engine() -> Snapshot {
     }
 }
 
-/// So many pairs that touch, and that may.
+/// Returns collisions with these numbers of touching and of possible pairs.
 pub fn collisions(touching: u32, possible: u32) -> Collisions {
     let pair = |k: u32| ContactRecord {
         since_tick: 123_000,

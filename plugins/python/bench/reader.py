@@ -1,9 +1,9 @@
-"""What reading costs: frames a second, processor time, and how old a frame is when it is read.
+"""Measures the cost of reading: frames per second, processor time, and the age of a frame when it is read.
 
     regatta engine graphs/warehouse-1000.yaml --robots 10000 --fleet bench &
     python plugins/python/bench/reader.py --fleet bench
 
-With an engine at ``--speed max`` it shows how many frames a second this program can read at most.
+With an engine at ``--speed max`` it shows how many frames per second this program can read at most.
 """
 
 import resource
@@ -19,7 +19,7 @@ options = parser.parse_args()
 
 
 def processor_seconds() -> float:
-    """Processor time of this process so far."""
+    """Returns the processor time of this process so far."""
     usage = resource.getrusage(resource.RUSAGE_SELF)
     return usage.ru_utime + usage.ru_stime
 
@@ -28,11 +28,11 @@ ages: list[float] = []
 ticks: list[int] = []
 mean = 0.0
 begin = used = time.monotonic()
-for frame in regatta.join(options.fleet, options.name).frames(options.rate):
+for frame in regatta.join(options.fleet, options.name).frames(options.rate, options.after):
     age = time.time_ns() - frame.header.wall_time_nanos
     mean = float(frame.x.mean())
     if not ticks:
-        # The first one may have been published long ago.
+        # The first frame may have been published long ago.
         begin, used = time.monotonic(), processor_seconds()
     else:
         ages.append(age * 1e-3)

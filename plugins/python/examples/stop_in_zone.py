@@ -1,4 +1,4 @@
-"""Stops every robot that enters a zone, and says so.
+"""Stops every robot that enters a zone, and prints where.
 
     regatta run graphs/thirty.yaml &
     python plugins/python/examples/stop_in_zone.py --zone 60 20 75 40
@@ -16,7 +16,7 @@ options = parser.parse_args()
 
 fleet = regatta.join(options.fleet, options.name)
 orders = fleet.orders()
-for frame in fleet.frames(options.rate):
+for frame in fleet.frames(options.rate, options.after):
     inside = (frame.x >= x0) & (frame.x <= x1) & (frame.y >= y0) & (frame.y <= y1)
     for robot in np.flatnonzero(inside & (frame.state == regatta.RobotState.DRIVING)):
         orders.hold(robot)

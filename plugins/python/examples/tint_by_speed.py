@@ -1,6 +1,6 @@
-"""Publishes each robot's speed, as a share of the fastest one's so far, as the column ``pace``: 0 stands, 1 is fastest.
+"""Publishes the column ``relative_speed``: each robot's speed relative to the fastest speed so far, from 0 to 1.
 
-A viewer can tint robots by any column, and any program can read it: ``frame.column("pace")``.
+A viewer can tint robots by any column, and any program can read it: ``frame.column("relative_speed")``.
 
     regatta run graphs/thirty.yaml &
     python plugins/python/examples/tint_by_speed.py --rate 10
@@ -12,11 +12,11 @@ import regatta
 
 options = regatta.parser(__doc__).parse_args()
 fleet = regatta.join(options.fleet, options.name)
-pace = fleet.column("pace")
-fastest = 1e-3  # m/s, so that a fleet that stands has a pace too
+column = fleet.column("relative_speed")
+fastest = 1e-3  # m/s, so that a fleet that stands still divides by a positive number
 
-for frame in fleet.frames(options.rate):
+for frame in fleet.frames(options.rate, options.after):
     speed = np.abs(frame.speed)
     speed[frame.state == regatta.RobotState.ABSENT] = 0.0
     fastest = max(fastest, speed.max(initial=0.0))
-    pace.publish(frame, speed / fastest)
+    column.publish(frame, speed / fastest)

@@ -1,4 +1,4 @@
-"""Watch and steer Regatta's fleets of mobile robots from Python: numpy views of shared memory, without a copy.
+"""Watch and steer Regatta's fleets of mobile robots from Python, with numpy views of shared memory.
 
 ::
 
@@ -7,13 +7,14 @@
     for frame in regatta.frames("default"):
         print(f"tick {frame.tick}: centre ({frame.x.mean():.2f}, {frame.y.mean():.2f}) m")
 
-A program has one place in a fleet, a :class:`Fleet`, and opens on it what it needs. The functions of this module do so by
-the fleet's name; :func:`join` does so under a name of your choice.
+A program joins a fleet once, as a :class:`Fleet`, and opens on it what it needs. The functions of this module do both,
+given the fleet's name; :func:`join` joins under a name of your choice.
 
 Units are SI: metres, radians (counter-clockwise from east, in (-π, π]), seconds; x is east and y north.
 """
 
 import argparse
+from collections.abc import Iterable
 from weakref import WeakValueDictionary
 
 from regatta._columns import ColumnPublisher
@@ -56,25 +57,27 @@ from regatta._errors import (
 from regatta._events import TickReader, TickRecords
 from regatta._fleet import Fleet, checked_name
 from regatta._frame import ColumnValues, Frame
-from regatta._frames import Frames, checked_rate
+from regatta._frames import Frames
 from regatta._orders import Leg, Orders
+from regatta._rate import checked_rate
 from regatta._world import World
 
 _joined: WeakValueDictionary[str, Fleet] = WeakValueDictionary()
 
 
 def join(fleet: str = "default", name: str | None = None) -> Fleet:
-    """Joins a fleet under a name of its own: that of the program, unless ``name`` is given."""
+    """Joins a fleet. The program goes by ``name`` there; without one, by the name that the environment variable
+    ``REGATTA_PLUGIN_NAME`` gives (``regatta run`` sets it), or else by the name of its file."""
     return Fleet(fleet, name)
 
 
-def frames(fleet: str = "default", rate: float | None = None) -> Frames:
-    """Reads a fleet's frames: every one, or so many a second. Loop over it; see :class:`Frames`."""
-    return _shared(fleet).frames(rate)
+def frames(fleet: str = "default", rate: float | None = None, after: Iterable[str] = ()) -> Frames:
+    """Opens a fleet's frames: all of them, or ``rate`` per second; see :meth:`Fleet.frames` and :class:`Frames`."""
+    return _shared(fleet).frames(rate, after)
 
 
 def world(fleet: str = "default", timeout: float | None = None) -> World:
-    """A fleet's route graph and robot types; see :meth:`Fleet.world`."""
+    """Returns a fleet's route graph and robot types; see :meth:`Fleet.world`."""
     return _shared(fleet).world(timeout)
 
 
@@ -84,35 +87,45 @@ def column(fleet: str, name: str) -> ColumnPublisher:
 
 
 def orders(fleet: str = "default") -> Orders:
-    """Sends orders to a fleet's robots; see :class:`Orders`."""
+    """Opens the orders of a fleet for sending; see :class:`Orders`."""
     return _shared(fleet).orders()
 
 
 def control(fleet: str = "default") -> Control:
-    """Pauses, steps and otherwise controls a fleet's engine; see :class:`Control`."""
+    """Opens the control service of a fleet's engine; see :class:`Control`."""
     return _shared(fleet).control()
 
 
 def events(fleet: str = "default") -> TickReader[EventHeader]:
-    """Reads what happens to a fleet's robots; see :meth:`Fleet.events`."""
+    """Opens the events of a fleet's robots; see :meth:`Fleet.events`."""
     return _shared(fleet).events()
 
 
 def contacts(fleet: str = "default") -> ContactReader:
-    """Reads which of a fleet's robots touch or are about to; see :meth:`Fleet.contacts`."""
+    """Opens the contacts of a fleet's robots; see :meth:`Fleet.contacts`."""
     return _shared(fleet).contacts()
 
 
 def parser(description: str | None = None) -> argparse.ArgumentParser:
-    """The command line that every plugin has: ``--fleet``, ``--rate`` and ``--name``. A scenario starts a plugin with
-    ``--fleet``. Add options of your own to it."""
+    """Returns the command-line parser that every plugin has, to which you can add options of your own.
+
+    Its options are ``fleet``, ``rate``, ``name`` and ``after``. A scenario starts a plugin with ``--fleet``::
+
+        options = regatta.parser(__doc__).parse_args()
+        fleet = regatta.join(options.fleet, options.name)
+        for frame in fleet.frames(options.rate, options.after):
+            ...
+    """
     options = argparse.ArgumentParser(
         description=description, formatter_class=argparse.RawDescriptionHelpFormatter, allow_abbrev=False
     )
     fleet = options.add_argument("--fleet", metavar="NAME", default="default", type=_fleet)
     fleet.help = "the fleet to read [default: %(default)s]"
-    options.add_argument("--rate", metavar="N", type=_rate, help="frames a second to look at, or 'all' [default: all]")
-    options.add_argument("--name", metavar="NAME", help="the name to go by [default: the program's]")
+    options.add_argument("--rate", metavar="N", type=_rate, help="frames per second to read, or 'all' [default: all]")
+    name = options.add_argument("--name", metavar="NAME")
+    name.help = "the name to go by, in lockstep and in `regatta doctor` [default: the program's name]"
+    after = options.add_argument("--after", metavar="NAME", action="append", default=[])
+    after.help = "in lockstep, handle each tick after this plugin has; may be repeated"
     return options
 
 
@@ -131,7 +144,7 @@ def _fleet(text: str) -> str:
 
 
 def _shared(name: str) -> Fleet:
-    """The program's place in a fleet, which all that this module's functions open share."""
+    """Returns the fleet, joined once for all functions of this module."""
     fleet = _joined.get(name)
     if fleet is None:
         fleet = _joined[name] = Fleet(name)

@@ -10,26 +10,27 @@ from regatta._errors import PublishError, ReadError
 from regatta._frame import ColumnValues, Frame
 from regatta._node import Node
 from regatta._ports import Bytes, Sender
+from regatta._sequence import SequenceCounter
 
-
-FIRST_WAIT = 0.25
-"""Seconds in which a publisher hands a new reader what it has published before."""
+FIRST_WAIT = 1.0
+"""The longest time, in seconds, to wait until a publisher gives a new reader the values that it has published
+before."""
 
 
 class ColumnPublisher:
-    """Publishes a column: one value per robot, for the frame that they were worked out from.
+    """Publishes a column: one value per robot, for the frame that the values were computed from.
 
     The viewer can tint robots by it, and every other process can read it.
     """
 
     def __init__(self, node: Node, name: str) -> None:
         self._sender: Sender[ColumnHeader] = node.sender(f"columns/{name}", "a column", Line, ColumnHeader)
-        self._sent = 0
+        self._sequence = SequenceCounter()
 
     def publish(self, frame: Frame, values: npt.ArrayLike) -> None:
-        """Publishes one value per robot of the frame. They are written as 32-bit floats.
+        """Publishes one value per robot of the frame, as 32-bit floats.
 
-        Raises :class:`PublishError <regatta.PublishError>` if there are more or fewer.
+        Raises :class:`PublishError <regatta.PublishError>` if there are more or fewer values than robots.
         """
         given = np.asarray(values)
         robots = len(frame)
@@ -38,16 +39,23 @@ class ColumnPublisher:
                 f"a column of shape {given.shape} doesn't fit a frame of {robots} robots; it needs one value per robot"
             )
 
+        header = ColumnHeader(run_id=frame.run_id, tick=frame.tick, robots=robots)
+
         def fill(memory: Bytes) -> None:
             memory.view(np.float32)[:robots] = given
+            # Only now: a number that isn't sent would count as a lost sample.
+            header.sequence = self._sequence.next(frame.run_id)
 
-        self._sent = (self._sent + 1) % 2**32
-        header = ColumnHeader(frame.run_id, frame.tick, robots, self._sent)
         self._sender.send(header, -(-robots // WORDS_PER_LINE), fill)
+
+    def update(self) -> None:
+        """Gives the newest values to readers that have joined since. Publishing does so as well, and so does a loop
+        over frames while no frame comes."""
+        self._sender.update()
 
 
 class ColumnReader:
-    """Reads a column: always the newest values."""
+    """Reads the newest values of a column."""
 
     def __init__(self, node: Node, name: str) -> None:
         self._receiver = node.receiver(f"columns/{name}", f"column '{name}'", Line, ColumnHeader)
@@ -55,20 +63,21 @@ class ColumnReader:
         self._newest: ColumnValues | None = None
 
     def first(self) -> ColumnValues | None:
-        """As :meth:`newest`, but waits for what a publisher that is there has published before."""
+        """Returns the newest values. If there is a publisher, waits a moment for the values that it has published
+        before."""
         deadline = time.monotonic() + FIRST_WAIT
         while (values := self.newest()) is None and time.monotonic() < deadline and self._receiver.has_publisher():
             time.sleep(0.002)
         return values
 
     def newest(self) -> ColumnValues | None:
-        """The newest values, whether or not they were returned before."""
+        """Returns the newest values, whether or not they were returned before."""
         if self._receiver.has_samples():
             self._newest = None
             sample = self._receiver.latest()
             if sample is not None:
                 header, words = sample.header, sample.payload.view(np.float32)
                 if len(words) < header.robots:
-                    raise ReadError(f"column '{self._name}' is too short for what its header says")
-                self._newest = ColumnValues(header.run_id, header.tick, words[: header.robots])
+                    raise ReadError(f"column '{self._name}' is shorter than its header says; its publisher is at fault")
+                self._newest = ColumnValues(header.run_id, header.tick, words[: header.robots], sample.missed)
         return self._newest

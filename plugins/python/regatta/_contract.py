@@ -1,8 +1,8 @@
 """The contract: everything that crosses a process boundary, as plain data.
 
-The structures are those of the Rust crate ``regatta-plugin``, which describes their fields. ``layout.json`` beside this
-file is written from that crate: it holds the sizes and offsets that the tests compare these with, and the quality of
-service by which :mod:`regatta._shared_memory` opens services.
+The structures mirror those of the Rust crate ``regatta-plugin``, which documents their fields. ``layout.json`` beside
+this file is generated from that crate. It holds the sizes and offsets that the tests compare these structures with, and
+the quality of service with which :mod:`regatta._node` opens services.
 """
 
 import ctypes
@@ -16,10 +16,10 @@ LAYOUT: dict[str, Any] = json.loads(Path(__file__).with_name("layout.json").read
 """The contract as data."""
 
 CONTRACT_VERSION: int = LAYOUT["contract_version"]
-"""Two processes talk only if theirs are equal."""
+"""The version of the contract. Two processes communicate only if their versions are equal."""
 
 NO_EDGE: int = LAYOUT["no_edge"]
-"""In the column ``edge``: the robot stands on no edge."""
+"""The value of the column ``edge`` for a robot that is on no edge."""
 
 BYTES_PER_LINE = 64
 WORDS_PER_LINE = 16
@@ -30,32 +30,46 @@ f32 = Annotated[float, ctypes.c_float]
 
 
 class Record(ctypes.Structure):
-    """Plain data that Rust knows by the same name, with ``regatta_`` before it."""
+    """Plain data whose type has the same name in Rust, with the prefix ``regatta_``."""
 
     _fields_: ClassVar[Any]
 
     @classmethod
     def type_name(cls) -> str:
-        """The name by which iceoryx2 compares types."""
+        """Returns the name by which iceoryx2 compares types."""
         return f"regatta_{cls.__name__}"
+
+
+class Sequenced(Record):
+    """A header that numbers the samples of a run."""
+
+    @property
+    def run_id(self) -> int:
+        """The run that the sample belongs to."""
+        raise NotImplementedError
+
+    @property
+    def sequence(self) -> int:
+        """The number of the sample within its run, counted by the publisher from 1."""
+        raise NotImplementedError
 
 
 R = TypeVar("R", bound=type[Record])
 
 
 def dtype(cls: type[Record]) -> np.dtype[np.void]:
-    """The same as numpy has it, with text as one value rather than single characters."""
-    names, kinds, offsets = [], [], []
+    """Returns the numpy type of a record, with text as one value rather than as an array of characters."""
+    names, formats, offsets = [], [], []
     for name, field in (np.dtype(cls).fields or {}).items():
-        kind = field[0]
+        scalar = field[0]
         names.append(name)
-        kinds.append(np.dtype(f"S{kind.itemsize}") if kind.base.kind == "S" else kind)
+        formats.append(np.dtype(f"S{scalar.itemsize}") if scalar.base.kind == "S" else scalar)
         offsets.append(field[1])
-    return np.dtype({"names": names, "formats": kinds, "offsets": offsets, "itemsize": ctypes.sizeof(cls)})
+    return np.dtype({"names": names, "formats": formats, "offsets": offsets, "itemsize": ctypes.sizeof(cls)})
 
 
 def record(cls: R) -> R:
-    """Lays out a class's annotated fields, in their order."""
+    """Lays out the annotated fields of a class, in the order of their annotations."""
     hints = get_type_hints(cls, include_extras=True)
     cls._fields_ = [(name, get_args(hints[name])[1]) for name in cls.__annotations__]
     return cls
@@ -63,17 +77,18 @@ def record(cls: R) -> R:
 
 @record
 class Line(Record):
-    """One cache line: sixteen values of four bytes."""
+    """One cache line: sixteen 4-byte values."""
 
     words: Annotated[Any, ctypes.c_float * WORDS_PER_LINE]
 
 
 @record
-class FrameHeader(Record):
-    """What a frame says about itself."""
+class FrameHeader(Sequenced):
+    """The header of a frame."""
 
     run_id: u64
     tick: u64
+    sequence: u64
     sim_time_nanos: u64
     wall_time_nanos: u64
     late_ticks: u64
@@ -89,8 +104,8 @@ class FrameHeader(Record):
 
 
 @record
-class WorldHeader(Record):
-    """What a world says about itself."""
+class WorldHeader(Sequenced):
+    """The header of a world."""
 
     run_id: u64
     revision: u64
@@ -98,6 +113,11 @@ class WorldHeader(Record):
     edges: u32
     robot_types: u32
     reserved: u32
+
+    @property
+    def sequence(self) -> int:
+        """The revision, which counts the worlds of a run from 1."""
+        return self.revision
 
 
 @record
@@ -126,7 +146,7 @@ class EdgeRecord(Record):
 
 @record
 class RobotTypeRecord(Record):
-    """A kind of robot."""
+    """A robot type."""
 
     name: Annotated[bytes, ctypes.c_char * 44]
     shape: u32
@@ -137,18 +157,19 @@ class RobotTypeRecord(Record):
 
 
 @record
-class ColumnHeader(Record):
-    """What a column says about itself."""
+class ColumnHeader(Sequenced):
+    """The header of a column."""
 
     run_id: u64
     tick: u64
+    sequence: u64
     robots: u32
-    sequence: u32
+    reserved: u32
 
 
 @record
 class OrderHeader(Record):
-    """Who sends orders."""
+    """The header of orders: their sender."""
 
     sender: u64
 
@@ -169,8 +190,8 @@ class OrderRecord(Record):
 
 
 @record
-class OrderLogHeader(Record):
-    """Which tick's orders these are."""
+class OrderLogHeader(Sequenced):
+    """The header of the orders that took effect in one tick."""
 
     run_id: u64
     tick: u64
@@ -178,8 +199,8 @@ class OrderLogHeader(Record):
 
 
 @record
-class EventHeader(Record):
-    """Which tick's events these are."""
+class EventHeader(Sequenced):
+    """The header of the events of one tick. ``dropped`` counts those that were left out because there were too many."""
 
     run_id: u64
     tick: u64
@@ -199,8 +220,8 @@ class EventRecord(Record):
 
 
 @record
-class ContactHeader(Record):
-    """Which frame's contacts these are, and totals."""
+class ContactHeader(Sequenced):
+    """The header of the contacts of one frame, with totals."""
 
     run_id: u64
     tick: u64
@@ -208,15 +229,16 @@ class ContactHeader(Record):
     touching_ever: u64
     possible_ever: u64
     frames_skipped: u64
+    sequence: u64
     touching: u32
     possible: u32
     capped: u32
-    sequence: u32
+    reserved: u32
 
 
 @record
 class ContactRecord(Record):
-    """Two robots that touch, or may."""
+    """A pair of robots that touch, or may."""
 
     since_tick: u64
     since_nanos: u64
@@ -230,8 +252,8 @@ class ContactRecord(Record):
 
 
 @record
-class ContactEventHeader(Record):
-    """Which tick's changes of contacts these are."""
+class ContactEventHeader(Sequenced):
+    """The header of the contacts that began or ended in one tick."""
 
     run_id: u64
     tick: u64
@@ -240,7 +262,7 @@ class ContactEventHeader(Record):
 
 @record
 class ContactEvent(Record):
-    """A pair that came to a level, or left it."""
+    """A pair that reached a level, or left it."""
 
     tick: u64
     sim_time_nanos: u64
@@ -255,7 +277,7 @@ class ContactEvent(Record):
 
 @record
 class ControlRequest(Record):
-    """A request."""
+    """A request to the engine."""
 
     count: u64
     kind: u32
@@ -264,7 +286,7 @@ class ControlRequest(Record):
 
 @record
 class ControlResponse(Record):
-    """The answer: whether the request was carried out, and the status after it."""
+    """The answer to a request: whether it was carried out, and the status after it."""
 
     run_id: u64
     tick: u64
@@ -287,7 +309,7 @@ class ControlResponse(Record):
 
 @record
 class RouteRequest(Record):
-    """Which robot's route is wanted."""
+    """A request for the route of a robot."""
 
     robot: u32
     reserved: u32
@@ -295,7 +317,7 @@ class RouteRequest(Record):
 
 @record
 class RouteResponse(Record):
-    """What a robot has still to drive: the first legs as edges' indices, with bit 31 set in reverse gear."""
+    """The remaining route of a robot: its first legs as indices of edges, with bit 31 set in reverse gear."""
 
     run_id: u64
     tick: u64
@@ -308,7 +330,7 @@ class RouteResponse(Record):
 
 @record
 class Done(Record):
-    """A reader's report that it has finished a tick, in lockstep."""
+    """The report of a reader, in lockstep, that it has finished a tick."""
 
     run_id: u64
     tick: u64

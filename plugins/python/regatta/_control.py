@@ -9,19 +9,19 @@ from regatta._node import Node
 from regatta._ports import Client
 
 TIMEOUT = 5.0
-"""Seconds that requests which take no time of their own wait for an answer."""
+"""The longest time, in seconds, to wait for the answer to a request that the engine answers at once."""
 POLL = 0.0005
-"""Seconds between two looks for an answer."""
+"""The time between two checks for an answer, in seconds."""
 CHECK = 1.0
-"""Seconds between two looks whether the engine is still alive."""
+"""The time between two checks whether the engine is still alive, in seconds."""
 
 
 class Control:
     """Controls a fleet's engine. Every request returns the status after it.
 
-    All raise :class:`NoEngineError <regatta.NoEngineError>` if nobody answers, :class:`RefusedError
-    <regatta.RefusedError>` with the engine's reason, or :class:`ControlError <regatta.ControlError>` if the engine ends or
-    gives no answer in time.
+    Requests raise :class:`NoEngineError <regatta.NoEngineError>` if the fleet has no engine, :class:`RefusedError
+    <regatta.RefusedError>` with the engine's reason, or :class:`ControlError <regatta.ControlError>` if the engine ends
+    or doesn't answer in time.
     """
 
     def __init__(self, node: Node) -> None:
@@ -34,7 +34,7 @@ class Control:
         return self._client.has_server()
 
     def status(self) -> ControlResponse:
-        """Asks for the status."""
+        """Returns the status."""
         return self._request(ControlRequest(0, ControlKind.STATUS))
 
     def pause(self) -> ControlResponse:
@@ -42,15 +42,16 @@ class Control:
         return self._request(ControlRequest(0, ControlKind.PAUSE))
 
     def resume(self) -> ControlResponse:
-        """Lets the clock go on."""
+        """Starts the clock again."""
         return self._request(ControlRequest(0, ControlKind.RESUME))
 
     def step(self, ticks: int = 1) -> ControlResponse:
-        """Advances a paused run by ``ticks``, at the wanted speed, and returns when they are done, however long that takes."""
+        """Pauses the run and advances it by ``ticks``, at the requested speed. Returns when they are done, however long
+        that takes."""
         return self._request(ControlRequest(_count(ticks, 2**64), ControlKind.STEP), timeout=None)
 
     def speed(self, factor: float) -> ControlResponse:
-        """Changes the wanted speed, in simulated seconds per wall second; ``math.inf`` for as fast as possible."""
+        """Changes the requested speed, in simulated seconds per wall second; ``math.inf`` for as fast as possible."""
         return self._request(ControlRequest(0, ControlKind.SPEED, factor))
 
     def robots(self, count: int) -> ControlResponse:
@@ -58,21 +59,23 @@ class Control:
         return self._request(ControlRequest(_count(count, 2**32), ControlKind.ROBOTS))
 
     def seek(self, seconds: float) -> ControlResponse:
-        """Goes to a simulated time: a replay does."""
+        """Goes to a simulated time. Only replays can."""
         return self._request(ControlRequest(_count(round(seconds * 1e9), 2**64), ControlKind.SEEK))
 
     def _request(self, request: ControlRequest, timeout: float | None = TIMEOUT) -> ControlResponse:
         if not self._client.has_server():
-            raise NoEngineError(f"fleet '{self._fleet}' has no engine; start one with `regatta run`, or name another fleet")
+            raise NoEngineError(
+                f"fleet '{self._fleet}' has no engine; start one with `regatta run`, or name another fleet"
+            )
         try:
             answer = self._answer(request, timeout)
         except (PublishError, ReadError) as error:
             raise ControlError(
-                f"can't reach the engine of fleet '{self._fleet}' ({error}); `regatta doctor` says what is wrong"
+                f"can't reach the engine of fleet '{self._fleet}' ({error}); `regatta doctor` reports what is wrong"
             ) from None
         if not answer.accepted:
             reason = answer.reason.decode(errors="replace")
-            raise RefusedError(f"the engine of fleet '{self._fleet}' refused: {reason}")
+            raise RefusedError(f"the engine of fleet '{self._fleet}' refused the request: {reason}")
         return answer
 
     def _answer(self, request: ControlRequest, timeout: float | None) -> ControlResponse:
@@ -80,7 +83,7 @@ class Control:
         start = time.monotonic()
         next_check = start + CHECK
         while True:
-            # Asked before the look, so that an answer given just before the end is not missed.
+            # Checked before the answer, so that an answer sent just before the end is not missed.
             connected = pending.is_connected
             answer = self._client.answer(pending)
             if answer is not None:
@@ -95,7 +98,7 @@ class Control:
                 )
             if now >= next_check:
                 next_check = now + CHECK
-                # An engine that was killed counts as connected until its traces are removed.
+                # An engine that was killed counts as connected until its resources are removed.
                 self._client.forget_dead()
             time.sleep(POLL)
 

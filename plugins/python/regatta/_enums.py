@@ -1,31 +1,34 @@
-"""The contract: the numbers that stand in its records and columns."""
+"""The contract: the numbers in its records and columns."""
 
 from enum import IntEnum
 
 
 class RobotState(IntEnum):
-    """What a robot is doing: the column ``state``."""
+    """The state of a robot: a value of the column ``state``."""
 
     IDLE = 0
-    """Has nothing left to drive."""
+    """The robot has nothing left to drive."""
     DRIVING = 1
-    """Drives its released base."""
+    """The robot drives its released base."""
     WAITING = 2
-    """Stands at the end of its released base and waits for a release of its horizon."""
+    """The robot stands at the end of its released base and waits for a release of its horizon."""
     HELD = 3
-    """Was told to hold and stands, or brakes in order to."""
+    """The robot was ordered to hold; it stands, or brakes in order to."""
     FAULTED = 4
-    """Can't go on; an event said why."""
+    """The robot can't continue; an event gave the reason."""
     ABSENT = 255
-    """This row holds no robot. Its pose means nothing."""
+    """The row holds no robot. Its pose is meaningless."""
 
 
 class ClockState(IntEnum):
-    """What the producer's clock is doing."""
+    """The state of the producer's clock."""
 
     RUNNING = 0
+    """Ticks follow the wall clock, times the requested speed."""
     PAUSED = 1
+    """No ticks until a resume or a step."""
     STOPPED = 2
+    """The last frame of the run."""
 
 
 class Shape(IntEnum):
@@ -38,7 +41,7 @@ class Shape(IntEnum):
 
 
 class OrderKind(IntEnum):
-    """Kinds of :class:`OrderRecord`."""
+    """Kinds of order records."""
 
     LEG = 0
     ASSIGN = 1
@@ -52,39 +55,43 @@ class OrderKind(IntEnum):
 
 
 class EventKind(IntEnum):
-    """What happened to a robot."""
+    """Kinds of events."""
 
     REACHED_NODE = 1
-    """It came to the node ``id`` of its route."""
+    """The robot reached the node ``id`` of its route."""
     ROUTE_DONE = 2
-    """It came to the end of its route."""
+    """The robot reached the end of its route."""
     WAITING_FOR_RELEASE = 3
-    """It came to the end of its released base and waits for more."""
+    """The robot reached the end of its released base and waits for a release."""
     HELD = 4
-    """It was told to hold and has come to a stand."""
+    """The held robot has come to a stop."""
     RESUMED = 5
-    """It was held and goes on."""
+    """The held robot continues."""
     ACCEPTED = 6
     """The order ``token`` was carried out."""
     REFUSED = 7
     """The order ``token`` was refused and changed nothing; ``detail`` is a :class:`Refusal`."""
     SPAWNED = 8
-    """It joined the fleet."""
+    """The robot joined the fleet after the first frame."""
     REMOVED = 9
-    """It left the fleet."""
+    """The robot left the fleet."""
     FAULTED = 10
-    """It can't go on."""
+    """The robot can't continue (a random walk at a dead end, for example)."""
 
 
 class Refusal(IntEnum):
-    """Why an order was refused."""
+    """The reason why an order was refused."""
 
     UNKNOWN_ROBOT = 1
+    """No robot has that id."""
     UNKNOWN_EDGE = 2
+    """No edge has that id."""
     UNKNOWN_NODE = 3
+    """No node has that id."""
     UNKNOWN_ROBOT_TYPE = 4
+    """The world has no such robot type."""
     NOT_CONNECTED = 5
-    """A leg doesn't start where the one before it, the base, or the robot ends."""
+    """A leg doesn't start where the leg before it or the base ends, or where the robot is."""
     NO_REVERSE = 6
     """The edge can't be driven in reverse gear."""
     MALFORMED_ROUTE = 7
@@ -92,29 +99,31 @@ class Refusal(IntEnum):
     DISTANCE_OUT_OF_RANGE = 8
     """The distance is not on the edge."""
     FLEET_FULL = 9
-    """The fleet is as large as it may get."""
+    """The fleet has reached its maximum size."""
     MALFORMED_ORDER = 10
     """The record's kind is unknown, or legs are missing."""
 
 
 class ContactLevel(IntEnum):
-    """How near two robots are to a collision: the values of the column ``collision``, where 0 is clear."""
+    """How close two robots are to a collision: the values of the column ``collision``, where 0 is clear."""
 
     POSSIBLE = 1
-    """Within the safety margin, or they will touch soon if both go on as they do."""
+    """They are within the safety margin, or will touch within the horizon if both continue as they do."""
     TOUCHING = 2
     """Their footprints overlap."""
 
 
 class ContactChange(IntEnum):
-    """What a :class:`ContactEvent` tells."""
+    """The change that a contact event reports."""
 
     BEGAN = 1
+    """The pair reached the level."""
     ENDED = 2
+    """The pair left the level."""
 
 
 class ControlKind(IntEnum):
-    """Kinds of :class:`ControlRequest`."""
+    """Kinds of control requests."""
 
     STATUS = 0
     PAUSE = 1

@@ -1,8 +1,8 @@
-"""Errors: what is wrong, where, and what to do about it, in one line."""
+"""Errors. The message says in one line what is wrong, where, and what to do."""
 
 
 class Error(Exception):
-    """Any error of this package."""
+    """The base class of all errors of this package."""
 
 
 class OpenError(Error):
@@ -10,31 +10,31 @@ class OpenError(Error):
 
 
 class VersionError(OpenError):
-    """The fleet speaks another version of the contract."""
+    """The fleet uses another version of the contract."""
 
 
 class TakenError(OpenError):
-    """Somebody else already publishes what only one process may publish."""
+    """Another process already publishes what only one process may publish."""
 
 
 class FullError(OpenError):
-    """All places at a service are taken."""
+    """All places of a service are taken."""
 
 
 class ReadError(Error):
-    """Something can't be read."""
+    """A sample can't be read."""
 
 
 class HeldError(ReadError):
-    """Too many frames, or samples of one column, are still referred to."""
+    """The program still refers to too many frames, or samples of one column."""
 
 
 class PublishError(Error):
-    """Something can't be published."""
+    """A sample can't be published."""
 
 
 class OrderError(Error):
-    """Orders can't be sent. They are kept, to be sent again."""
+    """Orders can't be sent. They are kept, and can be sent again."""
 
 
 class ControlError(Error):
@@ -42,8 +42,8 @@ class ControlError(Error):
 
 
 class RefusedError(ControlError):
-    """The engine refused a request, and said why."""
+    """The engine refused a request, for the reason in the message."""
 
 
 class NoEngineError(OrderError, ControlError):
-    """The fleet has no engine to take orders or requests."""
+    """The fleet has no engine that could take orders or requests."""

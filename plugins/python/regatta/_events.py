@@ -1,4 +1,4 @@
-"""What happens from tick to tick: events, orders taken, changes of contacts."""
+"""Records of each tick: events, applied orders, changes of contacts."""
 
 from __future__ import annotations
 
@@ -19,12 +19,13 @@ Header = TypeVar("Header", bound=EventHeader | OrderLogHeader | ContactEventHead
 
 @dataclass(frozen=True, eq=False)
 class TickRecords(Generic[Header]):
-    """What one tick brought. ``records`` is a structured array, a copy: ``records["robot"]``."""
+    """The records of one tick. ``records`` is a structured array, a copy: ``records["robot"]``."""
 
     header: Header
     records: npt.NDArray[np.void]
     missed: int
-    """Ticks that this reader was too slow for, between the last ones it got and these."""
+    """The number of samples (ticks with records) that this reader lost between the last one and this one, because it
+    was too slow."""
 
     @property
     def run_id(self) -> int:
@@ -38,37 +39,67 @@ class TickRecords(Generic[Header]):
 
 
 class TickReader(Generic[Header]):
-    """Reads what happens from tick to tick. One that lags more than 64 such ticks behind misses the oldest, and is told
-    how many."""
+    """Reads the records of a service tick by tick.
+
+    It holds the last 64 ticks with records that it hasn't taken yet. A reader that lags behind further loses the
+    oldest, and ``missed`` is their number. There are two ways to lose none:
+
+    - Loop over it. The loop wakes with each frame, and so it keeps up however rarely the program reads a frame::
+
+          frames, events = fleet.frames(), fleet.events()
+          for tick in events:
+              frame = frames.latest()  # the newest one, if there is a new one
+
+    - Call :meth:`take` in a loop over all frames, without a rate: at 100 ticks a second, a loop over one frame a second
+      would lose events. Skip frames in the body of the loop instead::
+
+          due = 0.0
+          for frame in fleet.frames():
+              for tick in events.take():
+                  ...
+              if frame.sim_time >= due:
+                  due = frame.sim_time + 1.0
+                  ...
+
+      All records of a tick are published before its frame. In lockstep, :meth:`take` in the body of the loop therefore
+      has exactly the records up to the frame's tick, and the run is reproducible. (Contact events are the exception:
+      their publisher gets the same frame. They are complete if the loop comes after it:
+      ``fleet.frames(after=["collision"])``.)
+    """
 
     def __init__(self, node: Node, service: str, what: str, record: type[Record], header: type[Header]) -> None:
         self._receiver = node.receiver(service, what, record, header)
         self._node = node
         self._dtype = dtype(record)
-        self._last = (0, 0)
+
+    @property
+    def lost(self) -> int:
+        """The number of samples that this reader lost so far."""
+        return self._receiver.lost
 
     def take(self) -> list[TickRecords[Header]]:
-        """All that has arrived, oldest first. Doesn't wait."""
+        """Returns the records of all ticks that have arrived, oldest first. Doesn't wait."""
         taken = []
-        # Bounded, so that a producer faster than this can't keep a program from its frames.
+        # Bounded, so that a publisher faster than this can't keep a program from its frames.
         for _ in range(2 * LAYOUT["event_buffer"]):
             sample = self._receiver.receive()
             if sample is None:
                 break
             records = sample.payload.view(self._dtype).copy()
-            taken.append(TickRecords(sample.header, records, self._missed(sample.header)))
+            taken.append(TickRecords(sample.header, records, sample.missed))
             del sample  # given back before the next is asked for
         return taken
 
     def __iter__(self) -> Iterator[TickRecords[Header]]:
-        """Waits for what comes, until Ctrl-C or SIGTERM."""
+        """Waits for records, tick by tick, until Ctrl-C or SIGTERM."""
         wake = self._node.wake()
         with Termination() as termination:
             while not termination.requested:
-                yield from self.take()
-                wake.sleep(NAP)
-
-    def _missed(self, header: Header) -> int:
-        run_id, sequence = self._last
-        self._last = (header.run_id, header.sequence)
-        return max(0, header.sequence - sequence - 1) if header.run_id == run_id else 0
+                taken = self.take()
+                for records in taken:
+                    yield records
+                    if termination.requested:
+                        return
+                # More may have arrived while the body of the loop worked. Contact events come without a wake-up.
+                if not taken:
+                    wake.sleep(NAP)

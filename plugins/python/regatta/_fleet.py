@@ -1,9 +1,12 @@
-"""A program's place in a fleet: what everything else is opened on."""
+"""A fleet, as a program has joined it: everything else is opened on it."""
 
+import os
 import re
 import sys
 import time
+from collections.abc import Iterable
 from pathlib import Path
+from weakref import WeakSet
 
 from regatta._columns import ColumnPublisher, ColumnReader
 from regatta._contacts import ContactReader
@@ -28,76 +31,97 @@ from regatta._orders import Orders, Tokens
 from regatta._world import World, world_of
 
 MAX_NAME_BYTES = 64
-"""Longest name of a fleet, a column or a program, in bytes."""
+"""The longest name of a fleet, a column or a program, in bytes."""
 WORLD_WAIT = 0.5
-"""Seconds to wait for the world that a frame names: who joins just now can have its first frame some moments before."""
+"""The longest time, in seconds, to wait for the world that a frame refers to: a program that has just joined can get
+its first frame some moments before the world."""
+NAME_VARIABLE = "REGATTA_PLUGIN_NAME"
+"""The environment variable with the name that a program goes by unless it chooses one. ``regatta run`` sets it to the
+name in the scenario."""
 
 
 class Fleet:
-    """A program's place in a fleet, whether or not that has an engine yet. Everything else is opened on it.
+    """A fleet, as a program has joined it, whether or not it has an engine yet. Everything else is opened on it.
 
-    It and all that is opened on it are to be used from one thread. Not to be carried across ``os.fork``: with
-    ``multiprocessing``, use the start method ``spawn`` and open what each process needs there.
+    A fleet, and everything that is opened on it, belongs to one thread and one process. It doesn't work after
+    ``os.fork``: with ``multiprocessing``, use the start method ``spawn`` and join the fleet in each process.
     """
 
     def __init__(self, name: str, participant: str | None = None) -> None:
         self.name = checked_name(name)
         """The fleet's name."""
-        self.participant = _cut(participant or _program())
+        self.participant = _cut(participant or os.environ.get(NAME_VARIABLE) or _program())
         """The name that this program goes by, in lockstep and in ``regatta doctor``."""
         self._node = Node(self.name, self.participant)
         self._tokens = Tokens(self.participant)
         self._columns: dict[str, ColumnReader] = {}
+        self._publishers: WeakSet[ColumnPublisher] = WeakSet()
         self._worlds = self._node.receiver("world", "the world", Line, WorldHeader)
         self._world: World | None = None
 
-    def frames(self, rate: float | None = None) -> Frames:
-        """Reads the frames: every one, or so many a second."""
-        return Frames(self, rate)
+    def frames(self, rate: float | None = None, after: Iterable[str] = ()) -> Frames:
+        """Opens the frames: all of them, or ``rate`` per second.
+
+        In lockstep, the loop gets each tick after the programs named in ``after`` have finished it, so that their
+        columns of that tick are there. The names in the environment variable ``REGATTA_PLUGIN_AFTER`` (separated by
+        commas) are added.
+        """
+        return Frames(self, rate, after)
 
     def world(self, timeout: float | None = None) -> World:
-        """The route graph and the robot types. Waits for an engine that isn't there yet: after ``timeout`` seconds without
-        one it raises :class:`NoEngineError <regatta.NoEngineError>`. (``frame.world`` is the one of a frame.)"""
+        """Returns the route graph and the robot types. Waits for an engine that isn't there yet, and raises
+        :class:`NoEngineError <regatta.NoEngineError>` after ``timeout`` seconds. (``frame.world`` is the world of a
+        frame.)"""
         start = time.monotonic()
         while True:
             world = self._newest_world()
             if world is not None:
                 return world
             if timeout is not None and time.monotonic() - start >= timeout:
-                raise NoEngineError(f"fleet '{self.name}' has no engine; start one with `regatta run`, or name another")
+                raise NoEngineError(
+                    f"fleet '{self.name}' has no engine; start one with `regatta run`, or name another fleet"
+                )
             time.sleep(0.005)
 
     def column(self, name: str) -> ColumnPublisher:
-        """Opens a column for writing. Raises :class:`TakenError <regatta.TakenError>` if somebody else publishes it.
+        """Opens a column for writing. Raises :class:`TakenError <regatta.TakenError>` if another process publishes it.
         (``frame.column`` reads one.)"""
-        return ColumnPublisher(self._node, checked_name(name))
+        publisher = ColumnPublisher(self._node, checked_name(name))
+        self._publishers.add(publisher)
+        return publisher
 
     def orders(self) -> Orders:
-        """Opens the orders, for sending."""
+        """Opens the orders for sending."""
         return Orders(self)
 
     def control(self) -> Control:
-        """Opens the control service, for sending requests."""
+        """Opens the control service."""
         return Control(self._node)
 
     def events(self) -> TickReader[EventHeader]:
-        """Reads what happens to robots. Records have ``kind`` (an :class:`EventKind <regatta.EventKind>`), ``robot``,
-        ``token`` (of the order that they answer, else 0), ``id`` and ``detail``; the header counts those ``dropped``."""
+        """Opens the events of robots. Records have ``kind`` (an :class:`EventKind <regatta.EventKind>`), ``robot``,
+        ``token`` (of the order that the event answers, else 0), ``id`` and ``detail``. ``header.dropped`` counts the
+        events of the tick that were left out because there were too many."""
         return TickReader(self._node, "events", "events", EventRecord, EventHeader)
 
     def order_log(self) -> TickReader[OrderLogHeader]:
-        """Reads the orders that the engine takes, whoever sent them."""
-        return TickReader(self._node, "order_log", "orders taken", OrderRecord, OrderLogHeader)
+        """Opens the order log: the orders that the engine applied, of all senders."""
+        return TickReader(self._node, "order_log", "the order log", OrderRecord, OrderLogHeader)
 
     def contacts(self) -> ContactReader:
-        """Reads which robots touch or are about to, while a collision checker runs."""
+        """Opens the contacts: pairs of robots that touch or are about to, which a collision checker publishes."""
         return ContactReader(self._node)
 
     def contact_events(self) -> TickReader[ContactEventHeader]:
-        """Reads which contacts begin and end. Records have ``robots``, ``level`` (a :class:`ContactLevel
+        """Opens the contacts that begin and end. Records have ``robots``, ``level`` (a :class:`ContactLevel
         <regatta.ContactLevel>`), ``change`` (a :class:`ContactChange <regatta.ContactChange>`), ``edge``, ``x``, ``y``
         and ``relative_speed``."""
         return TickReader(self._node, "contact_events", "contact events", ContactEvent, ContactEventHeader)
+
+    def _update_columns(self) -> None:
+        """Gives the newest values of the columns of this program to readers that have joined since."""
+        for publisher in self._publishers:
+            publisher.update()
 
     def _column_values(self, name: str) -> ColumnValues | None:
         if name not in self._columns:
@@ -118,7 +142,9 @@ class Fleet:
             if world is not None and world.run_id == header.run_id and world.revision >= header.world_revision:
                 return world
             if time.monotonic() - start >= WORLD_WAIT:
-                raise ReadError(f"fleet '{self.name}': the world of tick {header.tick} has not come; its producer is at fault")
+                raise ReadError(
+                    f"fleet '{self.name}': the world of tick {header.tick} has not arrived; its producer is at fault"
+                )
             time.sleep(0.001)
 
 
@@ -131,9 +157,9 @@ def _cut(name: str) -> str:
 
 
 def checked_name(name: str) -> str:
-    """The name of a fleet or a column, if it is one."""
+    """Returns the name of a fleet or a column, or raises ``ValueError`` if it is invalid."""
     if not re.fullmatch(rf"[a-zA-Z0-9._-]{{1,{MAX_NAME_BYTES}}}", name, re.ASCII):
         raise ValueError(
-            f"{name!r} is no name; give it 1 to {MAX_NAME_BYTES} letters (a-z, A-Z), digits, '-', '_' or '.'"
+            f"invalid name {name!r}; give it 1 to {MAX_NAME_BYTES} letters (a-z, A-Z), digits, '-', '_' or '.'"
         )
     return name

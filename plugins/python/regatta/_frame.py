@@ -19,45 +19,45 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class ColumnValues:
-    """A column as a reader sees it. ``values`` is a view of shared memory, read-only."""
+    """A reader's view of a column. ``values`` is a read-only view of shared memory."""
 
     run_id: int
     """The run that the values belong to."""
     tick: int
-    """The tick that the values belong to: an older one than the frame's, if the plugin that made them is slower."""
+    """The tick that the values belong to: an older one than the frame's if the plugin that publishes them is slower."""
     values: npt.NDArray[np.float32]
     """One value per robot of that tick."""
+    missed: int
+    """The number of samples that were published between the one that this program got before and this one."""
 
 
 class Frame:
-    """A frame, in shared memory.
+    """A reader's view of a frame in shared memory.
 
-    Its columns are numpy arrays that look straight into it: nothing is copied, and they can't be written to. Row ``i`` is
-    the robot with the id ``i``; rows whose ``state`` is :attr:`RobotState.ABSENT <regatta.RobotState.ABSENT>` mean
-    nothing.
+    Its columns are numpy arrays that are read-only views of it: nothing is copied. Row ``i`` is the robot with the id
+    ``i``; the values of rows whose ``state`` is :attr:`RobotState.ABSENT <regatta.RobotState.ABSENT>` are meaningless.
 
-    A frame and its columns stay as they are for as long as something refers to them. A reader can hold two frames, so
-    that a loop may compare each with the one before; to keep values for longer, copy them: ``frame.x.copy()``.
+    A frame and its columns stay unchanged for as long as something refers to them. A reader can hold two frames, so
+    that a loop can compare each with the one before; to keep values for longer, copy them: ``frame.x.copy()``.
     """
 
     __slots__ = ("_fleet", "_sample", "_words", "header")
 
     def __init__(self, sample: Sample[FrameHeader], fleet: Fleet) -> None:
         self.header = sample.header
-        """All that the frame says about itself."""
+        """The header, with all of the frame's metadata."""
         robots, stride = self.header.robots, self.header.stride_lines
         lines = 6 * stride + -(-stride // 4)
         if stride != -(-robots // WORDS_PER_LINE) or sample.elements < lines:
             raise ReadError(
-                f"a frame of {sample.elements} lines doesn't fit what its header says ({robots} robots);"
-                " its producer is at fault"
+                f"a frame of {sample.elements} lines contradicts its header ({robots} robots); its producer is at fault"
             )
         self._sample = sample
         self._words = sample.payload.view(np.float32)
         self._fleet = fleet
 
     def __len__(self) -> int:
-        """Rows: robot ids are ``0 .. len(frame) - 1``."""
+        """Returns the number of rows: robot ids are ``0 .. len(frame) - 1``."""
         return self.header.robots
 
     def __repr__(self) -> str:
@@ -65,13 +65,19 @@ class Frame:
 
     @property
     def run_id(self) -> int:
-        """The run: differs between any two starts of a producer."""
+        """The id of the run, which differs between any two starts of a producer."""
         return self.header.run_id
 
     @property
     def tick(self) -> int:
         """Ticks since the start of the run."""
         return self.header.tick
+
+    @property
+    def missed(self) -> int:
+        """The number of frames that were published between the one that this reader got before and this one, exactly. A
+        loop with a rate skips frames on purpose; those count too."""
+        return self._sample.missed
 
     @property
     def sim_time(self) -> float:
@@ -110,7 +116,7 @@ class Frame:
 
     @property
     def state(self) -> npt.NDArray[np.uint8]:
-        """A :class:`RobotState <regatta.RobotState>` each."""
+        """The state of each robot, a :class:`RobotState <regatta.RobotState>`."""
         start = 6 * self.header.stride_lines * BYTES_PER_LINE
         return self._sample.payload[start : start + self.header.robots]
 
@@ -123,11 +129,12 @@ class Frame:
         return self._fleet._world_of(self.header)
 
     def column(self, name: str) -> ColumnValues | None:
-        """The newest values of a column that a plugin publishes (``collision``, say) or the producer itself (``type``:
-        each robot's index into the world's robot types). ``None`` as long as nobody has published any.
+        """Returns the newest values of a column, or ``None`` as long as no process has published any.
 
-        The first look opens the column, and waits a moment for what was published before it. Compare the ``tick`` if the
-        values have to belong to this very frame.
+        Plugins publish columns (``collision``, for example), and so does the producer (``type``: each robot's index
+        into the world's robot types). The first call opens the column, and waits a moment for the values that were
+        published before. Compare the ``tick`` if the values must belong to this very frame. In lockstep they do if the
+        loop comes after the plugin that publishes them: ``fleet.frames(after=["collision"])``.
         """
         return self._fleet._column_values(name)
 

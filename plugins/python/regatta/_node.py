@@ -1,4 +1,4 @@
-"""A process's place in a fleet, and how services are opened on it. With ``_ports``, all that knows iceoryx2."""
+"""A process's place in a fleet, on which services are opened."""
 
 import time
 from collections.abc import Callable
@@ -6,63 +6,74 @@ from typing import Any, TypeVar
 
 import iceoryx2 as iox
 
-from regatta._contract import CONTRACT_VERSION, LAYOUT, Done, Record
+from regatta._contract import CONTRACT_VERSION, LAYOUT, Done, Record, Sequenced
 from regatta._errors import VersionError
-from regatta._ports import Client, Receiver, Reporter, Sender, Wake, unusable
+from regatta._ports import Client, Receiver, Sender, Wake, unusable
+from regatta._reports import DoneReports, Reporter
 
+SequencedHeader = TypeVar("SequencedHeader", bound=Sequenced)
 Header = TypeVar("Header", bound=Record)
 Request = TypeVar("Request", bound=Record)
 Response = TypeVar("Response", bound=Record)
 
 ATTEMPTS = 10
-"""Attempts to open a service, 50 ms apart: services come and go while other processes start and stop."""
+"""The number of attempts to open a service, 50 ms apart: services come and go while other processes start and stop."""
 
-# Each of its errors becomes one of ours.
+# Each error of iceoryx2 becomes one of this package's.
 iox.set_log_level_from_env_or(iox.LogLevel.Fatal)
 
 
 class Node:
-    """A process's place in a fleet. Services are opened on it as ``layout.json`` describes them."""
+    """A process that has joined a fleet. Services are opened on it as ``layout.json`` describes them."""
 
     def __init__(self, fleet: str, name: str) -> None:
         self.fleet = fleet
         self.name = name
         builder = iox.NodeBuilder.new().name(iox.NodeName.new(f"regatta/{fleet}/{name}"))
-        # iceoryx2's own handling takes over every signal that a process can get.
+        # iceoryx2's own handling intercepts every signal that a process can get.
         builder = builder.signal_handling_mode(iox.SignalHandlingMode.Disabled)
         try:
             self._node = builder.create(iox.ServiceType.Ipc)
         except iox.NodeCreationFailure as error:
             raise unusable(f"fleet '{fleet}'", 0, error) from None
 
-    def receiver(self, service: str, what: str, payload: type[Record], header: type[Header]) -> Receiver[Header]:
-        """Opens a service to receive from, whether or not anybody sends to it yet."""
+    def receiver(
+        self, service: str, what: str, payload: type[Record], header: type[SequencedHeader]
+    ) -> Receiver[SequencedHeader]:
+        """Opens the receiving end of a service, whether or not it has a sender yet. ``what`` names a sample in
+        errors."""
         return Receiver(self._slices(service, payload, header), what, payload, header)
 
     def sender(self, service: str, what: str, payload: type[Record], header: type[Header]) -> Sender[Header]:
-        """Opens a service to send to."""
+        """Opens a sending end of a service. ``what`` names a sample in errors."""
         return Sender(self._slices(service, payload, header), what, payload)
 
     def client(self, service: str, request: type[Request], response: type[Response]) -> Client[Request, Response]:
-        """Opens a service to send requests to."""
+        """Opens a client of a request-response service."""
         opened = self._open("RequestResponse", service, lambda builder: builder.request_response(request, response))
         return Client(opened, response)
 
     def wake(self) -> Wake:
-        """Opens what is woken after each frame."""
+        """Opens the event service that wakes readers after each frame."""
         return Wake(self._event("wake"))
 
     def reporter(self) -> Reporter:
-        """Opens the reports of finished ticks, for lockstep."""
-        reports = self._open("PublishSubscribe", "done", lambda builder: builder.publish_subscribe(Done))
-        return Reporter(reports, self._event("done"), self.name)
+        """Opens the sending end of lockstep reports, under the name of this process."""
+        return Reporter(self._done(), self._event("done"), self.name)
+
+    def done_reports(self) -> DoneReports:
+        """Opens the receiving end of lockstep reports."""
+        return DoneReports(self._done(), Wake(self._event("done")))
+
+    def _done(self) -> Any:
+        return self._open("PublishSubscribe", "done", lambda builder: builder.publish_subscribe(Done))
 
     def _event(self, service: str) -> Any:
         return self._open("Event", service, lambda builder: builder.event())
 
     def _slices(self, service: str, payload: type[Record], header: type[Record]) -> Any:
         details = _config("PublishSubscribe", service)["message_type_details"]
-        # ctypes can't lay a structure out on cache lines.
+        # ctypes can't align a structure to cache lines.
         alignment = iox.Alignment.new(details["payload"]["alignment"])
 
         def typed(builder: Any) -> Any:
@@ -81,20 +92,20 @@ class Node:
         for attempt in range(1, ATTEMPTS + 1):
             try:
                 builder = typed(self._node.service_builder(name))
-                # The layout names everything as iceoryx2's builders do.
+                # The layout names each setting as iceoryx2's builders do.
                 for setting, value in config.items():
                     if isinstance(value, int):
                         builder = getattr(builder, setting)(value)
                 return builder.open_or_create_with_attributes(version)
             except Exception as error:  # each pattern has an error of its own
-                # Also when iceoryx2 has already found the payload types to differ: the version explains why.
+                # Checked first, because another version also explains payload types that differ.
                 self._check_version(name, pattern)
                 if attempt == ATTEMPTS:
                     raise unusable(what, config["max_nodes"], error) from None
             time.sleep(0.05)
 
     def _check_version(self, name: Any, pattern: str) -> None:
-        """Raises an error if the service exists and is of another version."""
+        """Raises :class:`VersionError` if the service exists and has another version of the contract."""
         try:
             patterns = iox.MessagingPattern
             details = iox.Service.details(name, self._node.config, getattr(patterns, pattern), iox.ServiceType.Ipc)
@@ -106,7 +117,7 @@ class Node:
         theirs = values[0].to_string() if values else "unknown"
         if theirs != str(CONTRACT_VERSION):
             raise VersionError(
-                f"fleet '{self.fleet}' speaks contract version {theirs}, this program speaks version {CONTRACT_VERSION}"
+                f"fleet '{self.fleet}' uses contract version {theirs}, this program uses version {CONTRACT_VERSION}"
                 f" ({name.to_string()}); use both from the same release, or use another fleet name"
             ) from None
 

@@ -1,4 +1,4 @@
-"""Orders: what a fleet manager asks of robots."""
+"""Orders: the instructions of a fleet manager to robots."""
 
 from __future__ import annotations
 
@@ -24,22 +24,22 @@ class Leg:
     """One edge of a route."""
 
     edge: int
-    """Its id in the route graph."""
+    """The id of the edge in the route graph."""
     reverse: bool = False
-    """Drive it from destination to origin, in reverse gear."""
+    """Whether the robot drives the edge from destination to origin, in reverse gear."""
     released: bool = True
-    """The robot may drive it now; if not, it is horizon, and so are all legs after it."""
+    """Whether the robot may drive the edge now. If not, it is horizon, and so are all legs after it."""
 
 
 class Orders:
-    """Sends orders: collects them, then sends them together, so that they take effect in the same tick::
+    """Collects orders, then sends them together, so that they take effect in the same tick::
 
         orders = regatta.orders("default")
         orders.hold(4)
         orders.assign(7, [12, regatta.Leg(13, released=False)])
         orders.send()
 
-    Each order gets a token, which the events that answer it carry. Tokens of programs of different names differ.
+    Each order gets a token, which the events that answer it carry. Programs with different names get different tokens.
     """
 
     def __init__(self, fleet: Fleet) -> None:
@@ -48,8 +48,8 @@ class Orders:
         self._records: list[OrderRecord] = []
 
     def assign(self, robot: SupportsIndex, legs: Iterable[Leg | SupportsIndex]) -> int:
-        """Gives a robot a new route, from where its edge ends, or its node. A plain number is the id of an edge to drive
-        forward, now. Returns the order's token."""
+        """Gives a robot a new route, from the end of its edge, or from its node. A plain number is the id of an edge
+        that the robot may drive forward now. Returns the order's token."""
         return self._route(OrderKind.ASSIGN, robot, legs)
 
     def extend(self, robot: SupportsIndex, legs: Iterable[Leg | SupportsIndex]) -> int:
@@ -61,7 +61,7 @@ class Orders:
         return self._push(OrderKind.CANCEL, robot=_number(robot, "robot"))
 
     def hold(self, robot: SupportsIndex) -> int:
-        """Has a robot brake and stand, keeping its route. Returns the order's token."""
+        """Makes a robot brake and stand. It keeps its route. Returns the order's token."""
         return self._push(OrderKind.HOLD, robot=_number(robot, "robot"))
 
     def resume(self, robot: SupportsIndex) -> int:
@@ -69,35 +69,36 @@ class Orders:
         return self._push(OrderKind.RESUME, robot=_number(robot, "robot"))
 
     def spawn_at_node(self, robot_type: SupportsIndex, node: SupportsIndex) -> int:
-        """Puts a new robot on a node, by the node's id, in the node's pose. ``robot_type`` is an index into the world's
+        """Spawns a robot on a node, given by its id, in the node's pose. ``robot_type`` is an index into the world's
         robot types. Returns the order's token; the event ``SPAWNED`` has the robot's id."""
         return self._push(
             OrderKind.SPAWN_AT_NODE, robot_type=_number(robot_type, "robot type"), id=_number(node, "node")
         )
 
     def spawn_on_edge(self, robot_type: SupportsIndex, edge: SupportsIndex, s: float) -> int:
-        """Puts a new robot on an edge, by the edge's id, ``s`` metres from its origin. Returns the order's token."""
+        """Spawns a robot on an edge, given by its id, ``s`` metres from its origin. Returns the order's token."""
         return self._push(
             OrderKind.SPAWN_ON_EDGE, robot_type=_number(robot_type, "robot type"), id=_number(edge, "edge"), s=s
         )
 
     def remove(self, robot: SupportsIndex) -> int:
-        """Takes a robot out of the fleet. Returns the order's token."""
+        """Removes a robot from the fleet. Returns the order's token."""
         return self._push(OrderKind.REMOVE, robot=_number(robot, "robot"))
 
     def __len__(self) -> int:
-        """Records collected so far: one an order, and one a leg."""
+        """Returns the number of records collected so far: one per order, and one per leg."""
         return len(self._records)
 
     def clear(self) -> None:
-        """Forgets what was collected."""
+        """Discards the collected orders."""
         self._records.clear()
 
     def send(self) -> None:
-        """Sends what was collected, for the next tick. Does nothing if that is nothing.
+        """Sends the collected orders, for the next tick. Does nothing if there are none.
 
-        Raises :class:`NoEngineError <regatta.NoEngineError>` if nobody takes orders and :class:`OrderError
-        <regatta.OrderError>` if too many wait already; the orders are kept, to be sent again or cleared.
+        Raises :class:`NoEngineError <regatta.NoEngineError>` if the fleet has no engine, and :class:`OrderError
+        <regatta.OrderError>` if too many samples of orders wait already. The orders are kept then, and can be sent
+        again or cleared.
         """
         if not self._records:
             return
@@ -109,7 +110,8 @@ class Orders:
         if self._sender.send(OrderHeader(self._fleet._tokens.sender), len(records), fill) == 0:
             if self._sender.receivers() == 0:
                 raise NoEngineError(
-                    f"fleet '{self._fleet.name}' has no engine to take orders; start one, or name another fleet"
+                    f"fleet '{self._fleet.name}' has no engine to take orders; start one with `regatta run`, or name"
+                    " another fleet"
                 )
             raise OrderError(
                 f"fleet '{self._fleet.name}' has not taken the last {LAYOUT['order_buffer']} samples of orders"
@@ -134,26 +136,26 @@ class Orders:
 
 
 class Tokens:
-    """The tokens of one participant, and its number as a sender."""
+    """The tokens of a participant, and its number as a sender."""
 
     def __init__(self, name: str) -> None:
         self.sender = _fnv1a(name.encode())
         self._count = itertools.count(1)
 
     def next(self) -> int:
-        """The next token."""
+        """Returns the next token."""
         return ((self.sender << 32) + next(self._count)) & (2**64 - 1)
 
 
 def _number(value: SupportsIndex, what: str) -> int:
     number = operator.index(value)
     if not 0 <= number < 2**32:
-        raise ValueError(f"{number} is no {what}; give a number from 0 to {2**32 - 1}")
+        raise ValueError(f"invalid {what} {number}; give a number from 0 to {2**32 - 1}")
     return number
 
 
 def _fnv1a(text: bytes) -> int:
-    """FNV-1a, 64 bits: the same name gives the same tokens in every run."""
+    """Returns the 64-bit FNV-1a hash of a text: the same name gives the same tokens in every run."""
     value = 0xCBF2_9CE4_8422_2325
     for byte in text:
         value = ((value ^ byte) * 0x0000_0100_0000_01B3) & (2**64 - 1)

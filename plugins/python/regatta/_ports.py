@@ -1,4 +1,7 @@
-"""The ends of a fleet's services: what receives, sends, asks and sleeps. With ``_node``, all that knows iceoryx2."""
+"""The ports of a fleet's services: receivers, senders, clients and wake-ups.
+
+Only this module, ``_reports`` and ``_node`` use iceoryx2.
+"""
 
 import ctypes
 import gc
@@ -9,24 +12,30 @@ import iceoryx2 as iox
 import numpy as np
 import numpy.typing as npt
 
-from regatta._contract import Done, Record
+from regatta._contract import Record, Sequenced
 from regatta._errors import FullError, HeldError, OpenError, PublishError, ReadError, TakenError
+from regatta._sequence import LostSamples
 
 Header = TypeVar("Header", bound=Record)
+SequencedHeader = TypeVar("SequencedHeader", bound=Sequenced)
 Request = TypeVar("Request", bound=Record)
 Response = TypeVar("Response", bound=Record)
 Bytes = npt.NDArray[np.uint8]
 
 NAP = 0.1
-"""Upper bound in seconds of one sleep: what a wake-up that got lost would cost."""
+"""The longest sleep, in seconds, which bounds the cost of a lost wake-up."""
+
+MAX_ROUNDS = 16
+"""The largest number of samples that one search for the newest goes through: samples that dead publishers left unread
+come before those of the living one. It is bounded so that a publisher faster than the reader can't keep it busy."""
 
 
 def create(service: Any, limit: int, attempt: Callable[[], Any]) -> Any:
-    """Opens a port of a service that has room for so many of its kind."""
+    """Opens a port of a service that has room for ``limit`` ports of its kind."""
     try:
         return attempt()
     except Exception:  # each kind of port has an error of its own
-        # A dead process may have the place.
+        # A dead process may still occupy the place.
         service.try_cleanup_dead_nodes()
     try:
         return attempt()
@@ -35,7 +44,7 @@ def create(service: Any, limit: int, attempt: Callable[[], Any]) -> Any:
 
 
 def unusable(what: str, limit: int, error: Exception) -> OpenError:
-    """The error for something that iceoryx2 can't open."""
+    """Returns the error for a service that iceoryx2 can't open."""
     if "ExceedsMax" in str(error) and limit == 1:
         return TakenError(
             f"{what} is already published by another process (`regatta doctor` lists them); stop that one, or choose"
@@ -43,103 +52,130 @@ def unusable(what: str, limit: int, error: Exception) -> OpenError:
         )
     if "ExceedsMax" in str(error):
         return FullError(
-            f"{what} has all of its {limit} places taken; stop one of the others, or run `regatta doctor --clean` if some"
-            " have died"
+            f"{what} has all of its {limit} places taken; stop a reader, or run `regatta doctor --clean` if some have"
+            " died"
         )
-    return OpenError(f"can't open {what} in shared memory ({error}); `regatta doctor` says what is wrong with it")
+    return OpenError(f"can't open {what} in shared memory ({error}); `regatta doctor` reports what is wrong with it")
+
+
+def update_connections(publisher: Any) -> None:
+    """Connects readers that have joined since to a publisher, and gives them the sample that is kept for late
+    joiners."""
+    try:
+        publisher.update_connections()
+    except iox.ConnectionFailure:
+        pass  # a reader that died half connected is cleaned up by the next process to join
 
 
 class _Memory:
-    """Memory that numpy may look at for as long as it refers to this, which keeps ``owner`` alive."""
+    """Memory that numpy arrays can be views of. While an array refers to this object, ``owner`` stays alive."""
 
     def __init__(self, address: int, size: int, owner: object, writeable: bool) -> None:
         self._owner = owner
         self.__array_interface__ = {"data": (address, not writeable), "shape": (size,), "typestr": "|u1", "version": 3}
 
 
-class Sample(Generic[Header]):
-    """What was received: a copy of the header, and the payload as bytes that stay where they are.
+class Sample(Generic[SequencedHeader]):
+    """A received sample: a copy of its header, and a view of its payload as bytes in shared memory.
 
-    The payload is read-only, for numpy and for the processor. Its memory is given back to the publisher when nothing
-    refers to the sample or to an array of it any more, and not before, whatever happens to the publisher.
+    The payload is read-only, for numpy and for the processor. Its memory goes back to the publisher when nothing refers
+    to the sample or to an array of it any more, and not before, whatever happens to the publisher.
     """
 
-    __slots__ = ("elements", "header", "payload")
+    __slots__ = ("elements", "header", "missed", "payload")
 
-    def __init__(self, sample: Any, header: type[Header], element_bytes: int) -> None:
-        self.header: Header = header()
+    def __init__(self, sample: Any, header: type[SequencedHeader], element_bytes: int) -> None:
+        self.missed = 0
+        """The number of samples that were published between the one that this reader got before and this one."""
+        self.header: SequencedHeader = header()
         ctypes.memmove(ctypes.byref(self.header), sample.user_header_ptr, ctypes.sizeof(header))
         self.elements: int = sample.header.number_of_elements
         memory = _Memory(sample.payload_ptr, self.elements * element_bytes, sample, writeable=False)
         self.payload: Bytes = np.asarray(memory)
 
 
-class Receiver(Generic[Header]):
-    """Receives samples of one service."""
+class Receiver(Generic[SequencedHeader]):
+    """Receives the samples of a service, and counts those that it loses."""
 
-    def __init__(self, service: Any, what: str, payload: type[Record], header: type[Header]) -> None:
+    def __init__(self, service: Any, what: str, payload: type[Record], header: type[SequencedHeader]) -> None:
         self._service = service
         self._what = what
         self._element_bytes = ctypes.sizeof(payload)
         self._header = header
+        self._lost = LostSamples()
         limit = service.static_config.max_subscribers
         builder = service.subscriber_builder()
-        # Of what has a newest sample, this reads the newest.
+        # A service that keeps its newest sample for late joiners is read for the newest sample only.
         builder = builder.buffer_size(1) if service.static_config.history_size else builder
         self._port = create(service, limit, builder.create)
 
+    @property
+    def lost(self) -> int:
+        """The number of samples lost so far."""
+        return self._lost.total
+
     def has_samples(self) -> bool:
-        """Whether :meth:`receive` has something."""
+        """Whether a sample waits to be received."""
         try:
             return bool(self._port.has_samples())
         except iox.ConnectionFailure as error:
             raise self._broken(error) from None
 
-    def receive(self) -> Sample[Header] | None:
-        """The oldest sample that has not been received yet."""
+    def receive(self) -> Sample[SequencedHeader] | None:
+        """Returns the oldest sample that has not been received yet."""
         try:
             sample = self._port.receive()
         except iox.ReceiveError as error:
             if "ExceedsMaxBorrows" not in str(error):
                 raise self._broken(error) from None
             sample = self._receive_after_collecting()
-        return None if sample is None else Sample(sample, self._header, self._element_bytes)
+        if sample is None:
+            return None
+        received = Sample(sample, self._header, self._element_bytes)
+        received.missed = self._lost.before(received.header)
+        return received
 
-    def latest(self) -> Sample[Header] | None:
-        """The newest sample, if there is one that has not been received yet."""
-        newest = None
-        # A few rounds: what producers that have died since left unread comes before what the living one sends. No more,
-        # or a producer faster than this loop would keep it busy.
-        for _ in range(8):
+    def latest(self) -> Sample[SequencedHeader] | None:
+        """Returns the newest sample, if there is one that has not been received yet."""
+        newest: Sample[SequencedHeader] | None = None
+        missed = 0
+        for _ in range(MAX_ROUNDS):
             if not self.has_samples():
                 break
-            newest = None
+            if newest is not None:
+                missed += newest.missed + 1
+                newest = None  # given back first: a reader may hold few samples at a time
             newest = self.receive()
+        if newest is not None:
+            newest.missed += missed
         return newest
 
     def has_publisher(self) -> bool:
-        """Whether anybody alive publishes. Takes a millisecond or so: it removes what dead processes left."""
+        """Whether a living process publishes. Takes a millisecond or so, because it removes what dead processes
+        left."""
         self._service.try_cleanup_dead_nodes()
         return int(self._service.dynamic_config.number_of_publishers) > 0
 
     def _receive_after_collecting(self) -> Any:
-        # What is still referred to may only be garbage that refers to itself, of an exception that was caught, say.
+        # The references may be cyclic garbage, for example of an exception that was caught.
         gc.collect()
         try:
             return self._port.receive()
         except iox.ReceiveError:
             held = self._service.static_config.subscriber_max_borrowed_samples
             raise HeldError(
-                f"can't read {self._what}: the last {held} are still referred to, by variables or arrays that you keep;"
-                " keep copies instead, frame.x.copy() say"
+                f"can't read {self._what}: variables or arrays of this program still refer to the last {held}; keep"
+                " copies instead, for example frame.x.copy()"
             ) from None
 
     def _broken(self, error: Exception) -> ReadError:
-        return ReadError(f"can't read {self._what} ({error}); is its producer still alive? `regatta doctor` says")
+        return ReadError(
+            f"can't read {self._what} ({error}); is its producer still alive? `regatta doctor` lists the living ones"
+        )
 
 
 class Sender(Generic[Header]):
-    """Sends samples to one service. Never waits for who receives them."""
+    """Sends samples to a service. Never waits for a reader."""
 
     def __init__(self, service: Any, what: str, payload: type[Record]) -> None:
         self._service = service
@@ -151,7 +187,10 @@ class Sender(Generic[Header]):
         self._port = create(service, service.static_config.max_publishers, builder.create)
 
     def send(self, header: Header, elements: int, fill: Callable[[Bytes], None]) -> int:
-        """Sends so many elements, which ``fill`` writes straight into shared memory. Returns how many got it."""
+        """Sends a sample of ``elements`` elements, which ``fill`` writes straight into shared memory.
+
+        ``fill`` may still complete the header. Returns the number of readers that received the sample.
+        """
         try:
             loan = self._port.loan_slice_uninit(elements)
             fill(np.asarray(_Memory(loan.payload_ptr, elements * self._element_bytes, loan, writeable=True)))
@@ -163,13 +202,18 @@ class Sender(Generic[Header]):
         except iox.SendError as error:
             raise PublishError(f"can't publish {self._what} ({error})") from None
 
+    def update(self) -> None:
+        """Connects readers that have joined since, and gives them the sample that the service keeps for late
+        joiners."""
+        update_connections(self._port)
+
     def receivers(self) -> int:
-        """How many would receive what is sent."""
+        """Returns the number of readers of the service."""
         return int(self._service.dynamic_config.number_of_subscribers)
 
 
 class Client(Generic[Request, Response]):
-    """Asks the one server of a service."""
+    """Sends requests to the server of a service."""
 
     def __init__(self, service: Any, response: type[Response]) -> None:
         self._service = service
@@ -178,14 +222,14 @@ class Client(Generic[Request, Response]):
         self._port = create(service, service.static_config.max_clients, builder.create)
 
     def ask(self, request: Request) -> Any:
-        """Sends a request; its answer comes to what this returns."""
+        """Sends a request. Returns the pending response, through which the answer arrives."""
         try:
             return self._port.send_copy(request)
         except (iox.LoanError, iox.RequestSendError) as error:
             raise PublishError(f"can't send a request ({error})") from None
 
     def answer(self, pending: Any) -> Response | None:
-        """The answer to a request, if it is there."""
+        """Returns the answer to a request, if it has arrived."""
         try:
             received = pending.receive()
         except iox.ReceiveError as error:
@@ -197,7 +241,7 @@ class Client(Generic[Request, Response]):
         return answer
 
     def has_server(self) -> bool:
-        """Whether anybody answers. One that was killed counts until :meth:`forget_dead`."""
+        """Whether the service has a server. One that was killed counts until :meth:`forget_dead`."""
         return int(self._service.dynamic_config.number_of_servers) > 0
 
     def forget_dead(self) -> None:
@@ -206,40 +250,20 @@ class Client(Generic[Request, Response]):
 
 
 class Wake:
-    """Sleeps until another process has news."""
+    """The listening end of an event service: sleeps until another process has news."""
 
     def __init__(self, service: Any) -> None:
         limit = service.static_config.max_listeners
         self._port = create(service, limit, lambda: service.listener_builder().create())
 
     def sleep(self, seconds: float) -> None:
-        """Sleeps until woken, or for so long, or for a :data:`NAP`, or until a signal comes.
+        """Sleeps until woken or until a signal arrives, but no longer than ``seconds`` or a :data:`NAP`.
 
-        Forgets the wake-ups so far, so look for news afterwards.
+        Consumes the wake-ups so far: check for news afterwards. News that arrives after the check ends the next sleep
+        at once.
         """
         try:
             self._port.timed_wait(iox.Duration.from_secs_f64(max(0.0, min(seconds, NAP))))
         except iox.ListenerWaitError as error:
             if "InterruptSignal" not in str(error):
-                raise ReadError(f"can't wait for a wake-up ({error}); `regatta doctor` says what is wrong") from None
-
-
-class Reporter:
-    """Reports finished ticks to a producer in lockstep."""
-
-    def __init__(self, reports: Any, wake: Any, name: str) -> None:
-        builder = reports.publisher_builder().max_loaned_samples(1)
-        builder = builder.backpressure_strategy(iox.BackpressureStrategy.DiscardData)
-        self._reports = create(reports, reports.static_config.max_publishers, builder.create)
-        self._wake = create(wake, wake.static_config.max_notifiers, lambda: wake.notifier_builder().create())
-        self._name = name.encode()
-
-    def done(self, run_id: int, tick: int) -> None:
-        """Reports that a tick is finished, and wakes the producer."""
-        try:
-            self._reports.send_copy(Done(run_id, tick, self._name))
-            self._wake.notify()
-        except (iox.LoanError, iox.SendError) as error:
-            raise PublishError(f"can't publish a lockstep report ({error})") from None
-        except iox.NotifierNotifyError:
-            pass  # the producer looks by itself a little later
+                raise ReadError(f"can't wait for a wake-up ({error}); `regatta doctor` reports what is wrong") from None

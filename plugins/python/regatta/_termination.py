@@ -9,11 +9,11 @@ _SIGNALS = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if
 
 
 class Termination:
-    """While one of these is entered, the first Ctrl-C (or SIGTERM, or SIGHUP) only sets a flag; a second Ctrl-C raises
-    ``KeyboardInterrupt`` as ever.
+    """A context manager in which the first Ctrl-C (or SIGTERM, or SIGHUP) only sets a flag. A second Ctrl-C raises
+    ``KeyboardInterrupt`` as usual.
 
-    Signals that the program handles itself are left to it. So are all signals in threads other than the main one, where
-    Python can't handle any.
+    Signals that have a handler of the program keep it. Threads other than the main one, in which Python can't install
+    handlers, leave all signals as they are.
     """
 
     _entered: ClassVar[int] = 0

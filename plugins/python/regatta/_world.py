@@ -19,26 +19,27 @@ Records = npt.NDArray[np.void]
 class World:
     """The route graph and the robot types, as structured arrays: ``world.nodes["x"]``, ``world.edges[7]["length"]``.
 
-    They are copies, to be kept for as long as you like.
+    They are copies, which a program can keep for as long as it likes.
     """
 
     run_id: int
-    """The run that it belongs to."""
+    """The run that the world belongs to."""
     revision: int
     """Counts the worlds of a run, from 1."""
     nodes: Records
     """``id`` in the route graph's file, ``x`` and ``y`` in metres, ``theta`` in radians."""
     edges: Records
-    """``id`` in the file; ``origin`` and ``destination``: indices of nodes; arc ``length`` in metres; ``control_points``
-    P0 to P3 of the Bézier curve, in metres; ``velocity_forward`` and ``velocity_backwards`` in metres per second, the
-    latter 0 if reverse gear is not allowed. A frame's ``edge`` column holds indices of these."""
+    """``id`` in the route graph's file; ``origin`` and ``destination``: indices of nodes; arc ``length`` in metres;
+    ``control_points`` P0 to P3 of the Bézier curve, in metres; ``velocity_forward`` and ``velocity_backwards`` in
+    metres per second, the latter 0 if reverse gear is not allowed. A frame's ``edge`` column holds indices into
+    these."""
     robot_types: Records
     """``name`` (UTF-8), ``shape`` (a :class:`Shape <regatta.Shape>`), ``length`` and ``width`` in metres, ``max_speed``
-    and ``max_acceleration`` in SI units, ``inf`` for no limit. The column ``type`` holds indices of these."""
+    and ``max_acceleration`` in SI units, ``inf`` for no limit. The column ``type`` holds indices into these."""
 
 
 def world_of(sample: Sample[WorldHeader]) -> World:
-    """Cuts a sample into its sections, each of which starts on a whole line."""
+    """Splits a sample into its sections, each of which starts on a whole line."""
     header, start = sample.header, 0
     sections = []
     for record, count in (
@@ -46,12 +47,12 @@ def world_of(sample: Sample[WorldHeader]) -> World:
         (EdgeRecord, header.edges),
         (RobotTypeRecord, header.robot_types),
     ):
-        kind: np.dtype[Any] = dtype(record)
-        end = start + count * kind.itemsize
+        record_type: np.dtype[Any] = dtype(record)
+        end = start + count * record_type.itemsize
         if end > len(sample.payload):
             raise ReadError(
-                f"the world of {sample.elements} lines is too short for what its header says; its producer is at fault"
+                f"the world of {sample.elements} lines is shorter than its header says; its producer is at fault"
             )
-        sections.append(sample.payload[start:end].view(kind).copy())
+        sections.append(sample.payload[start:end].view(record_type).copy())
         start = -(-end // BYTES_PER_LINE) * BYTES_PER_LINE
     return World(header.run_id, header.revision, *sections)

@@ -1,4 +1,4 @@
-"""A running engine process under a fleet name of its own, and what the tests share."""
+"""Fixtures and helpers: an engine process under a fleet name of its own, and child processes."""
 
 import os
 import re
@@ -21,11 +21,11 @@ ROOT = Path(__file__).resolve().parents[3]
 EXAMPLES = ROOT / "plugins/python/examples"
 
 PATIENCE = 60.0
-"""Longest wait for anything, in seconds: these machines may be busy."""
+"""The longest wait for anything, in seconds: the machine may be busy."""
 
 
 def binary() -> Path:
-    """The program ``regatta``: ``REGATTA_BIN``, or else what cargo built last."""
+    """Returns the program ``regatta``: ``REGATTA_BIN``, or else the one that cargo built last."""
     if "REGATTA_BIN" in os.environ:
         return Path(os.environ["REGATTA_BIN"])
     target = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target"))
@@ -36,7 +36,7 @@ def binary() -> Path:
 
 
 def eventually(what: str, attempt: Callable[[], T | None]) -> T:
-    """Tries until there is a value that is not ``None``."""
+    """Repeats an attempt until it returns a value that is not ``None``."""
     start = time.monotonic()
     while time.monotonic() - start < PATIENCE:
         value = attempt()
@@ -47,10 +47,10 @@ def eventually(what: str, attempt: Callable[[], T | None]) -> T:
 
 
 class Process:
-    """A child process, to be killed when the test ends."""
+    """A child process."""
 
     def __init__(self, command: list[str | Path]) -> None:
-        # Files never fill up, and can be read from the start at any time.
+        # Unlike pipes, files never fill up, and can be read from the start at any time.
         self._output, self._errors = tempfile.TemporaryFile(), tempfile.TemporaryFile()
         self._read = 0
         self.child = subprocess.Popen(
@@ -58,53 +58,54 @@ class Process:
             stdin=subprocess.DEVNULL,
             stdout=self._output,
             stderr=self._errors,
-            # A shell that runs the tests in the background has Ctrl-C ignored, by them and by their children.
+            # If a shell runs the tests in the background, they and their children inherit that Ctrl-C is ignored.
             preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
         )
 
     @property
     def output(self) -> str:
-        """All that it has printed."""
+        """Everything that it has printed."""
         return os.pread(self._output.fileno(), 1 << 24, 0).decode()
 
     @property
     def errors(self) -> str:
-        """All that it has written to standard error."""
+        """Everything that it has written to standard error."""
         return os.pread(self._errors.fileno(), 1 << 24, 0).decode()
 
     def lines(self, count: int) -> list[str]:
-        """Its next lines on standard output."""
+        """Waits for its next lines on standard output."""
 
-        def look() -> list[str] | None:
+        def next_lines() -> list[str] | None:
             lines = self.output.split("\n")[self._read : -1]
             assert len(lines) >= count or self.child.poll() is None, self.errors
             return lines[:count] if len(lines) >= count else None
 
-        lines = eventually("it prints", look)
+        lines = eventually("output", next_lines)
         self._read += count
         return lines
 
     def send(self, number: int) -> None:
+        """Sends a signal."""
         self.child.send_signal(number)
 
     def kill(self) -> None:
-        """As ``kill -9`` does."""
+        """Kills it as ``kill -9`` does."""
         self.child.kill()
         self.child.wait()
 
     def end(self, number: int = signal.SIGINT) -> str:
-        """Asks it to end, which it must do well; all that it printed."""
+        """Asks it to end, which must succeed. Returns everything that it printed."""
         self.child.send_signal(number)
         return self.finish()
 
     def finish(self) -> str:
-        """Waits for its end, which must be a good one; all that it printed."""
+        """Waits until it has ended, which must be with success. Returns everything that it printed."""
         assert self.child.wait(PATIENCE) == 0, self.errors
         return self.output
 
 
 class Engine:
-    """A fleet's name, and its engine when it runs."""
+    """A fleet of its own for a test, with its processes."""
 
     def __init__(self, name: str) -> None:
         self.name = name
@@ -122,15 +123,15 @@ class Engine:
             except regatta.ControlError:
                 return None
 
-        eventually("the engine answers", answers)
+        eventually("an answer of the engine", answers)
         return process
 
     def start_unanswered(self, *arguments: str, scenario: str = "thirty.yaml") -> Process:
-        """Starts an engine."""
+        """Starts an engine, without waiting for it."""
         return self.run(binary(), "engine", ROOT / "graphs" / scenario, "--fleet", self.name, *arguments)
 
     def run(self, *command: str | Path) -> Process:
-        """Starts a process that ends with the test, at the latest."""
+        """Starts a process that ends with the test at the latest."""
         process = Process(list(command))
         self.processes.append(process)
         return process
@@ -144,11 +145,11 @@ class Engine:
         return self.run(sys.executable, path, *arguments)
 
     def python(self, code: str) -> Process:
-        """Starts a program on this fleet, whose name it has as ``FLEET``."""
+        """Starts a program in Python. The variable ``FLEET`` is the fleet's name."""
         return self.run(sys.executable, "-u", "-c", f"FLEET = {self.name!r}\nimport regatta\n{code}")
 
     def stop(self) -> None:
-        """Ends what still runs."""
+        """Ends the processes that still run."""
         for process in self.processes:
             process.child.terminate()
         for process in self.processes:
@@ -160,14 +161,14 @@ class Engine:
 
 @pytest.fixture(autouse=True, scope="session")
 def clean() -> Iterator[None]:
-    """Leaves nothing of the processes that tests have killed: who joins a fleet cleans up after the dead."""
+    """Cleans up after the processes that tests have killed: each process that joins a fleet does so."""
     yield
     regatta.join("test-python-clean")
 
 
 @pytest.fixture
 def engine(request: pytest.FixtureRequest) -> Iterator[Engine]:
-    """A fleet that no other test and no other run of the tests has; its engine is to be started."""
+    """A fleet that no other test and no other run of the tests uses. Its engine isn't started yet."""
     test = re.sub(r"[^a-z0-9]+", "-", request.node.name.removeprefix("test_"))[:30]
     engine = Engine(f"test-python-{test}-{os.getpid()}")
     yield engine
@@ -176,20 +177,20 @@ def engine(request: pytest.FixtureRequest) -> Iterator[Engine]:
 
 @pytest.fixture
 def fleet(engine: Engine) -> regatta.Fleet:
-    """A place in a fleet whose engine runs."""
+    """A fleet whose engine runs."""
     engine.start()
     return regatta.join(engine.name, "test")
 
 
 def let_ticks_pass(fleet: regatta.Fleet, ticks: int) -> None:
-    """Waits until the engine has made so many more ticks."""
+    """Waits until the engine has made ``ticks`` more ticks."""
     control = fleet.control()
     target = control.status().tick + ticks
-    eventually("the engine goes on", lambda: control.status().tick >= target or None)
+    eventually("more ticks", lambda: control.status().tick >= target or None)
 
 
 def next_frame(frames: regatta.Frames) -> regatta.Frame:
-    """The next frame."""
+    """Waits for the next frame."""
     frame = frames.wait(PATIENCE)
     assert frame is not None, "no frame"
     return frame

@@ -1,4 +1,4 @@
-"""Frames: what they say, that they are views, and for how long they are good."""
+"""Frames: their contents, their memory, and their lifetime."""
 
 import os
 import signal
@@ -14,7 +14,7 @@ import regatta
 from regatta._contract import FrameHeader, Line
 
 
-def test_a_frame_says_what_the_engine_does(fleet: regatta.Fleet) -> None:
+def test_a_frame_has_the_state_of_the_fleet(fleet: regatta.Fleet) -> None:
     ticks = []
     for frame in fleet.frames():
         ticks.append(frame.tick)
@@ -27,6 +27,17 @@ def test_a_frame_says_what_the_engine_does(fleet: regatta.Fleet) -> None:
         if len(ticks) == 20:
             break
     assert ticks == sorted(set(ticks)), "each frame once, in order"
+
+
+def test_missed_frames_are_counted_exactly(fleet: regatta.Fleet) -> None:
+    ticks, missed = [], []
+    for frame in fleet.frames(rate=20):
+        ticks.append(frame.tick)
+        missed.append(frame.missed)
+        if len(ticks) == 10:
+            break
+    assert missed[0] == 0, "frames from before the reader joined don't count"
+    assert [step - 1 for step in np.diff(ticks)] == missed[1:] and sum(missed) > 9
 
 
 def test_a_paused_fleet_reads_the_same_from_rust(fleet: regatta.Fleet, engine: Engine) -> None:
@@ -43,7 +54,7 @@ def test_a_paused_fleet_reads_the_same_from_rust(fleet: regatta.Fleet, engine: E
     assert centre == pytest.approx(mean, abs=0.1)
 
 
-def test_a_robot_stands_where_its_edge_says(fleet: regatta.Fleet) -> None:
+def test_a_robot_is_on_its_edge(fleet: regatta.Fleet) -> None:
     frame = next_frame(fleet.frames())
     edges, nodes = frame.world.edges[frame.edge], frame.world.nodes
     at_start = frame.s == 0
@@ -55,7 +66,7 @@ def test_a_robot_stands_where_its_edge_says(fleet: regatta.Fleet) -> None:
     assert np.all((bounds[0] <= pose) & (pose <= bounds[1])), "inside the hull of its control points"
 
 
-def test_columns_are_views_that_nobody_can_write_to(fleet: regatta.Fleet) -> None:
+def test_columns_are_read_only_views(fleet: regatta.Fleet) -> None:
     frame = next_frame(fleet.frames())
 
     def all_columns() -> list[npt.NDArray[Any]]:
@@ -74,7 +85,7 @@ def test_columns_are_views_that_nobody_can_write_to(fleet: regatta.Fleet) -> Non
     assert list(gaps) == [2 * 64] * 6, "thirty robots are two lines a column, one column after the other"
 
 
-def test_a_frame_that_is_held_stays_as_it_is_even_when_its_engine_dies(engine: Engine) -> None:
+def test_a_held_frame_is_unchanged_even_when_its_engine_dies(engine: Engine) -> None:
     process = engine.start()
     fleet = regatta.join(engine.name, "test")
     frames = fleet.frames()
@@ -90,7 +101,7 @@ def test_a_frame_that_is_held_stays_as_it_is_even_when_its_engine_dies(engine: E
     np.testing.assert_array_equal(x, copy)
 
 
-def test_a_reader_holds_two_frames_and_no_more(fleet: regatta.Fleet) -> None:
+def test_a_reader_holds_at_most_two_frames(fleet: regatta.Fleet) -> None:
     frames = fleet.frames()
     held = []
     with pytest.raises(regatta.HeldError, match=r"copy\(\)"):
@@ -99,10 +110,10 @@ def test_a_reader_holds_two_frames_and_no_more(fleet: regatta.Fleet) -> None:
     assert len(held) == 2
     held.clear()
     del frame
-    assert len(next_frame(frames)) == 30, "it goes on"
+    assert len(next_frame(frames)) == 30, "the reader continues"
 
 
-def test_a_loop_may_keep_the_last_frame_to_compare(fleet: regatta.Fleet) -> None:
+def test_a_loop_can_keep_the_previous_frame(fleet: regatta.Fleet) -> None:
     previous: regatta.Frame | None = None
     for count, frame in enumerate(fleet.frames()):
         if previous is not None:
@@ -120,7 +131,7 @@ def test_the_rate_is_kept(fleet: regatta.Fleet) -> None:
         ticks.append(frame.tick)
         if len(ticks) == 21:
             break
-    # One that a busy machine delays comes late, and the next in time: only the mean is sure.
+    # A frame that a busy machine delays comes late, and the next one in time: only the mean is certain.
     assert (ticks[-1] - ticks[0]) / 20 >= 4, "20 of 100 frames a second"
     for rate in (0, -1, float("nan"), 1e7):
         with pytest.raises(ValueError, match="rate"):
@@ -128,7 +139,7 @@ def test_the_rate_is_kept(fleet: regatta.Fleet) -> None:
 
 
 def test_a_reader_waits_for_the_engine_and_outlives_it(engine: Engine) -> None:
-    # It also opens everything else first: the engine must find the services as it would have made them.
+    # It also opens everything else first: the engine must find the services as it would have created them.
     reader = engine.python(
         "fleet = regatta.join(FLEET, 'early')\n"
         "ports = fleet.orders(), fleet.control(), fleet.events(), fleet.order_log(), fleet.contacts(),"
@@ -139,7 +150,7 @@ def test_a_reader_waits_for_the_engine_and_outlives_it(engine: Engine) -> None:
         "        run = frame.run_id\n"
         "        print(run, len(frame.world.edges), flush=True)\n"
     )
-    eventually("it says so", lambda: "\n" in reader.errors or None)
+    eventually("the message", lambda: "\n" in reader.errors or None)
     assert reader.errors == f"early: waiting for an engine of fleet '{engine.name}'\n"
     first = engine.start()
     runs = reader.lines(1)
@@ -151,18 +162,20 @@ def test_a_reader_waits_for_the_engine_and_outlives_it(engine: Engine) -> None:
     runs += reader.lines(1)
     assert len({line.split()[0] for line in runs}) == 3, runs
     edges = [int(line.split()[1]) for line in runs]
-    assert edges[0] == edges[1] < edges[2], "the world of the third is another"
+    assert edges[0] == edges[1] < edges[2], "the third engine has another world"
     reader.end()
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_signal_ends_the_loop_and_nothing_is_left(engine: Engine, number: int) -> None:
     process = engine.start()
-    reader = engine.python("for frame in regatta.frames(FLEET): print(frame.tick, flush=True)\nprint('after the loop')\n")
+    reader = engine.python(
+        "for frame in regatta.frames(FLEET): print(frame.tick, flush=True)\nprint('after the loop')\n"
+    )
     assert all(int(line) >= 0 for line in reader.lines(3))
     assert reader.end(number).endswith("after the loop\n") and reader.errors == ""
     process.end()
-    # This process's own ports were opened by the fixture's helper and are garbage by now.
+    # The ports of this process were opened by the fixture's helper and are garbage by now.
     assert not [line for line in doctor() if engine.name in line]
 
 
@@ -181,7 +194,7 @@ def test_a_second_ctrl_c_ends_a_loop_that_hangs(engine: Engine) -> None:
         reader.send(signal.SIGINT)
         return reader.child.poll()
 
-    assert eventually("it ends", interrupt) != 0
+    assert eventually("the end of the process", interrupt) != 0
     assert "KeyboardInterrupt" in reader.errors
 
 
@@ -205,7 +218,7 @@ def test_a_wrong_version_is_one_clear_error(engine: Engine) -> None:
 
 
 def test_a_frame_that_contradicts_its_header_is_an_error(engine: Engine) -> None:
-    """The producer is one of the test's own."""
+    """The test itself is the producer."""
     fleet = regatta.join(engine.name)
     frames, sender = fleet.frames(), fleet._node.sender("frames", "frames", Line, FrameHeader)
     fits = FrameHeader(tick=1, robots=20, stride_lines=2)
@@ -233,13 +246,13 @@ def test_names_are_checked() -> None:
 
 
 def doctor() -> list[str]:
-    """What has a place in shared memory."""
+    """Returns the report of `regatta doctor` about shared memory, line by line."""
     environment = {**os.environ, "IOX2_LOG_LEVEL": "Fatal"}
     report = subprocess.run([binary(), "doctor"], capture_output=True, text=True, timeout=PATIENCE, env=environment)
     return report.stdout.splitlines()
 
 
-def test_the_first_look_at_a_column_finds_it(fleet: regatta.Fleet) -> None:
+def test_the_first_access_to_a_column_finds_its_values(fleet: regatta.Fleet) -> None:
     let_ticks_pass(fleet, 3)
     fleet.control().pause()
     values = next_frame(fleet.frames()).column("type")

@@ -1,4 +1,4 @@
-"""What the READMEs show works as it stands there."""
+"""The programs in the READMEs work as they are printed there."""
 
 import re
 import textwrap
@@ -15,10 +15,10 @@ BLOCKS = [
 
 
 @pytest.mark.parametrize("code", BLOCKS)
-def test_code_of_a_readme(code: str, engine: Engine, tmp_path: Path) -> None:
+def test_a_program_in_a_readme_runs(code: str, engine: Engine, tmp_path: Path) -> None:
     engine.start(scenario="warehouse-1000.yaml")
     (tmp_path / "plugin.py").write_text(code.replace('"default"', repr(engine.name)))
     program = engine.script(tmp_path / "plugin.py", *(["--fleet", engine.name] if "parse_args" in code else []))
-    eventually("it prints", lambda: program.output.count("\n") >= 1 or program.child.poll())
+    eventually("a line of output", lambda: program.output.count("\n") >= 1 or program.child.poll())
     program.end()
     assert program.output.startswith("tick ") and program.errors == ""

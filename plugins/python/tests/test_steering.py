@@ -1,4 +1,4 @@
-"""What goes the other way: orders, control, columns; and the events that answer."""
+"""Orders, control requests and columns that programs send, and the events that answer orders."""
 
 import math
 from collections.abc import Callable
@@ -13,27 +13,27 @@ from regatta import EventKind, RobotState
 
 @pytest.fixture
 def warehouse(engine: Engine) -> regatta.Fleet:
-    """A fleet of twenty that drives for ever."""
+    """A fleet of twenty robots that never stop."""
     engine.start("--robots", "20", scenario="warehouse-1000.yaml")
     return regatta.join(engine.name, "manager")
 
 
 class Answers:
-    """Collects events and finds those that answer an order."""
+    """Collects events, and finds the one that answers an order."""
 
     def __init__(self, fleet: regatta.Fleet) -> None:
         self.reader = fleet.events()
         self.seen: list[np.void] = []
 
     def wait(self, what: str, wanted: Callable[[np.void], bool]) -> np.void:
-        def look() -> np.void | None:
+        def find() -> np.void | None:
             self.seen += [record for tick in self.reader.take() for record in tick.records]
             return next((record for record in self.seen if wanted(record)), None)
 
-        return eventually(what, look)
+        return eventually(what, find)
 
     def to(self, token: int) -> np.void:
-        """What became of an order."""
+        """Waits for the event that accepts or refuses an order."""
         ends = EventKind.ACCEPTED, EventKind.REFUSED
         return self.wait("an answer", lambda record: record["token"] == token and record["kind"] in ends)
 
@@ -45,14 +45,14 @@ def test_a_held_robot_stands_until_it_is_resumed(warehouse: regatta.Fleet) -> No
     orders.send()
     assert len(orders) == 0
     assert answers.to(token)["kind"] == EventKind.ACCEPTED
-    answers.wait("it stands", lambda record: record["kind"] == EventKind.HELD and record["robot"] == 7)
+    answers.wait("the robot stands", lambda record: record["kind"] == EventKind.HELD and record["robot"] == 7)
     before = next_frame(frames)
     let_ticks_pass(warehouse, 100)
     after = next_frame(frames)
     assert after.tick >= before.tick + 50
     assert before.state[7] == after.state[7] == RobotState.HELD and after.speed[7] == 0
     assert (before.x[7], before.y[7]) == (after.x[7], after.y[7])
-    assert np.any((before.x != after.x) | (before.y != after.y)), "the others drive"
+    assert np.any((before.x != after.x) | (before.y != after.y)), "the other robots drive"
     orders.resume(np.int64(7))
     orders.send()
     del before
@@ -61,17 +61,17 @@ def test_a_held_robot_stands_until_it_is_resumed(warehouse: regatta.Fleet) -> No
         frame = next_frame(frames)
         return frame.state[7] != RobotState.HELD and (frame.x[7], frame.y[7]) != (after.x[7], after.y[7]) or None
 
-    eventually("it drives on", moves)
+    eventually("the robot drives on", moves)
 
 
-def test_orders_are_carried_out_or_refused(engine: Engine) -> None:
+def test_orders_are_accepted_or_refused(engine: Engine) -> None:
     engine.start("--robots", "0")
     fleet = regatta.join(engine.name, "manager")
     answers, orders, log = Answers(fleet), fleet.orders(), fleet.order_log()
     edge = fleet.world().edges[0]
     spawned = orders.spawn_on_edge(0, edge["id"], 0.5)
     orders.send()
-    robot = int(answers.wait("a robot", lambda record: record["kind"] == EventKind.SPAWNED)["robot"])
+    robot = int(answers.wait("a spawned robot", lambda record: record["kind"] == EventKind.SPAWNED)["robot"])
     edges, node = fleet.world().edges, fleet.world().nodes["id"][0]
     onward = next(other for other in edges if other["origin"] == edge["destination"])
     beyond = next(other for other in edges if other["origin"] == onward["destination"])
@@ -112,7 +112,7 @@ def test_orders_are_checked_before_they_are_sent(warehouse: regatta.Fleet) -> No
         orders.hold("a")  # type: ignore[arg-type]
     with pytest.raises(TypeError):
         orders.hold(1.5)  # type: ignore[arg-type]
-    assert len(orders) == 0, "nothing of them is kept"
+    assert len(orders) == 0, "no part of an invalid order is kept"
 
 
 def test_orders_without_an_engine_are_kept(engine: Engine) -> None:
@@ -125,7 +125,7 @@ def test_orders_without_an_engine_are_kept(engine: Engine) -> None:
     orders.send()
 
 
-def test_a_paused_engine_that_takes_no_orders_is_told_of(warehouse: regatta.Fleet) -> None:
+def test_orders_to_a_paused_engine_are_an_error_once_its_buffer_is_full(warehouse: regatta.Fleet) -> None:
     warehouse.control().pause()
     orders = warehouse.orders()
     with pytest.raises(regatta.OrderError, match="paused"):
@@ -135,14 +135,14 @@ def test_a_paused_engine_that_takes_no_orders_is_told_of(warehouse: regatta.Flee
     assert len(orders) == 1
 
 
-def test_tokens_are_those_that_rust_gives(engine: Engine) -> None:
-    """FNV-1a of the name, shifted: ``regatta_plugin::Orders`` makes the same of it."""
+def test_tokens_equal_those_of_rust(engine: Engine) -> None:
+    """The FNV-1a hash of the name, shifted: ``regatta_plugin::Orders`` computes the same."""
     orders = regatta.join(engine.name, "a").orders()
     assert orders.hold(0) == ((0xAF63_DC4C_8601_EC8C << 32) & (2**64 - 1)) + 1
     assert orders.hold(0) & 0xFFFF_FFFF == 2
 
 
-def test_control(warehouse: regatta.Fleet, engine: Engine) -> None:
+def test_the_engine_carries_out_or_refuses_requests(warehouse: regatta.Fleet, engine: Engine) -> None:
     control = warehouse.control()
     assert control.has_engine()
     assert control.pause().clock == regatta.ClockState.PAUSED
@@ -160,7 +160,7 @@ def test_control(warehouse: regatta.Fleet, engine: Engine) -> None:
     assert status.clock == regatta.ClockState.RUNNING and sum(status.robots_by_state) == 33
 
 
-def test_control_without_an_engine(engine: Engine) -> None:
+def test_a_request_without_an_engine_is_an_error(engine: Engine) -> None:
     with pytest.raises(regatta.NoEngineError, match=engine.name):
         regatta.control(engine.name).pause()
     with pytest.raises(regatta.NoEngineError, match=engine.name):
@@ -181,19 +181,26 @@ def test_a_column_is_read_as_it_was_published(warehouse: regatta.Fleet, engine: 
         published.publish(frame, frame.tick + np.arange(len(frame)) / 64)
         column = frame.column("mine")
         assert column is not None and (column.run_id, column.tick) == (frame.run_id, frame.tick)
+        assert column.missed == 0
         np.testing.assert_array_equal(column.values, np.float32(frame.tick) + np.arange(20, dtype=np.float32) / 64)
         assert not column.values.flags.owndata and not column.values.flags.writeable
         if frame.header.tick % 20 == 0:
             break
     with pytest.raises(regatta.PublishError, match="one value per robot"):
         published.publish(frame, [1.0, 2.0])
+    with pytest.raises(ValueError, match="float"):
+        published.publish(frame, ["a"] * 20)
+    for _ in range(3):
+        published.publish(frame, np.zeros(20))
+    column = frame.column("mine")
+    assert column is not None and column.missed == 2, "samples that were never sent don't count as missed"
     with pytest.raises(regatta.TakenError, match="mine"):
         warehouse.column("mine")
     with pytest.raises(ValueError, match="name"):
         warehouse.column("my/column")
 
 
-def test_a_dead_publishers_column_can_be_taken_over(engine: Engine) -> None:
+def test_the_column_of_a_dead_publisher_can_be_opened_again(engine: Engine) -> None:
     fleet = regatta.join(engine.name)
     other = engine.python("column = regatta.column(FLEET, 'mine')\nprint('open')\nimport time\ntime.sleep(600)")
     other.lines(1)
@@ -203,7 +210,7 @@ def test_a_dead_publishers_column_can_be_taken_over(engine: Engine) -> None:
     fleet.column("mine")
 
 
-def test_places_for_readers_run_out_and_come_back(engine: Engine) -> None:
+def test_a_place_of_a_reader_is_free_again_when_it_closes(engine: Engine) -> None:
     fleet = regatta.join(engine.name)
     readers = []
     with pytest.raises(regatta.FullError, match="16 places"):
@@ -214,15 +221,15 @@ def test_places_for_readers_run_out_and_come_back(engine: Engine) -> None:
     fleet.contacts()
 
 
-def test_the_producers_own_column(warehouse: regatta.Fleet) -> None:
+def test_the_producer_publishes_the_column_type(warehouse: regatta.Fleet) -> None:
     frames = warehouse.frames()
-    column = eventually("the types", lambda: next_frame(frames).column("type"))
+    column = eventually("the column", lambda: next_frame(frames).column("type"))
     frame = next_frame(frames)
     assert len(column.values) == len(frame)
     assert len(frame.world.robot_types[column.values.astype(int)]) == 20
 
 
-def test_events_can_be_waited_for(engine: Engine) -> None:
+def test_a_loop_over_events_waits_for_them(engine: Engine) -> None:
     engine.start("--robots", "20", scenario="warehouse-1000.yaml")
     reader = engine.python(
         "for tick in regatta.events(FLEET):\n"
@@ -235,7 +242,28 @@ def test_events_can_be_waited_for(engine: Engine) -> None:
     reader.end()
 
 
-def test_a_reader_that_is_too_slow_is_told_what_it_missed(engine: Engine) -> None:
+def test_a_loop_over_events_loses_none_while_it_reads_one_frame_per_second(engine: Engine) -> None:
+    """At 100 Hz and one frame a second, some 100 ticks with events pass between two frames, and 64 fit the buffer."""
+    reader = engine.python(
+        "import time\n"
+        "fleet = regatta.join(FLEET)\n"
+        "frames, events = fleet.frames(), fleet.events()\n"
+        "print('open', flush=True)\n"
+        "due, ticks, looked = time.monotonic(), 0, 0\n"
+        "for tick in events:\n"
+        "    ticks += 1\n"
+        "    if time.monotonic() >= due:\n"
+        "        due += 1\n"
+        "        looked += frames.latest() is not None\n"
+        "print(ticks, looked, events.lost)\n"
+    )
+    reader.lines(1)
+    engine.start_unanswered("--ticks", "350", scenario="warehouse-1000.yaml").finish()
+    ticks, looked, lost = (int(word) for word in reader.end().split()[-3:])
+    assert ticks > 150 and 2 <= looked <= 6 and lost == 0
+
+
+def test_a_reader_that_is_too_slow_counts_the_ticks_that_it_missed(engine: Engine) -> None:
     engine.start("--speed", "max", scenario="warehouse-1000.yaml")
     fleet = regatta.join(engine.name)
     reader = fleet.events()
@@ -244,12 +272,13 @@ def test_a_reader_that_is_too_slow_is_told_what_it_missed(engine: Engine) -> Non
     late = reader.take()
     assert len(late) >= 64 and late[0].missed > 100
     assert first.header.sequence + late[0].missed + 1 == late[0].header.sequence
+    assert sum(tick.missed for tick in late) == reader.lost
     assert sum(tick.missed for tick in late[1:]) == late[-1].header.sequence - late[0].header.sequence - len(late[1:])
     assert all(earlier.tick < later.tick for earlier, later in zip(late, late[1:]))
 
 
 def test_contacts_are_read(engine: Engine) -> None:
-    """A checker of the test's own publishes; the reader has no part in it."""
+    """The test itself publishes them."""
     from regatta._contract import ContactHeader, ContactRecord, dtype
 
     fleet = regatta.join(engine.name)
@@ -259,12 +288,13 @@ def test_contacts_are_read(engine: Engine) -> None:
     pairs["robots"] = [[1, 2], [3, 4]]
     pairs["level"] = [regatta.ContactLevel.TOUCHING, regatta.ContactLevel.POSSIBLE]
     pairs["relative_speed"] = 1.5
-    header = ContactHeader(run_id=1, tick=7, touching=1, possible=1)
+    header = ContactHeader(run_id=1, tick=7, sequence=3, touching=1, possible=1)
     sender.send(header, 2, lambda memory: np.copyto(memory, pairs.view(np.uint8)))
     contacts = reader.latest()
     assert contacts is not None and (contacts.header.tick, contacts.header.touching) == (7, 1)
     np.testing.assert_array_equal(contacts.pairs, pairs)
     assert reader.latest() is None and reader.current() is contacts
-    sender.send(ContactHeader(tick=8), 0, lambda memory: None)
+    assert contacts.missed == 0, "samples from before the reader joined don't count"
+    sender.send(ContactHeader(run_id=1, tick=8, sequence=5), 0, lambda memory: None)
     empty = reader.latest()
-    assert empty is not None and len(empty.pairs) == 0
+    assert empty is not None and len(empty.pairs) == 0 and empty.missed == 1

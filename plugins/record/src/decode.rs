@@ -1,4 +1,4 @@
-//! From messages back to the contract.
+//! Decodes recorded messages to the records of the plugin contract.
 
 use prost::Message;
 use regatta_plugin::contact::{ContactEvent, ContactHeader, ContactRecord};
@@ -8,23 +8,23 @@ use regatta_plugin::world::{EdgeRecord, NodeRecord, RobotTypeRecord};
 
 use crate::schema::regatta;
 
-/// Why a message can't be understood.
+/// The error of decoding a message.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum MessageError {
-    /// It is no protocol buffer of its type.
+    /// The message isn't a valid protocol buffer of its type.
     #[error("{0}")]
     Malformed(#[from] prost::DecodeError),
-    /// A column isn't as long as the frame has robots.
+    /// A column's length doesn't match the frame's number of robots.
     #[error("a column of {bytes} bytes doesn't fit {robots} robots")]
     ColumnLength {
-        /// Of the column.
+        /// The column's length in bytes.
         bytes: usize,
-        /// In the frame.
+        /// The number of robots in the frame.
         robots: usize,
     },
 }
 
-/// A recorded world.
+/// A recorded world: the route graph and the robot types.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct RecordedWorld {
     pub run_id: u64,
@@ -62,14 +62,14 @@ fn edge(edge: &regatta::Edge) -> EdgeRecord {
     }
 }
 
-fn robot_type(kind: &regatta::RobotType) -> RobotTypeRecord {
+fn robot_type(robot_type: &regatta::RobotType) -> RobotTypeRecord {
     RobotTypeRecord {
-        name: RobotTypeRecord::padded_name(&kind.name),
-        shape: kind.shape as u32,
-        length: kind.length,
-        width: kind.width,
-        max_speed: kind.max_speed,
-        max_acceleration: kind.max_acceleration,
+        name: RobotTypeRecord::padded_name(&robot_type.name),
+        shape: robot_type.shape as u32,
+        length: robot_type.length,
+        width: robot_type.width,
+        max_speed: robot_type.max_speed,
+        max_acceleration: robot_type.max_acceleration,
     }
 }
 
@@ -86,7 +86,7 @@ pub(crate) fn events(message: &[u8]) -> Result<(EventHeader, Vec<EventRecord>), 
     Ok((header, events.events.iter().map(event).collect()))
 }
 
-/// The tick, and the orders that took effect in it.
+/// Returns the tick and the orders that took effect in it.
 pub(crate) fn orders(message: &[u8]) -> Result<(u64, Vec<OrderRecord>), MessageError> {
     let orders = regatta::Orders::decode(message)?;
     let order = |order: &regatta::Order| OrderRecord {
@@ -131,7 +131,7 @@ pub(crate) fn contacts(message: &[u8]) -> Result<(ContactHeader, Vec<ContactReco
     Ok((header, contacts.pairs.iter().map(pair).collect()))
 }
 
-/// The tick, and what changed in it.
+/// Returns the tick and the contacts that began or ended in it.
 pub(crate) fn contact_events(message: &[u8]) -> Result<(u64, Vec<ContactEvent>), MessageError> {
     let events = regatta::ContactEvents::decode(message)?;
     let event = |event: &regatta::ContactEvent| ContactEvent {

@@ -1,7 +1,7 @@
-//! From the contract to messages.
+//! Encodes the records of the plugin contract as messages.
 //!
-//! A column's values lie in its message as they lie in memory: protocol buffers write packed numbers of fixed length
-//! little-endian, one after the other. So a frame costs a copy, whatever its size.
+//! A column's values have the same layout in the message as in memory, because protocol buffers store packed numbers of
+//! fixed width contiguously and little-endian. Encoding a frame is therefore a copy of its columns.
 
 use bytemuck::Pod;
 use prost::Message;
@@ -15,17 +15,17 @@ use regatta_plugin::{ColumnValues, ContactEvents, Contacts, Events, Frame, Order
 
 use crate::schema::regatta;
 
-const _: () = assert!(cfg!(target_endian = "little"), "columns are copied as they lie in memory");
+const _: () = assert!(cfg!(target_endian = "little"), "columns are copied with their layout in memory");
 
-/// Tags of a frame's columns: x, y, theta, speed, s, edge, state.
+/// Field numbers of a frame's columns: x, y, theta, speed, s, edge, state.
 pub(crate) const FRAME_COLUMNS: [u32; 7] = [16, 17, 18, 19, 20, 21, 22];
-/// Tag of a column's values.
+/// The field number of a column's values.
 pub(crate) const COLUMN_VALUES: u32 = 3;
 
-/// Longest key and length of a packed field.
+/// The largest size of a packed field's key and length, in bytes.
 const FIELD_OVERHEAD: usize = 12;
 
-/// A frame, its columns cut to the robots in use.
+/// Encodes a frame. Its columns are cut to the number of robots.
 pub(crate) fn frame(frame: &Frame<'_>) -> Vec<u8> {
     let scalars = frame_scalars(frame.header());
     let columns = frame.columns();
@@ -66,7 +66,7 @@ fn frame_scalars(header: &FrameHeader) -> regatta::Frame {
     }
 }
 
-/// A plugin's column.
+/// Encodes a plugin's column.
 pub(crate) fn column(column: &ColumnValues<'_>) -> Vec<u8> {
     let head = regatta::Column { run_id: column.header.run_id, tick: column.header.tick, values: Vec::new() };
     let mut out = Vec::with_capacity(head.encoded_len() + size_of_val(column.values) + FIELD_OVERHEAD);
@@ -75,7 +75,7 @@ pub(crate) fn column(column: &ColumnValues<'_>) -> Vec<u8> {
     out
 }
 
-/// A field of packed numbers (or of bytes, which look the same).
+/// Appends a field of packed numbers, or of bytes, which have the same encoding.
 fn packed<T: Pod>(tag: u32, values: &[T], out: &mut Vec<u8>) {
     let bytes: &[u8] = bytemuck::cast_slice(values);
     if !bytes.is_empty() {
@@ -112,14 +112,14 @@ fn edge(edge: &EdgeRecord) -> regatta::Edge {
     }
 }
 
-fn robot_type(kind: &RobotTypeRecord) -> regatta::RobotType {
+fn robot_type(robot_type: &RobotTypeRecord) -> regatta::RobotType {
     regatta::RobotType {
-        name: kind.name().to_owned(),
-        shape: kind.shape as i32,
-        length: kind.length,
-        width: kind.width,
-        max_speed: kind.max_speed,
-        max_acceleration: kind.max_acceleration,
+        name: robot_type.name().to_owned(),
+        shape: robot_type.shape as i32,
+        length: robot_type.length,
+        width: robot_type.width,
+        max_speed: robot_type.max_speed,
+        max_acceleration: robot_type.max_acceleration,
     }
 }
 
@@ -220,3 +220,6 @@ pub(crate) fn contact_events(events: &ContactEvents<'_>) -> Vec<u8> {
     }
     .encode_to_vec()
 }
+
+#[cfg(test)]
+mod tests;

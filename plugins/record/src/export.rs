@@ -1,4 +1,4 @@
-//! Recordings as tables for other programs: CSV and Parquet.
+//! Exports recordings to CSV and Parquet tables.
 
 mod csv;
 mod parquet;
@@ -12,34 +12,34 @@ use regatta_plugin::frame::RobotState;
 
 use crate::reading::{ReadingError, Recording};
 use crate::recorded::Row;
-use crate::robots::Robots;
-use crate::table::{Snapshot, walk};
+use crate::robot_ids::RobotIds;
+use crate::table::{Snapshot, for_each_snapshot};
 
-/// What to export, and where to.
+/// Options of `regatta export`.
 #[derive(Args, Clone, Debug)]
 #[group(skip)]
 #[command(group(ArgGroup::new("target").required(true).multiple(true).args(["csv", "parquet"])))]
 pub struct ExportArgs {
     /// The recording
     file: PathBuf,
-    /// Write CSV files into this folder, one a robot: robot-7.csv
+    /// Write CSV files to this folder, one per robot: robot-7.csv
     #[arg(long, value_name = "FOLDER")]
     csv: Option<PathBuf>,
-    /// Write one long CSV file, robots.csv, instead
+    /// Write one CSV file of all robots, robots.csv, instead of one per robot
     #[arg(long, requires = "csv")]
     long: bool,
     /// Write one Parquet file
     #[arg(long, value_name = "FILE")]
     parquet: Option<PathBuf>,
-    /// Only these robots: 1,5,7..9 are 1, 5, 7, 8 and 9
+    /// Export only these robots: 1,5,7..9 selects 1, 5, 7, 8 and 9
     #[arg(long, value_name = "IDS")]
-    robots: Option<Robots>,
-    /// Only these of the plugins' columns [default: all that were recorded]
+    robots: Option<RobotIds>,
+    /// Export only these columns of plugins [default: all recorded columns]
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     columns: Option<Vec<ColumnName>>,
 }
 
-/// Why a recording can't be exported.
+/// The error of exporting a recording.
 #[derive(Debug, thiserror::Error)]
 pub enum ExportError {
     /// The recording can't be read.
@@ -48,29 +48,29 @@ pub enum ExportError {
     /// A table can't be written.
     #[error("can't write {path} ({reason})")]
     Write {
-        /// The file.
+        /// The file or folder.
         path: PathBuf,
-        /// Why.
+        /// The system's reason.
         reason: io::Error,
     },
-    /// A column that wasn't recorded was asked for.
-    #[error("the recording has no column '{column}'; it has: {known}")]
+    /// A requested column wasn't recorded.
+    #[error("the recording has no column '{column}'; its columns are: {recorded}")]
     NoColumn {
-        /// The column.
+        /// The requested column.
         column: ColumnName,
-        /// Those that were recorded.
-        known: String,
+        /// The recorded columns, separated by commas.
+        recorded: String,
     },
-    /// None of the robots that were asked for was recorded.
-    #[error("no frame of the recording has any of these robots; their ids go from 0 to {last}")]
+    /// None of the requested robots was recorded.
+    #[error("no frame of the recording has any of these robots; its robots have ids from 0 to {last}")]
     NoRobots {
-        /// The highest id.
+        /// The highest recorded id.
         last: usize,
     },
 }
 
-/// What all tables begin with. Names carry their units.
-const HEAD: [&str; 12] = [
+/// Titles of the columns that every table starts with. They name their units.
+const COMMON_TITLES: [&str; 12] = [
     "time_s",
     "run",
     "tick",
@@ -85,12 +85,12 @@ const HEAD: [&str; 12] = [
     "state",
 ];
 
-/// A robot at a time, as all tables have it.
+/// One record of a table: a robot in one frame.
 struct Record<'snapshot> {
     snapshot: &'snapshot Snapshot<'snapshot>,
     robot: usize,
     row: Row,
-    /// Id of the edge in the route graph.
+    /// The edge's id in the route graph.
     edge: Option<u32>,
 }
 
@@ -111,20 +111,21 @@ impl Record<'_> {
     }
 }
 
-/// Exports a recording. Returns a line that says what was written.
+/// Exports a recording. Returns one line that describes the written files.
 ///
 /// # Errors
-/// [`ExportError`].
+/// Returns an [`ExportError`] if the recording can't be read, a table can't be written, or the requested columns or
+/// robots weren't recorded.
 pub fn export(args: &ExportArgs) -> Result<String, ExportError> {
     let recording = Recording::open(&args.file)?;
     let columns = columns(&recording, args.columns.as_deref())?;
-    let robots = args.robots.clone().unwrap_or_else(Robots::all);
+    let robots = args.robots.clone().unwrap_or_else(RobotIds::all);
     let (titles, plugins) = (titles(&columns), columns.len());
     let csv = args.csv.as_deref().map(|folder| csv::Tables::create(folder, args.long, &titles, plugins));
     let parquet = args.parquet.as_deref().map(|file| parquet::Table::create(file, &titles, plugins));
     let (mut csv, mut parquet) = (csv.transpose()?, parquet.transpose()?);
     let (mut rows, mut most_robots) = (0_u64, 0);
-    walk(&recording, &columns, |snapshot| -> Result<(), ExportError> {
+    for_each_snapshot(&recording, &columns, |snapshot| -> Result<(), ExportError> {
         most_robots = most_robots.max(snapshot.len());
         for robot in robots.below(snapshot.len()) {
             let Some(row) = snapshot.row(robot) else { continue };
@@ -144,24 +145,28 @@ pub fn export(args: &ExportArgs) -> Result<String, ExportError> {
     Ok(format!("{rows} rows in {}", written.join(" and in ")))
 }
 
-/// Titles of all columns. A plugin's column has its name, or with `column_` before it if a table has that one already.
+/// Returns the titles of all columns. A plugin's column keeps its name, or gets the prefix `column_` if the name is one
+/// of [`COMMON_TITLES`].
 fn titles(columns: &[ColumnName]) -> Vec<String> {
-    let title = |name: &ColumnName| match HEAD.contains(&name.as_str()) {
+    let title = |name: &ColumnName| match COMMON_TITLES.contains(&name.as_str()) {
         true => format!("column_{name}"),
         false => name.to_string(),
     };
-    HEAD.iter().map(|name| (*name).to_owned()).chain(columns.iter().map(title)).collect()
+    COMMON_TITLES.iter().map(|name| (*name).to_owned()).chain(columns.iter().map(title)).collect()
 }
 
-/// The columns to export: those that are wanted, or all.
-fn columns(recording: &Recording, wanted: Option<&[ColumnName]>) -> Result<Vec<ColumnName>, ExportError> {
+/// Returns the columns to export: the requested ones, or all recorded ones.
+fn columns(recording: &Recording, requested: Option<&[ColumnName]>) -> Result<Vec<ColumnName>, ExportError> {
     let recorded: Vec<_> = recording.topics().into_iter().filter_map(|topic| topic.column().cloned()).collect();
-    let Some(wanted) = wanted else { return Ok(recorded) };
-    match wanted.iter().find(|column| !recorded.contains(column)) {
-        None => Ok(wanted.to_vec()),
+    let Some(requested) = requested else { return Ok(recorded) };
+    match requested.iter().find(|column| !recorded.contains(column)) {
+        None => Ok(requested.to_vec()),
         Some(column) => {
-            let known: Vec<_> = recorded.iter().map(ColumnName::as_str).collect();
-            Err(ExportError::NoColumn { column: column.clone(), known: known.join(", ") })
+            let recorded: Vec<_> = recorded.iter().map(ColumnName::as_str).collect();
+            Err(ExportError::NoColumn { column: column.clone(), recorded: recorded.join(", ") })
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

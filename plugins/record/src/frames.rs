@@ -1,4 +1,4 @@
-//! A recording's frames as readers of a live fleet see them.
+//! Reads a recording's frames as the frames of a live fleet.
 
 use std::time::Duration;
 
@@ -10,10 +10,10 @@ use crate::recorded::RecordedFrame;
 use crate::schema::Topic;
 
 impl Recording {
-    /// Hands over every frame with its time in the recording, in order, until `each` returns an error.
+    /// Calls `each` with every frame and its time in the recording, in order, until it returns an error.
     ///
     /// # Errors
-    /// [`ReadingError`] if the recording is damaged, else what `each` returns.
+    /// Returns a [`ReadingError`] if the recording is damaged, or the error of `each`.
     pub fn frames<E: From<ReadingError>>(
         &self,
         mut each: impl FnMut(Duration, &Frame<'_>) -> Result<(), E>,

@@ -1,12 +1,13 @@
 //! Records a fleet to an MCAP file; replays, repairs, exports and plots such recordings.
 //!
-//! The file format is in this crate's README; the messages are in `proto/`.
+//! This crate's README describes the file format; `proto/` defines the messages.
 
 mod decode;
 mod encode;
 mod export;
 mod frames;
 mod mcap_file;
+mod mcap_record;
 mod output;
 mod plot;
 mod reading;
@@ -14,7 +15,7 @@ mod recorded;
 mod recorder;
 mod repair;
 mod replay;
-mod robots;
+mod robot_ids;
 mod scan;
 mod scene;
 mod schema;
@@ -22,13 +23,6 @@ mod sink;
 mod sources;
 mod table;
 mod timeline;
-
-#[cfg(test)]
-mod export_tests;
-#[cfg(test)]
-mod message_tests;
-#[cfg(test)]
-mod repair_tests;
 
 use std::path::PathBuf;
 use std::time::{Duration, SystemTime};
@@ -44,54 +38,55 @@ pub use plot::{PlotArgs, PlotError, plot};
 pub use reading::{ReadingError, Recording};
 pub use repair::{Repair, RepairError, repair};
 pub use replay::{ReplayArgs, ReplayError, replay};
-pub use robots::Robots;
+pub use robot_ids::RobotIds;
 pub use schema::Topic;
 pub use sink::SinkError;
 
 use recorder::{Recorder, Settings};
 use sink::Sink;
 
-/// What to record, and where to.
+/// Options of `regatta record`.
 #[derive(Args, Clone, Debug)]
 pub struct RecordArgs {
     #[command(flatten)]
     options: Options,
-    /// The file to write [default: the fleet's name and the time of day]
+    /// The file to write [default: the fleet's name and the date and time, with .mcap]
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
     /// Overwrite the file if it exists
     #[arg(long)]
     force: bool,
-    /// Record one frame of so many
+    /// Record only every Nth frame
     #[arg(long, value_name = "N", default_value = "1", allow_negative_numbers = true)]
     #[arg(value_parser = clap::value_parser!(u64).range(1..))]
     every: u64,
-    /// How to compress
+    /// Compression of the recording
     #[arg(long, value_enum, default_value_t)]
     compression: Compression,
-    /// Poses a second for Foxglove, Rerun and PlotJuggler; 0 for none
+    /// Poses per second for Foxglove, Rerun and PlotJuggler; 0 for none
     #[arg(long, value_name = "HZ", default_value = "10", value_parser = parse_poses_rate, allow_negative_numbers = true)]
     poses_rate: f64,
-    /// Instead of recording: close a recording that was cut off
+    /// Repair a recording that was cut off, instead of recording
     #[arg(long, value_name = "FILE", conflicts_with = "output")]
     repair: Option<PathBuf>,
 }
 
 fn parse_poses_rate(text: &str) -> Result<f64, String> {
     let rate = text.parse().ok().filter(|rate| (0.0..=1e6).contains(rate));
-    rate.ok_or_else(|| format!("'{text}' is no rate; give a number a second from 0 to 1000000"))
+    rate.ok_or_else(|| format!("invalid rate '{text}'; give a number per second from 0 to 1000000"))
 }
 
 /// Records a fleet until Ctrl-C, or repairs a recording.
 ///
 /// # Errors
-/// If the file can't be created or written, or the fleet can't be read.
+/// Returns an error if the file can't be created or written, or the fleet can't be read.
 pub fn record(args: &RecordArgs) -> Result {
     if let Some(path) = &args.repair {
         println!("{}: {}", path.display(), repair(path)?);
         return Ok(());
     }
-    // Before there is a file: one that may not grow any more is then an error rather than the end.
+    // Signals are handled before the file is created: writing beyond the file size limit then returns an error instead
+    // of killing the process.
     Termination::watch()?;
     let path = args.output.clone().unwrap_or_else(|| default_path(&args.options));
     let mut sink = Sink::create(&path, args.force, args.compression)?;
@@ -111,10 +106,10 @@ pub fn record(args: &RecordArgs) -> Result {
     args.options.run(recorder, "record")
 }
 
-/// The same with a command line from elsewhere, whose first argument is the program.
+/// Runs [`record`] with a command line, whose first argument is the program's name.
 ///
 /// # Errors
-/// As [`record`]; or an option is wrong.
+/// Returns an error if an option is invalid, or if [`record`] fails.
 pub fn record_from(args: Vec<String>) -> Result {
     #[derive(Parser)]
     #[command(name = "record", about = "Records a fleet to an MCAP file")]
@@ -130,7 +125,7 @@ pub fn record_from(args: Vec<String>) -> Result {
     }
 }
 
-/// `default-2026-11-22T10-15-00Z.mcap`.
+/// Returns a file name like `default-2026-11-22T10-15-00Z.mcap`.
 fn default_path(options: &Options) -> PathBuf {
     let time = humantime::format_rfc3339_seconds(SystemTime::now()).to_string().replace(':', "-");
     PathBuf::from(format!("{}-{time}.mcap", options.fleet))

@@ -1,4 +1,4 @@
-//! An MCAP file with the topics of a recording.
+//! Writes an MCAP file with the topics of a recording.
 
 use std::collections::{BTreeMap, HashMap};
 use std::fs::File;
@@ -9,22 +9,22 @@ use mcap::{McapResult, WriteOptions, Writer};
 
 use crate::schema::{PROTOBUF, Topic};
 
-/// How chunks are compressed.
+/// The compression of chunks.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
 pub enum Compression {
     /// Fast.
     #[default]
     Lz4,
-    /// Smaller, and slower.
+    /// Smaller files, but slower.
     Zstd,
-    /// Not at all.
+    /// No compression.
     None,
 }
 
-/// A file under construction.
+/// The writer of an MCAP file.
 pub(crate) struct McapFile {
     pub writer: Writer<NoSeek<File>>,
-    /// Channel and number of messages of each topic.
+    /// The channel and the number of messages of each topic.
     channels: HashMap<Topic, (u16, u32)>,
 }
 
@@ -41,13 +41,13 @@ impl McapFile {
             .compression_level(1)
             .compression_threads(0)
             .chunk_size(Some(chunk_bytes))
-            // Chunks are put together in memory and written whole, so that a kill seldom finds half of one.
+            // Chunks are assembled in memory and written in one piece, so that a kill rarely leaves a partial chunk.
             .disable_seeking(true)
             .create(NoSeek::new(file))?;
         Ok(Self { writer, channels: HashMap::new() })
     }
 
-    /// Writes a message. Its channel and number are filled in.
+    /// Writes a message. Sets the channel and sequence number of its header.
     pub fn write(&mut self, topic: &Topic, header: MessageHeader, message: &[u8]) -> McapResult<()> {
         let (channel_id, count) = match self.channels.get_mut(topic) {
             Some(channel) => channel,

@@ -1,4 +1,4 @@
-//! Files that tables and pictures are written to.
+//! Creates the files of exports and plots.
 
 use std::fs::File;
 use std::io::{self, Read};
@@ -6,12 +6,15 @@ use std::path::Path;
 
 use mcap::MAGIC;
 
-/// Creates a file, or overwrites one that is no recording: to lose one, the one that is read maybe, was not meant.
+/// Creates a file or overwrites an existing one, but never a recording: it may be the one that is being read.
 pub(crate) fn create(path: &Path) -> io::Result<File> {
-    // Anything else, a pipe say, has nothing to lose, and a look would wait for it.
+    // Only regular files are checked: a pipe, for example, has no content to lose, and opening it would block.
     let is_file = path.metadata().is_ok_and(|metadata| metadata.is_file());
     if is_file && is_recording(path) {
-        return Err(io::Error::new(io::ErrorKind::AlreadyExists, "it is a recording; give another file, or remove it"));
+        return Err(io::Error::new(
+            io::ErrorKind::AlreadyExists,
+            "it is a recording; choose another file, or remove it",
+        ));
     }
     File::create(path)
 }

@@ -1,68 +1,69 @@
-//! One robot's way through a recording as a picture: where it drove, and how.
+//! Draws one robot's track in a recording: its path on the map, and its pose, speed and state over time.
 
 mod axis;
 mod charts;
 mod map;
 mod svg;
+mod track;
 
 use std::io::{self, Write as _};
 use std::path::PathBuf;
 use std::time::Duration;
 
 use clap::Args;
-use regatta_plugin::world::EdgeRecord;
 
 use crate::output;
 use crate::reading::{ReadingError, Recording};
 use crate::recorded::Row;
-use crate::table::walk;
+use crate::table::for_each_snapshot;
 use svg::{Area, Svg};
+use track::{Sample, Track};
 
-/// What to draw, and where to.
+/// Options of `regatta plot`.
 #[derive(Args, Clone, Debug)]
 pub struct PlotArgs {
     /// The recording
     file: PathBuf,
-    /// Id of the robot
+    /// The robot's id
     #[arg(long, value_name = "ID")]
     robot: u32,
     /// The SVG file to write
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
-    /// Start at this time of the recording: 12.5s, 3min …
+    /// Start at this time of the recording, for example 12.5s or 3min
     #[arg(long, value_name = "TIME")]
     from: Option<humantime::Duration>,
-    /// End at this time
+    /// End at this time of the recording
     #[arg(long, value_name = "TIME")]
     to: Option<humantime::Duration>,
 }
 
-/// Why a robot can't be drawn.
+/// The error of drawing a robot.
 #[derive(Debug, thiserror::Error)]
 pub enum PlotError {
     /// The recording can't be read.
     #[error(transparent)]
     Reading(#[from] ReadingError),
-    /// The robot isn't in it, at least not at that time.
+    /// The robot isn't in the recording in the requested time range.
     #[error("robot {robot} is not in {path} between {from:.2} s and {to:.2} s; its robots have ids from 0 to {last}")]
     NoRobot {
-        /// The robot.
+        /// The robot's id.
         robot: u32,
         /// The recording.
         path: PathBuf,
-        /// Begin of the time looked at, in seconds.
+        /// The start of the time range, in seconds.
         from: f64,
-        /// End of the time looked at, in seconds.
+        /// The end of the time range, in seconds.
         to: f64,
-        /// The highest id that was seen.
+        /// The highest recorded id.
         last: usize,
     },
-    /// The begin lies after the end.
-    #[error("--from {from} lies after --to {to}; give an earlier --from, or a later --to")]
+    /// The time range ends before it starts.
+    #[error("--from {from} is after --to {to}; give an earlier --from, or a later --to")]
     Times {
-        /// The wanted begin.
+        /// The requested start.
         from: humantime::Duration,
-        /// The wanted end.
+        /// The requested end.
         to: humantime::Duration,
     },
     /// The picture can't be written.
@@ -70,53 +71,16 @@ pub enum PlotError {
     Write {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// The system's reason.
         reason: io::Error,
     },
 }
 
-/// A robot at a time.
-#[derive(Clone, Copy, Debug)]
-struct Sample {
-    /// On the recording's clock, in seconds.
-    time: f64,
-    x: f64,
-    y: f64,
-    /// Radians.
-    theta: f64,
-    /// Metres per second.
-    speed: f64,
-    state: u8,
-}
-
-/// A robot's way, in pieces: a new one begins with a run, and when the robot is back after an absence.
-struct Track {
-    pieces: Vec<Vec<Sample>>,
-    edges: Vec<EdgeRecord>,
-}
-
-impl Track {
-    fn samples(&self) -> impl DoubleEndedIterator<Item = &Sample> {
-        self.pieces.iter().flatten()
-    }
-
-    /// Times of the first and last sample.
-    fn span(&self) -> (f64, f64) {
-        let at = |sample: Option<&Sample>| sample.map_or(0.0, |sample| sample.time);
-        (at(self.samples().next()), at(self.samples().next_back()))
-    }
-
-    /// Metres driven.
-    fn length(&self) -> f64 {
-        let pairs = self.pieces.iter().flat_map(|piece| piece.windows(2));
-        pairs.map(|pair| (pair[1].x - pair[0].x).hypot(pair[1].y - pair[0].y)).sum()
-    }
-}
-
-/// Draws a robot's way. Returns a line that says what was written.
+/// Draws a robot's track. Returns one line that describes the written file.
 ///
 /// # Errors
-/// [`PlotError`].
+/// Returns a [`PlotError`] if the recording can't be read, the picture can't be written, the time range is invalid, or
+/// the robot isn't in the recording in that range.
 pub fn plot(args: &PlotArgs) -> Result<String, PlotError> {
     if let (Some(from), Some(to)) = (args.from, args.to)
         && from > to
@@ -136,26 +100,26 @@ pub fn plot(args: &PlotArgs) -> Result<String, PlotError> {
 fn track(recording: &Recording, args: &PlotArgs) -> Result<Track, PlotError> {
     let (start, end) = recording.span();
     let (from, to) = (args.from.map_or(start, Into::into), args.to.map_or(end, Into::into));
-    let mut track = Track { pieces: Vec::new(), edges: Vec::new() };
-    let (mut run, mut was_there, mut most_robots) = (None, false, 0);
-    walk(recording, &[], |snapshot| -> Result<(), ReadingError> {
+    let mut track = Track { segments: Vec::new(), edges: Vec::new() };
+    let (mut run, mut was_present, mut most_robots) = (None, false, 0);
+    for_each_snapshot(recording, &[], |snapshot| -> Result<(), ReadingError> {
         most_robots = most_robots.max(snapshot.len());
         let row = snapshot.row(args.robot as usize).filter(|_| (from..=to).contains(&snapshot.time));
         let changed_run = run.replace(snapshot.run) != Some(snapshot.run);
         if changed_run {
             track.edges = snapshot.edges().to_vec();
         }
-        let begins = row.is_some() && (changed_run || !was_there);
-        was_there = row.is_some();
-        if begins {
-            track.pieces.push(Vec::new());
+        let starts_segment = row.is_some() && (changed_run || !was_present);
+        was_present = row.is_some();
+        if starts_segment {
+            track.segments.push(Vec::new());
         }
-        if let (Some(row), Some(piece)) = (row, track.pieces.last_mut()) {
-            piece.push(sample(snapshot.time, &row));
+        if let (Some(row), Some(segment)) = (row, track.segments.last_mut()) {
+            segment.push(sample(snapshot.time, &row));
         }
         Ok(())
     })?;
-    match track.pieces.is_empty() {
+    match track.segments.is_empty() {
         false => Ok(track),
         true => Err(PlotError::NoRobot {
             robot: args.robot,
@@ -172,10 +136,10 @@ fn sample(time: Duration, row: &Row) -> Sample {
     Sample { time: time.as_secs_f64(), x, y, theta, speed, state: row.state }
 }
 
-/// Size of the picture in pixels.
+/// The picture's width and height in pixels.
 const SIZE: (f64, f64) = (1280.0, 800.0);
 const MARGIN: f64 = 40.0;
-/// Where the plots begin, below the title.
+/// The upper edge of the plots, below the title.
 const TOP: f64 = 122.0;
 
 fn picture(track: &Track, title: &str, recording: &str) -> String {
@@ -197,7 +161,7 @@ fn picture(track: &Track, title: &str, recording: &str) -> String {
 mod tests {
     use super::*;
 
-    fn piece(from: f64, theta: impl Fn(f64) -> f64) -> Vec<Sample> {
+    fn segment(from: f64, theta: impl Fn(f64) -> f64) -> Vec<Sample> {
         let sample = |i: u32| {
             let time = from + f64::from(i) * 0.1;
             Sample { time, x: time, y: (time / 3.0).sin(), theta: theta(time), speed: 1.0, state: 1 }
@@ -205,25 +169,25 @@ mod tests {
         (0..100).map(sample).collect()
     }
 
-    fn lines(svg: &str, class: &str) -> usize {
+    fn count(svg: &str, class: &str) -> usize {
         svg.matches(&format!("class=\"{class}\"")).count()
     }
 
     #[test]
-    fn each_piece_is_a_line_of_its_own_and_a_heading_breaks_where_it_turns_over() {
+    fn each_segment_is_a_line_and_a_heading_line_breaks_where_it_wraps_around() {
         let turning =
             |time: f64| (time + std::f64::consts::PI).rem_euclid(std::f64::consts::TAU) - std::f64::consts::PI;
-        let track = Track { pieces: vec![piece(0.0, turning), piece(20.0, |_| 0.5)], edges: Vec::new() };
+        let track = Track { segments: vec![segment(0.0, turning), segment(20.0, |_| 0.5)], edges: Vec::new() };
         let svg = picture(&track, "Robot 1", "run.mcap");
-        assert_eq!(lines(&svg, "path"), 2);
-        // Three values in two pieces, and the heading: it turns over at π and 3π.
-        assert_eq!(lines(&svg, "line"), 3 * 2 + 1 + 3);
+        assert_eq!(count(&svg, "path"), 2);
+        // Three values in two segments, and the heading, which wraps around at π and 3π.
+        assert_eq!(count(&svg, "line"), 3 * 2 + 1 + 3);
     }
 
     #[test]
-    fn a_robot_that_never_moves_is_drawn_too() {
+    fn a_robot_that_never_moves_is_drawn() {
         let still = Sample { time: 5.0, x: 1.0, y: 2.0, theta: 0.0, speed: 0.0, state: 0 };
-        let svg = picture(&Track { pieces: vec![vec![still]], edges: Vec::new() }, "Robot 1", "run.mcap");
+        let svg = picture(&Track { segments: vec![vec![still]], edges: Vec::new() }, "Robot 1", "run.mcap");
         assert!(!svg.contains("NaN") && !svg.contains("inf"), "{svg}");
     }
 }

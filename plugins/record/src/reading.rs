@@ -1,4 +1,4 @@
-//! Reads recordings, in order of time, without reading more of a file than is asked for.
+//! Reads recordings in order of time. Only the requested part of a file is read.
 
 use std::collections::{BTreeSet, HashMap};
 use std::fs::File;
@@ -13,49 +13,50 @@ use mcap::sans_io::{
 use mcap::{McapError, McapResult, Summary};
 
 use crate::decode::MessageError;
-use crate::scan::{MAX_RECORD, scan};
+use crate::mcap_record::MAX_RECORD;
+use crate::scan::scan;
 use crate::schema::Topic;
 
-/// Why a recording can't be read.
+/// The error of reading a recording.
 #[derive(Debug, thiserror::Error)]
 pub enum ReadingError {
-    /// It can't be opened or read.
+    /// The file can't be opened or read.
     #[error("can't read {path} ({reason})")]
     Io {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// The system's reason.
         reason: io::Error,
     },
-    /// It isn't an MCAP file, or a damaged one.
-    #[error("{path} can't be read as a recording ({reason}); `regatta record --repair` keeps what is whole in it")]
+    /// The file is not an MCAP file, or is damaged.
+    #[error("can't read {path} as a recording ({reason}); `regatta record --repair` keeps its undamaged parts")]
     Mcap {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// The reason given by the MCAP library.
         reason: McapError,
     },
-    /// It is an MCAP file of something else.
+    /// The file is an MCAP file without frames.
     #[error("{path} has no topic /frames: it isn't a recording of a fleet")]
     NoFrames {
         /// The file.
         path: PathBuf,
     },
-    /// A message in it contradicts its schema.
-    #[error("{path} has a message on {topic} at {:.3} s that can't be understood ({reason})", at.as_secs_f64())]
+    /// A message doesn't match its schema.
+    #[error("{path} has an invalid message on {topic} at {:.3} s ({reason})", at.as_secs_f64())]
     Message {
         /// The file.
         path: PathBuf,
-        /// The topic.
+        /// The message's topic.
         topic: String,
-        /// Its time in the recording.
+        /// The message's time in the recording.
         at: Duration,
-        /// Why.
+        /// The error of decoding it.
         reason: MessageError,
     },
 }
 
-/// A recording on disk. Of its messages, no more than a chunk or two are in memory at a time.
+/// A recording on disk. Not more than about two chunks of its messages are in memory at a time.
 #[derive(Debug)]
 pub struct Recording {
     path: PathBuf,
@@ -69,7 +70,7 @@ pub struct Recording {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Entry<'recording> {
     pub topic: &'recording Topic,
-    /// Nanoseconds on the recording's clock.
+    /// The time on the recording's clock, in nanoseconds.
     pub log_time: u64,
     pub message: &'recording [u8],
 }
@@ -77,17 +78,17 @@ pub(crate) struct Entry<'recording> {
 /// The part of a recording to read.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Selection {
-    /// From this time on, in nanoseconds.
+    /// The start on the recording's clock, in nanoseconds.
     pub from: u64,
-    /// Only these topics; all of them if empty.
+    /// The topics; empty for all.
     pub topics: Vec<Topic>,
 }
 
 impl Recording {
-    /// Opens a recording. One that was never closed is read through first, up to its last whole chunk.
+    /// Opens a recording. One that was never closed is first scanned up to its last complete chunk.
     ///
     /// # Errors
-    /// [`ReadingError`].
+    /// Returns a [`ReadingError`] if the file can't be read or isn't a recording.
     pub fn open(path: &Path) -> Result<Self, ReadingError> {
         let failed = |reason| ReadingError::Io { path: path.to_owned(), reason };
         let mut file = File::open(path).map_err(failed)?;
@@ -107,42 +108,42 @@ impl Recording {
         Ok(Self { path: path.to_owned(), file, summary, topics, closed })
     }
 
-    /// The file.
+    /// Returns the file's path.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Whether it was closed. If not, what came after its last whole chunk is missing.
+    /// Whether the recording was closed. If not, the messages after its last complete chunk are missing.
     pub fn is_closed(&self) -> bool {
         self.closed
     }
 
-    /// Its topics, sorted.
+    /// Returns the topics, sorted.
     pub fn topics(&self) -> Vec<Topic> {
         let topics: BTreeSet<_> = self.topics.values().cloned().collect();
         topics.into_iter().collect()
     }
 
-    /// Time of its first and last message.
+    /// Returns the times of the first and the last message.
     pub fn span(&self) -> (Duration, Duration) {
         let stats = self.summary.stats.as_ref();
         let (start, end) = stats.map_or((0, 0), |stats| (stats.message_start_time, stats.message_end_time));
         (Duration::from_nanos(start), Duration::from_nanos(end))
     }
 
-    /// Number of messages on a topic.
+    /// Returns the number of messages on a topic.
     pub fn count(&self, topic: &Topic) -> u64 {
         let counts = self.summary.stats.as_ref().map(|stats| &stats.channel_message_counts);
         let of = |channel: &u16| counts.and_then(|counts| counts.get(channel)).copied().unwrap_or(0);
         self.topics.iter().filter(|(_, other)| *other == topic).map(|(channel, _)| of(channel)).sum()
     }
 
-    /// Reads messages in order of time; those of the same time in the order in which they were recorded.
+    /// Reads messages in order of time. Messages of the same time keep the order in which they were recorded.
     pub(crate) fn read(&self, selection: &Selection) -> Result<Reader<'_>, ReadingError> {
         self.reader(IndexedReaderOptions::new().starting_at(selection.from), &selection.topics)
     }
 
-    /// The last message on a topic before or at `time`, and its time.
+    /// Returns the time and the bytes of the last message on a topic at or before `time`.
     pub(crate) fn last_until(&self, topic: &Topic, time: u64) -> Result<Option<(u64, Vec<u8>)>, ReadingError> {
         let options = IndexedReaderOptions::new().ending_at(time).with_order(ReadOrder::ReverseLogTime);
         let mut reader = self.reader(options, std::slice::from_ref(topic))?;
@@ -167,27 +168,27 @@ impl Recording {
         }
     }
 
-    /// Says where a message is that can't be understood.
+    /// Returns the error of an invalid message, with the message's topic and time.
     pub(crate) fn malformed(&self, topic: &Topic, log_time: u64, reason: MessageError) -> ReadingError {
         let (path, at) = (self.path.clone(), Duration::from_nanos(log_time));
         ReadingError::Message { path, topic: topic.name(), at, reason }
     }
 }
 
-/// Hands out a recording's messages one by one.
+/// A cursor over the messages of a recording.
 pub(crate) struct Reader<'recording> {
     recording: &'recording Recording,
     reader: IndexedReader,
-    /// The chunk read last, still compressed.
+    /// The chunk read last, compressed.
     chunk: Vec<u8>,
     /// The message read last.
     message: Vec<u8>,
-    /// Its topic and time, if it was only looked at.
+    /// The topic and time of that message, if it was peeked at but not yet returned.
     ahead: Option<(&'recording Topic, u64)>,
 }
 
 impl<'recording> Reader<'recording> {
-    /// Time of the next message.
+    /// Returns the time of the next message without consuming it.
     pub fn peek(&mut self) -> Result<Option<u64>, ReadingError> {
         if self.ahead.is_none() {
             let recording = self.recording;
@@ -196,7 +197,7 @@ impl<'recording> Reader<'recording> {
         Ok(self.ahead.map(|(_, log_time)| log_time))
     }
 
-    /// The next message on one of our topics.
+    /// Returns the next message on a topic that this crate knows.
     pub fn next(&mut self) -> Result<Option<Entry<'_>>, ReadingError> {
         self.peek()?;
         Ok(self.ahead.take().map(|(topic, log_time)| Entry { topic, log_time, message: &self.message }))
@@ -226,7 +227,8 @@ impl<'recording> Reader<'recording> {
     }
 }
 
-/// What the library calls an error of reading may be damage.
+/// Turns an I/O error of the MCAP library into a decompression error: the library reads from memory, so its I/O errors
+/// are caused by damaged data.
 fn undecodable(error: McapError) -> McapError {
     match error {
         McapError::Io(reason) => McapError::DecompressionError(reason.to_string()),
@@ -234,15 +236,15 @@ fn undecodable(error: McapError) -> McapError {
     }
 }
 
-/// The summary at a file's end, if the file was closed.
+/// Reads the summary at the end of a file. Returns `None` if the file was never closed.
 pub(crate) fn summary(file: &mut File) -> McapResult<Option<Summary>> {
     let length = file.seek(SeekFrom::End(0))?;
     let options = SummaryReaderOptions::default().with_file_size(length).with_record_length_limit(MAX_RECORD);
     let mut reader = SummaryReader::new_with_options(options);
     while let Some(event) = reader.next_event() {
         match event? {
-            SummaryReadEvent::ReadRequest(wanted) => {
-                let read = file.read(reader.insert(wanted))?;
+            SummaryReadEvent::ReadRequest(length) => {
+                let read = file.read(reader.insert(length))?;
                 reader.notify_read(read);
             }
             SummaryReadEvent::SeekRequest(to) => reader.notify_seeked(file.seek(to)?),

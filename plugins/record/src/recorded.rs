@@ -1,4 +1,4 @@
-//! Frames and columns whose values still lie in their message, to be copied from there.
+//! Views of recorded frames and columns, which borrow their values from the encoded message.
 
 use prost::Message;
 use prost::bytes::Buf;
@@ -9,10 +9,10 @@ use crate::decode::MessageError;
 use crate::encode::{COLUMN_VALUES, FRAME_COLUMNS};
 use crate::schema::regatta;
 
-/// A recorded frame: its columns still lie in the message.
+/// A recorded frame, whose columns are slices of the message.
 #[derive(Clone, Debug)]
 pub(crate) struct RecordedFrame<'message> {
-    /// All but `stride_lines`, which belongs to shared memory.
+    /// The recorded header; `stride_lines` is 0, because it describes shared memory.
     pub header: FrameHeader,
     columns: [&'message [u8]; 7],
 }
@@ -36,12 +36,12 @@ impl<'message> RecordedFrame<'message> {
         }
     }
 
-    /// Number of robots.
+    /// Returns the number of robots.
     pub fn len(&self) -> usize {
         self.header.robots as usize
     }
 
-    /// Copies the columns to where a frame for as many robots is built.
+    /// Copies the columns to those of a frame with the same number of robots.
     pub fn copy_to(&self, columns: &mut ColumnsMut<'_>) {
         let robots = self.len();
         let [x, y, theta, speed, s, edge, state] = self.columns;
@@ -58,12 +58,12 @@ impl<'message> RecordedFrame<'message> {
         columns.state[..robots].copy_from_slice(state);
     }
 
-    /// The `state` column.
+    /// Returns the `state` column.
     pub fn states(&self) -> &'message [u8] {
         self.columns[6]
     }
 
-    /// What a robot was doing; `None` if there is no such row.
+    /// Returns a robot's row, or `None` if the frame has no such row.
     pub fn row(&self, robot: usize) -> Option<Row> {
         let [x, y, theta, speed, s, edge, state] = self.columns;
         let word = |column: &[u8]| column[robot * 4..].first_chunk().map(|bytes| u32::from_le_bytes(*bytes));
@@ -111,17 +111,17 @@ fn frame_header(frame: &regatta::Frame) -> FrameHeader {
     }
 }
 
-/// The bytes of a packed field.
+/// Splits the bytes of a packed field off the message.
 fn packed<'message>(wire_type: WireType, message: &mut &'message [u8]) -> Result<&'message [u8], MessageError> {
     prost::encoding::check_wire_type(WireType::LengthDelimited, wire_type)?;
     let length = usize::try_from(decode_varint(message)?).unwrap_or(usize::MAX);
-    // Longer than the message: as much as there is, which then is no column's length.
+    // A field that claims to be longer than the message gets the rest of it, which then fails the length check.
     let (bytes, rest) = message.split_at(length.min(message.remaining()));
     *message = rest;
     Ok(bytes)
 }
 
-/// A recorded column.
+/// A recorded column, whose values are a slice of the message.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RecordedColumn<'message> {
     pub tick: u64,
@@ -144,17 +144,17 @@ impl<'message> RecordedColumn<'message> {
         }
     }
 
-    /// Number of values.
+    /// Returns the number of values.
     pub fn len(&self) -> usize {
         self.values.len() / 4
     }
 
-    /// Copies the values, as many as there are.
+    /// Copies the values to a slice of the same length.
     pub fn copy_to(&self, target: &mut [f32]) {
         bytemuck::cast_slice_mut::<f32, u8>(target).copy_from_slice(self.values);
     }
 
-    /// As a slice of its own.
+    /// Returns a copy of the values.
     pub fn values(&self) -> Vec<f32> {
         let mut values = vec![0.0; self.len()];
         self.copy_to(&mut values);

@@ -1,4 +1,4 @@
-//! The recorder: a plugin that hands all that a fleet tells to a [`Sink`].
+//! The recorder: a plugin that passes everything a fleet publishes to a [`Sink`].
 
 use std::path::PathBuf;
 use std::time::Duration;
@@ -9,10 +9,10 @@ use regatta_plugin::{Error, Events, Frame, Participant, Plugin, Result, World};
 use crate::schema::Topic;
 use crate::sink::{Sink, SinkError, Tally};
 use crate::sources::Sources;
-use crate::timeline::{Gaps, Timeline};
+use crate::timeline::Timeline;
 use crate::{encode, scene};
 
-/// Records a fleet until it is stopped.
+/// The plugin that records a fleet until it is stopped.
 #[derive(Debug)]
 pub(crate) struct Recorder {
     path: PathBuf,
@@ -22,30 +22,31 @@ pub(crate) struct Recorder {
     sources: Option<Sources>,
     timeline: Timeline,
     sees_all: bool,
-    gaps: Gaps,
-    /// Samples of anything but frames that were missed.
+    /// The number of frames that the producer published but the recorder didn't get.
+    frames_missed: u64,
+    /// The number of missed messages on other topics than frames.
     others_missed: u64,
-    /// Frames of the run, by distinct ticks.
+    /// The number of frames seen in the run, by distinct ticks.
     frames_seen: u64,
-    /// Whether the frames of this tick are recorded.
-    wanted: bool,
+    /// Whether the frames of the current tick are recorded.
+    records_tick: bool,
     newest: FrameHeader,
-    /// What came ahead of the frame that tells its time.
-    waiting: Vec<Waiting>,
+    /// The messages that arrived before the frame that determines their time.
+    pending: Vec<Pending>,
 }
 
-/// How to record.
+/// The settings of a [`Recorder`].
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Settings {
-    /// Record one frame of so many; at least 1.
+    /// Record every `every`th frame; at least 1.
     pub every: u64,
-    /// Time between poses for general tools; none if `None`.
+    /// Simulated time between poses for general tools; `None` for no poses.
     pub poses_period: Option<Duration>,
-    /// Whether every frame is looked at, so that one that isn't seen is one that was missed.
+    /// Whether the recorder receives every frame, so that a frame it doesn't see was missed.
     pub sees_all: bool,
 }
 
-/// When poses are due.
+/// The schedule of poses for general tools, in nanoseconds of simulated time.
 #[derive(Clone, Copy, Debug)]
 struct Poses {
     period: u64,
@@ -53,10 +54,11 @@ struct Poses {
     next: u64,
 }
 
+/// A message that waits for the next frame.
 #[derive(Debug)]
-struct Waiting {
+struct Pending {
     topic: Topic,
-    /// Of an earlier moment than the frame; `None` for the frame's.
+    /// The run and tick of the message; `None` for those of the next frame.
     tick: Option<(u64, u64)>,
     message: Vec<u8>,
 }
@@ -72,32 +74,35 @@ impl Recorder {
             sources: None,
             timeline: Timeline::default(),
             sees_all: settings.sees_all,
-            gaps: Gaps::default(),
+            frames_missed: 0,
             others_missed: 0,
             frames_seen: 0,
-            wanted: true,
+            records_tick: true,
             newest: FrameHeader::default(),
-            waiting: Vec::new(),
+            pending: Vec::new(),
         }
     }
 
-    fn take_waiting(&mut self) {
-        for Waiting { topic, tick, message } in self.waiting.drain(..) {
+    fn record_pending(&mut self) {
+        for Pending { topic, tick, message } in self.pending.drain(..) {
             let log_time = tick.map_or(self.timeline.now(), |(run_id, tick)| self.timeline.time_of(run_id, tick));
             self.sink.send(topic, log_time, self.newest.wall_time_nanos, message);
         }
     }
 
-    fn take_frame(&mut self, frame: &Frame<'_>, log_time: u64) {
+    fn record_frame(&mut self, frame: &Frame<'_>, log_time: u64) {
         if frame.run_id() != self.newest.run_id {
             self.frames_seen = 0;
         }
-        if self.gaps.note(frame.run_id(), frame.tick()) {
-            self.wanted = self.frames_seen.is_multiple_of(self.every);
+        if self.sees_all {
+            self.frames_missed += frame.missed();
+        }
+        if self.frames_seen == 0 || frame.tick() != self.newest.tick {
+            self.records_tick = self.frames_seen.is_multiple_of(self.every);
             self.frames_seen += 1;
         }
         self.newest = *frame.header();
-        if self.wanted {
+        if self.records_tick {
             self.sink.send(Topic::Frames, log_time, self.newest.wall_time_nanos, encode::frame(frame));
         }
         if self.poses.as_mut().is_some_and(|poses| poses.are_due(frame)) {
@@ -109,25 +114,21 @@ impl Recorder {
         }
     }
 
-    fn take_sources(&mut self) -> Result {
+    fn record_sources(&mut self) -> Result {
         let Self { sources, sink, timeline, newest, others_missed, sees_all, .. } = self;
         let Some(sources) = sources else { return Ok(()) };
-        sources.poll(|found| {
-            // Whoever looks at some frames only wants some of what goes with them.
-            *others_missed += if *sees_all || !found.topic.is_state() { found.missed } else { 0 };
-            sink.send(found.topic, timeline.time_of(found.run_id, found.tick), newest.wall_time_nanos, found.message);
+        sources.poll(|sample| {
+            // A recorder that skips frames also skips the columns and contacts between them.
+            *others_missed += if *sees_all || !sample.topic.is_state() { sample.missed } else { 0 };
+            let log_time = timeline.time_of(sample.run_id, sample.tick);
+            sink.send(sample.topic, log_time, newest.wall_time_nanos, sample.message);
         })
     }
 
-    /// Frames that the producer published and the recorder never saw.
-    fn frames_missed(&self) -> u64 {
-        if self.sees_all { self.gaps.missed() } else { 0 }
-    }
-
-    /// The recording in one line.
+    /// Returns a summary of the recording in one line.
     fn report(&self, tally: &Tally) -> String {
         let lost = [
-            (self.frames_missed(), "that the recorder didn't see (too slow, or never published)"),
+            (self.frames_missed, "that the recorder was too slow for"),
             (tally.frames_dropped, "that the disk was too slow for"),
             (tally.frames_failed, "that could not be written"),
         ];
@@ -154,7 +155,8 @@ impl Poses {
         }
         let due = now >= self.next;
         if due {
-            // On a grid, so that the rate holds whatever the ticks' period is.
+            // One period after the last due time rather than after `now`, so that the mean rate doesn't depend on the
+            // tick period.
             self.next = (self.next + self.period).max(now.saturating_sub(self.period));
         }
         due
@@ -174,7 +176,7 @@ impl Plugin for Recorder {
             (Topic::Graph, scene::graph(world, now)),
             (Topic::GraphPoints, scene::graph_points(world, now)),
         ] {
-            self.waiting.push(Waiting { topic, tick: None, message });
+            self.pending.push(Pending { topic, tick: None, message });
         }
         Ok(())
     }
@@ -186,31 +188,31 @@ impl Plugin for Recorder {
     fn on_events(&mut self, events: &Events<'_>) -> Result {
         let tick = Some((events.header.run_id, events.header.tick));
         self.others_missed += events.missed;
-        self.waiting.push(Waiting { topic: Topic::Events, tick, message: encode::events(events) });
+        self.pending.push(Pending { topic: Topic::Events, tick, message: encode::events(events) });
         Ok(())
     }
 
     fn on_frame(&mut self, frame: &Frame<'_>) -> Result {
         let log_time = self.timeline.advance(frame.header());
-        let begins_run = frame.run_id() != self.newest.run_id;
-        if let Some(sources) = self.sources.as_mut().filter(|_| begins_run && frame.header().lockstep != 0) {
-            // The producer waits: nothing is missed meanwhile.
+        let starts_run = frame.run_id() != self.newest.run_id;
+        if let Some(sources) = self.sources.as_mut().filter(|_| starts_run && frame.header().lockstep != 0) {
+            // The producer waits for this plugin, so that nothing is missed meanwhile.
             sources.open_columns()?;
         }
-        self.take_waiting();
-        self.take_frame(frame, log_time);
-        self.take_sources()
+        self.record_pending();
+        self.record_frame(frame, log_time);
+        self.record_sources()
     }
 
     fn on_idle(&mut self, _has_producer: bool) -> Result {
-        // What comes after the last frame, or while the clock stands. Before the first there is no clock to put it on.
-        if self.newest.run_id == 0 { Ok(()) } else { self.take_sources() }
+        // Messages arrive after the last frame, and while the fleet is paused. Before the first frame they have no time.
+        if self.newest.run_id == 0 { Ok(()) } else { self.record_sources() }
     }
 
     fn on_stop(&mut self) -> Result {
-        self.take_waiting();
-        let polled = self.take_sources();
-        let missed = [("frames_missed", self.frames_missed()), ("others_missed", self.others_missed)];
+        self.record_pending();
+        let polled = self.record_sources();
+        let missed = [("frames_missed", self.frames_missed), ("others_missed", self.others_missed)];
         self.sink.note("regatta.end", &missed.map(|(name, count)| (name, count.to_string())));
         let (tally, error) = self.sink.finish();
         regatta_plugin::tell!("record: {}", self.report(&tally));

@@ -56,7 +56,7 @@ struct Replay<'recording> {
     time: u64,
     /// The frame of the moment that is being shown.
     frame: Vec<u8>,
-    /// What happened in the first moment, if readers in lockstep may join only with its frame.
+    /// The events of the first moment, if readers in lockstep may join only with its frame.
     withheld: Vec<(Topic, Vec<u8>)>,
     reported_orders: bool,
 }

@@ -1,73 +1,57 @@
-//! Walks through a recording from its start, as far as it is whole. For files that were never closed, or are damaged.
+//! Scans a recording from its start, for files that were never closed or are damaged.
+
+mod chunk;
 
 use std::collections::BTreeSet;
 use std::io::{self, Read, Seek, SeekFrom};
 use std::ops::Range;
 use std::sync::Arc;
 
-use mcap::records::{self, ChunkIndex, MessageIndex, MessageIndexEntry, MetadataIndex, Record, op};
-use mcap::sans_io::{
-    IndexedReadEvent, IndexedReader, IndexedReaderOptions, LinearReadEvent, LinearReader, LinearReaderOptions,
-};
-use mcap::{Channel, MAGIC, McapError, McapResult, Schema, Summary, parse_record};
+use mcap::records::{self, ChunkIndex, MessageIndex, MetadataIndex, Record, op};
+use mcap::{Channel, MAGIC, McapError, McapResult, Summary, parse_record};
 
-/// Opcode and length before each record.
-pub(crate) const RECORD_HEADER: u64 = 9;
+use crate::mcap_record::{MAX_RECORD, RECORD_HEADER, RecordSpan};
+use chunk::ChunkContent;
 
-/// No chunk and no record is larger: one that says so is damaged.
-pub(crate) const MAX_RECORD: usize = 1 << 30;
-
-/// What a recording holds up to the first thing that is damaged, missing, or no data.
+/// The undamaged contents of a recording.
 #[derive(Default)]
 pub(crate) struct Scan {
-    /// As if the file had been closed after that.
+    /// The summary of the undamaged contents.
     pub summary: Summary,
-    /// Bytes that are whole: from here on, the file can be written anew.
+    /// The offset after the undamaged contents. Repairs write from here on.
     pub end: u64,
-    /// Message indexes of the last chunk, if they are to be written anew as well.
+    /// The message indexes of the last chunk, if a repair has to write them again.
     pub last_indexes: Vec<MessageIndex>,
-    /// Bytes in between that can't be understood.
-    pub holes: Vec<Range<u64>>,
+    /// The damaged bytes before `end`.
+    pub damage: Vec<Range<u64>>,
 }
 
-/// One record's place in a file.
-struct Place {
-    opcode: u8,
-    start: u64,
-    length: u64,
-}
-
-impl Place {
-    fn end(&self) -> u64 {
-        self.start + RECORD_HEADER + self.length
-    }
-}
-
-/// Reads a recording through. After damage it goes on at the next of the places that are `known` to begin a record.
+/// Scans a recording. After damage it continues at the next of the offsets in `record_starts`; without one, the damage
+/// ends the scan.
 ///
 /// # Errors
-/// If the file can't be read, or isn't even the start of one (`UnexpectedEof`, `InvalidData`).
-pub(crate) fn scan(file: &mut (impl Read + Seek), known: &BTreeSet<u64>) -> io::Result<Scan> {
+/// Returns an error if the file can't be read, doesn't start like an MCAP file (`InvalidData`), or ends within its header
+/// (`UnexpectedEof`).
+pub(crate) fn scan(file: &mut (impl Read + Seek), record_starts: &BTreeSet<u64>) -> io::Result<Scan> {
     let length = file.seek(SeekFrom::End(0))?;
     file.rewind()?;
     let mut magic = [0; MAGIC.len()];
     file.read_exact(&mut magic)?;
     if magic != *MAGIC {
-        return Err(io::Error::new(io::ErrorKind::InvalidData, "it doesn't start as an MCAP file does"));
+        return Err(io::Error::new(io::ErrorKind::InvalidData, "it doesn't start like an MCAP file"));
     }
     let mut scan = Scan::default();
     let mut end = MAGIC.len() as u64;
     loop {
-        let next = known.range(end + 1..).next().copied();
-        let place = next_record(file, end, next.unwrap_or(length).min(length))?;
-        let place = place.filter(|place| is_data(place.opcode) && scan.take(file, place).is_ok());
-        match (place, next) {
-            (Some(place), _) => end = place.end(),
+        let next = record_starts.range(end + 1..).next().copied();
+        let record = RecordSpan::read(file, end, next.unwrap_or(length).min(length))?;
+        let record = record.filter(|record| is_data(record.opcode) && scan.add(file, record).is_ok());
+        match (record, next) {
+            (Some(record), _) => end = record.end(),
             (None, Some(next)) => {
-                scan.leave_out(end..next);
+                scan.skip(end..next);
                 end = next;
             }
-            // The first that can't be understood ends what can be kept.
             (None, None) => break,
         }
     }
@@ -77,7 +61,7 @@ pub(crate) fn scan(file: &mut (impl Read + Seek), known: &BTreeSet<u64>) -> io::
     }
 }
 
-/// Records of the part of a file that holds data.
+/// Whether a record belongs to the data section of a file.
 fn is_data(opcode: u8) -> bool {
     matches!(
         opcode,
@@ -92,44 +76,30 @@ fn is_data(opcode: u8) -> bool {
     ) || opcode >= 0x80
 }
 
-/// The record that starts at `start`, unless it reaches beyond `limit`.
-fn next_record(file: &mut (impl Read + Seek), start: u64, limit: u64) -> io::Result<Option<Place>> {
-    let room = limit.saturating_sub(start + RECORD_HEADER);
-    if start + RECORD_HEADER > limit {
-        return Ok(None);
-    }
-    file.seek(SeekFrom::Start(start))?;
-    let mut header = [0; RECORD_HEADER as usize];
-    file.read_exact(&mut header)?;
-    let [opcode, length @ ..] = header;
-    let length = u64::from_le_bytes(length);
-    Ok((length <= room).then_some(Place { opcode, start, length }))
-}
-
 impl Scan {
-    fn take(&mut self, file: &mut (impl Read + Seek), place: &Place) -> McapResult<()> {
-        if place.opcode != op::MESSAGE_INDEX {
+    fn add(&mut self, file: &mut (impl Read + Seek), record: &RecordSpan) -> McapResult<()> {
+        if record.opcode != op::MESSAGE_INDEX {
             self.last_indexes.clear();
         }
-        match place.opcode {
-            op::CHUNK => self.take_chunk(file, place),
-            op::MESSAGE_INDEX => self.take_index(file, place),
+        match record.opcode {
+            op::CHUNK => self.add_chunk(file, record),
+            op::MESSAGE_INDEX => self.add_index(file, record),
             op::METADATA => {
-                let body = read_body(file, place)?;
-                let Record::Metadata(metadata) = parse_record(op::METADATA, &body)? else { return Ok(()) };
-                let (offset, length) = (place.start, RECORD_HEADER + place.length);
+                let content = record.read_content(file)?;
+                let Record::Metadata(metadata) = parse_record(op::METADATA, &content)? else { return Ok(()) };
+                let (offset, length) = (record.start, RECORD_HEADER + record.length);
                 self.summary.metadata_indexes.push(MetadataIndex { offset, length, name: metadata.name });
                 Ok(())
             }
-            // Ours have none of these outside of chunks; those of others stay where they are.
+            // Regatta writes no other records outside of chunks. Those of other programs are left unchanged.
             _ => Ok(()),
         }
     }
 
-    fn take_chunk(&mut self, file: &mut (impl Read + Seek), place: &Place) -> McapResult<()> {
-        let length = usize::try_from(place.length).ok().filter(|length| *length <= MAX_RECORD);
-        let length = length.ok_or(McapError::ChunkTooLarge(place.length))?;
-        file.seek(SeekFrom::Start(place.start))?;
+    fn add_chunk(&mut self, file: &mut (impl Read + Seek), span: &RecordSpan) -> McapResult<()> {
+        let length = usize::try_from(span.length).ok().filter(|length| *length <= MAX_RECORD);
+        let length = length.ok_or(McapError::ChunkTooLarge(span.length))?;
+        file.seek(SeekFrom::Start(span.start))?;
         let mut record = vec![0; RECORD_HEADER as usize + length];
         file.read_exact(&mut record)?;
         let Record::Chunk { header, .. } = parse_record(op::CHUNK, &record[RECORD_HEADER as usize..])? else {
@@ -138,17 +108,17 @@ impl Scan {
         let index = ChunkIndex {
             message_start_time: header.message_start_time,
             message_end_time: header.message_end_time,
-            chunk_start_offset: place.start,
-            chunk_length: RECORD_HEADER + place.length,
+            chunk_start_offset: span.start,
+            chunk_length: RECORD_HEADER + span.length,
             message_index_offsets: Default::default(),
             message_index_length: 0,
             compression: header.compression.clone(),
             compressed_size: header.compressed_size,
             uncompressed_size: header.uncompressed_size,
         };
-        // All of it before any of it counts.
+        // The whole chunk is checked before any of it is added.
         let chunk = ChunkContent::read(&record)?;
-        decode(&index, &record)?;
+        chunk::validate(&index, &record)?;
         self.last_indexes = chunk.indexes;
         chunk.schemas.into_iter().for_each(|schema| drop(self.summary.schemas.insert(schema.id, Arc::new(schema))));
         for channel in chunk.channels {
@@ -161,7 +131,7 @@ impl Scan {
         Ok(())
     }
 
-    /// Adds the chunk whose indexes were taken last to the statistics.
+    /// Adds the chunk of `last_indexes` to the statistics.
     fn count(&mut self, header: &records::ChunkHeader) {
         let messages: u64 = self.last_indexes.iter().map(|index| index.records.len() as u64).sum();
         let stats = self.summary.stats.get_or_insert_default();
@@ -176,32 +146,33 @@ impl Scan {
         }
     }
 
-    fn take_index(&mut self, file: &mut (impl Read + Seek), place: &Place) -> McapResult<()> {
-        let body = read_body(file, place)?;
-        let Record::MessageIndex(index) = parse_record(op::MESSAGE_INDEX, &body)? else { return Ok(()) };
-        // One that follows on no chunk, or isn't of it, belongs to a chunk that is damaged.
-        let is_of_chunk = self.last_indexes.iter().any(|of_chunk| of_chunk.channel_id == index.channel_id);
-        if let Some(chunk) = self.summary.chunk_indexes.last_mut().filter(|_| is_of_chunk) {
-            chunk.message_index_offsets.insert(index.channel_id, place.start);
-            chunk.message_index_length += RECORD_HEADER + place.length;
+    fn add_index(&mut self, file: &mut (impl Read + Seek), record: &RecordSpan) -> McapResult<()> {
+        let content = record.read_content(file)?;
+        let Record::MessageIndex(index) = parse_record(op::MESSAGE_INDEX, &content)? else { return Ok(()) };
+        // An index that doesn't match the chunk before it belongs to a damaged chunk.
+        let matches_chunk = self.last_indexes.iter().any(|of_chunk| of_chunk.channel_id == index.channel_id);
+        if let Some(chunk) = self.summary.chunk_indexes.last_mut().filter(|_| matches_chunk) {
+            chunk.message_index_offsets.insert(index.channel_id, record.start);
+            chunk.message_index_length += RECORD_HEADER + record.length;
         }
         Ok(())
     }
 
-    /// Passes over what can't be understood.
-    fn leave_out(&mut self, hole: Range<u64>) {
+    /// Skips damaged bytes.
+    fn skip(&mut self, damage: Range<u64>) {
         let indexes = std::mem::take(&mut self.last_indexes).len();
         let chunk = self.summary.chunk_indexes.last_mut();
         if let Some(chunk) = chunk.filter(|chunk| chunk.message_index_offsets.len() < indexes) {
-            // With some of its indexes missing a reader would take it to lack those messages; with none it looks.
+            // If some indexes were listed and others not, readers would miss the messages of the others. If none is
+            // listed, readers read the chunk itself.
             chunk.message_index_offsets.clear();
             chunk.message_index_length = 0;
         }
-        self.holes.push(hole);
+        self.damage.push(damage);
     }
 
-    /// Adds definitions that stand in another summary of the same file.
-    pub fn define(&mut self, other: &Summary) {
+    /// Adds schemas and channels of another summary of the same file.
+    pub fn add_definitions(&mut self, other: &Summary) {
         let summary = &mut self.summary;
         for (id, schema) in &other.schemas {
             summary.schemas.entry(*id).or_insert_with(|| Arc::clone(schema));
@@ -213,7 +184,8 @@ impl Scan {
         (stats.schema_count, stats.channel_count) = (summary.schemas.len() as u16, summary.channels.len() as u32);
     }
 
-    /// If a chunk comes last, its indexes may be incomplete: they are written anew.
+    /// Completes the statistics. If a chunk is the last record, or only its indexes follow, the indexes may be incomplete
+    /// and are left to be written again.
     fn finish(mut self, end: u64) -> Self {
         self.end = end;
         if let Some(chunk) = self.summary.chunk_indexes.last_mut().filter(|_| !self.last_indexes.is_empty()) {
@@ -228,85 +200,5 @@ impl Scan {
         stats.chunk_count = summary.chunk_indexes.len() as u32;
         stats.metadata_count = summary.metadata_indexes.len() as u32;
         self
-    }
-}
-
-fn read_body(file: &mut (impl Read + Seek), place: &Place) -> McapResult<Vec<u8>> {
-    if place.length > MAX_RECORD as u64 {
-        return Err(McapError::RecordTooLarge { opcode: place.opcode, len: place.length });
-    }
-    file.seek(SeekFrom::Start(place.start + RECORD_HEADER))?;
-    let mut body = vec![0; place.length as usize];
-    file.read_exact(&mut body)?;
-    Ok(body)
-}
-
-/// Decompresses a chunk record to its very end, as readers with an index do, and those without don't.
-fn decode(index: &ChunkIndex, record: &[u8]) -> McapResult<()> {
-    let summary = Summary { chunk_indexes: vec![index.clone()], ..Summary::default() };
-    let options = IndexedReaderOptions::new().with_record_length_limit(MAX_RECORD);
-    let mut reader = IndexedReader::new_with_options(&summary, options)?;
-    while let Some(IndexedReadEvent::ReadChunkRequest { offset, length }) = reader.next_event().transpose()? {
-        let start = (offset - index.chunk_start_offset) as usize;
-        let compressed = record.get(start..).filter(|rest| rest.len() == length).ok_or(McapError::BadIndex)?;
-        reader.insert_chunk_record_data(offset, compressed)?;
-    }
-    Ok(())
-}
-
-/// What lies in a chunk.
-#[derive(Default)]
-struct ChunkContent {
-    schemas: Vec<Schema<'static>>,
-    channels: Vec<records::Channel>,
-    indexes: Vec<MessageIndex>,
-}
-
-impl ChunkContent {
-    /// Decompresses a chunk record and checks its sum.
-    fn read(mut record: &[u8]) -> McapResult<Self> {
-        let options = LinearReaderOptions::default()
-            .with_skip_start_magic(true)
-            .with_skip_end_magic(true)
-            .with_prevalidate_chunk_crcs(true)
-            .with_record_length_limit(MAX_RECORD);
-        let mut reader = LinearReader::new_with_options(options);
-        let mut content = Self::default();
-        let mut offset = 0;
-        while let Some(event) = reader.next_event() {
-            match event? {
-                LinearReadEvent::ReadRequest(wanted) => {
-                    let (part, rest) = record.split_at(wanted.min(record.len()));
-                    reader.insert(part.len()).copy_from_slice(part);
-                    reader.notify_read(part.len());
-                    record = rest;
-                }
-                LinearReadEvent::Record { opcode, data } => {
-                    content.take(offset, opcode, data)?;
-                    offset += RECORD_HEADER + data.len() as u64;
-                }
-            }
-        }
-        content.indexes.sort_by_key(|index| index.channel_id);
-        Ok(content)
-    }
-
-    fn take(&mut self, offset: u64, opcode: u8, data: &[u8]) -> McapResult<()> {
-        match parse_record(opcode, data)? {
-            Record::Schema { header, data } => {
-                let records::SchemaHeader { id, name, encoding } = header;
-                self.schemas.push(Schema { id, name, encoding, data: data.into_owned().into() });
-            }
-            Record::Channel(channel) => self.channels.push(channel),
-            Record::Message { header, .. } => {
-                let entry = MessageIndexEntry { log_time: header.log_time, offset };
-                match self.indexes.iter_mut().find(|index| index.channel_id == header.channel_id) {
-                    Some(index) => index.records.push(entry),
-                    None => self.indexes.push(MessageIndex { channel_id: header.channel_id, records: vec![entry] }),
-                }
-            }
-            _ => {}
-        }
-        Ok(())
     }
 }

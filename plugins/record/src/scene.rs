@@ -1,4 +1,4 @@
-//! The fleet and its route graph as general tools show them: Foxglove's messages.
+//! Encodes the fleet and its route graph as Foxglove's messages, which general tools show.
 
 use prost::Message;
 use prost_types::Timestamp;
@@ -12,19 +12,19 @@ use crate::schema::foxglove::{
     SceneUpdate, Vector3, line_primitive, packed_element_field::NumericType,
 };
 
-/// Straight pieces that a curved edge is drawn with.
-const PIECES: usize = 12;
-/// Width of an edge on the screen, in pixels.
+/// The number of line segments that approximate a curved edge.
+const SEGMENTS: usize = 12;
+/// The width of an edge on the screen, in pixels.
 const EDGE_PIXELS: f64 = 1.5;
-/// Height of the graph's points, in metres.
+/// The height of the graph's points, in metres.
 const GRAPH_Z: f32 = -0.5;
 const EDGE_COLOUR: Color = Color { r: 0.45, g: 0.55, b: 0.65, a: 1.0 };
 
-/// Poses of all robots that are there, in order of their ids.
+/// Encodes the poses of all robots except absent ones, in order of their ids.
 pub(crate) fn poses(frame: &Frame<'_>, log_time: u64) -> Vec<u8> {
     let columns = frame.columns();
-    let places = columns.x.iter().zip(columns.y).zip(columns.theta).zip(columns.state);
-    let poses = places
+    let rows = columns.x.iter().zip(columns.y).zip(columns.theta).zip(columns.state);
+    let poses = rows
         .filter(|(_, state)| RobotState::from_number(**state) != RobotState::Absent)
         .map(|(((x, y), theta), _)| pose(f64::from(*x), f64::from(*y), f64::from(*theta)))
         .collect();
@@ -39,15 +39,15 @@ fn pose(x: f64, y: f64, theta: f64) -> Pose {
     }
 }
 
-/// Places of all robots that are there, tinted by state.
+/// Encodes the positions of all robots except absent ones, coloured by state.
 pub(crate) fn robots(frame: &Frame<'_>, log_time: u64) -> Vec<u8> {
     let columns = frame.columns();
-    let places = columns.x.iter().zip(columns.y).zip(columns.state);
-    let points = places.filter_map(|((x, y), state)| Some(([*x, *y, 0.0], colour(RobotState::from_number(*state))?)));
+    let rows = columns.x.iter().zip(columns.y).zip(columns.state);
+    let points = rows.filter_map(|((x, y), state)| Some(([*x, *y, 0.0], colour(RobotState::from_number(*state))?)));
     cloud(points, log_time)
 }
 
-/// Red, green, blue, opacity; `None` for no robot.
+/// Returns a state's red, green, blue and alpha, or `None` for an absent robot.
 fn colour(state: RobotState) -> Option<[u8; 4]> {
     match state {
         RobotState::Idle => Some([150, 150, 150, 255]),
@@ -59,37 +59,37 @@ fn colour(state: RobotState) -> Option<[u8; 4]> {
     }
 }
 
-/// Points along the route graph, a little below the robots' points, which would else vanish among them.
+/// Encodes points along the route graph, slightly below the robots' points so that they don't cover them.
 pub(crate) fn graph_points(world: &World<'_>, log_time: u64) -> Vec<u8> {
-    let points = world.edges().iter().flat_map(|edge| curve(&edge.control_points, PIECES));
+    let points = world.edges().iter().flat_map(|edge| curve(&edge.control_points, SEGMENTS));
     cloud(points.map(|[x, y]| ([x as f32, y as f32, GRAPH_Z], [70, 85, 100, 255])), log_time)
 }
 
 fn cloud(points: impl Iterator<Item = ([f32; 3], [u8; 4])>, log_time: u64) -> Vec<u8> {
-    let data = points.flat_map(|(place, colour)| {
-        let [x, y, z] = place.map(f32::to_le_bytes);
+    let data = points.flat_map(|(position, colour)| {
+        let [x, y, z] = position.map(f32::to_le_bytes);
         [x, y, z, colour].into_iter().flatten()
     });
     let float = |(i, name): (u32, &str)| field(name, 4 * i, NumericType::Float32);
     let byte = |(i, name): (u32, &str)| field(name, 12 + i, NumericType::Uint8);
-    let places = (0..).zip(["x", "y", "z"]).map(float);
+    let positions = (0..).zip(["x", "y", "z"]).map(float);
     let colours = (0..).zip(["red", "green", "blue", "alpha"]).map(byte);
     PointCloud {
         timestamp: Some(timestamp(log_time)),
         frame_id: FRAME_ID.to_owned(),
         pose: Some(pose(0.0, 0.0, 0.0)),
         point_stride: 16,
-        fields: places.chain(colours).collect(),
+        fields: positions.chain(colours).collect(),
         data: data.collect(),
     }
     .encode_to_vec()
 }
 
-fn field(name: &str, offset: u32, kind: NumericType) -> PackedElementField {
-    PackedElementField { name: name.to_owned(), offset, r#type: kind as i32 }
+fn field(name: &str, offset: u32, numeric_type: NumericType) -> PackedElementField {
+    PackedElementField { name: name.to_owned(), offset, r#type: numeric_type as i32 }
 }
 
-/// The route graph as lines. Replaces the one before.
+/// Encodes the route graph as lines, which replace those of the previous message.
 pub(crate) fn graph(world: &World<'_>, log_time: u64) -> Vec<u8> {
     let points = world.edges().iter().flat_map(lines).collect();
     let line = LinePrimitive {
@@ -111,15 +111,15 @@ pub(crate) fn graph(world: &World<'_>, log_time: u64) -> Vec<u8> {
     SceneUpdate { entities: vec![entity], ..SceneUpdate::default() }.encode_to_vec()
 }
 
-/// An edge as pairs of points.
+/// Returns an edge's line segments as pairs of points.
 fn lines(edge: &EdgeRecord) -> impl Iterator<Item = Point3> {
-    let points = polyline(&edge.control_points, PIECES);
+    let points = polyline(&edge.control_points, SEGMENTS);
     let pairs: Vec<_> = points.windows(2).flat_map(|pair| [pair[0], pair[1]]).collect();
     pairs.into_iter().map(|[x, y]| Point3 { x, y, z: 0.0 })
 }
 
-/// Points on a cubic Bézier curve: its two ends if it is straight, else `pieces + 1` of them.
-pub(crate) fn polyline(control_points: &[[f32; 2]; 4], pieces: usize) -> Vec<[f64; 2]> {
+/// Returns points on a cubic Bézier curve: the two ends of a straight one, or else `segments + 1` points.
+fn polyline(control_points: &[[f32; 2]; 4], segments: usize) -> Vec<[f64; 2]> {
     let [p0, p1, p2, p3] = control_points.map(|point| point.map(f64::from));
     let [dx, dy] = [p3[0] - p0[0], p3[1] - p0[1]];
     let chord = dx.hypot(dy);
@@ -127,19 +127,19 @@ pub(crate) fn polyline(control_points: &[[f32; 2]; 4], pieces: usize) -> Vec<[f6
     if chord > 0.0 && off_chord(p1).max(off_chord(p2)) < 1e-3 {
         return vec![p0, p3];
     }
-    curve(control_points, pieces).collect()
+    curve(control_points, segments).collect()
 }
 
-/// `pieces + 1` points on a cubic Bézier curve.
-fn curve(control_points: &[[f32; 2]; 4], pieces: usize) -> impl Iterator<Item = [f64; 2]> + use<> {
+/// Returns `segments + 1` points on a cubic Bézier curve.
+fn curve(control_points: &[[f32; 2]; 4], segments: usize) -> impl Iterator<Item = [f64; 2]> + use<> {
     let [p0, p1, p2, p3] = control_points.map(|point| point.map(f64::from));
-    let at = move |piece: usize| {
-        let t = piece as f64 / pieces as f64;
+    let at = move |i: usize| {
+        let t = i as f64 / segments as f64;
         let u = 1.0 - t;
         let weights = [u * u * u, 3.0 * u * u * t, 3.0 * u * t * t, t * t * t];
         [0, 1].map(|axis| weights[0] * p0[axis] + weights[1] * p1[axis] + weights[2] * p2[axis] + weights[3] * p3[axis])
     };
-    (0..=pieces).map(at)
+    (0..=segments).map(at)
 }
 
 fn timestamp(nanos: u64) -> Timestamp {
@@ -151,7 +151,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn curves_begin_and_end_at_their_ends() {
+    fn polylines_start_and_end_at_the_ends_of_their_curve() {
         let curve = [[0.0, 0.0], [2.0, 0.0], [4.0, 1.0], [4.0, 4.0]];
         let points = polyline(&curve, 12);
         assert_eq!((points.len(), points[0], points[12]), (13, [0.0, 0.0], [4.0, 4.0]));

@@ -1,45 +1,45 @@
-//! What a recording is made of: its topics, and the messages on them.
+//! The topics of a recording and the schemas of their messages.
 
 use regatta_plugin::ColumnName;
 
-/// Messages of `proto/regatta.proto`.
+/// The messages of `proto/regatta.proto`.
 #[allow(clippy::all, clippy::pedantic, missing_docs, reason = "generated")]
 pub(crate) mod regatta {
     include!(concat!(env!("OUT_DIR"), "/regatta.rs"));
 }
 
-/// Foxglove's messages, which Foxglove, Rerun and others show.
+/// Foxglove's messages, which Foxglove, Rerun and other tools show.
 #[allow(clippy::all, clippy::pedantic, missing_docs, dead_code, reason = "generated")]
 pub(crate) mod foxglove {
     include!(concat!(env!("OUT_DIR"), "/foxglove.rs"));
 }
 
-/// How MCAP calls messages that are encoded with protocol buffers, and schemas that describe them.
+/// MCAP's name of the encoding of protocol buffers, for messages and for schemas.
 pub(crate) const PROTOBUF: &str = "protobuf";
 
-/// Name of the coordinate frame that poses and the graph are given in.
+/// The name of the coordinate frame of poses and the graph.
 pub(crate) const FRAME_ID: &str = "map";
 
-/// What a message tells. Each has a channel of its own.
+/// A topic of a recording. Each topic has its own channel.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Topic {
     /// The route graph and the robot types.
     World,
     /// Frames, bit for bit.
     Frames,
-    /// What happened to robots.
+    /// Events of robots.
     Events,
-    /// The orders that the producer took.
+    /// Orders that took effect or were refused.
     Orders,
-    /// Pairs of robots that touch or may.
+    /// Pairs of robots that touch or may touch.
     Contacts,
-    /// What changed in them.
+    /// Contacts that began or ended.
     ContactEvents,
     /// A plugin's column.
     Column(ColumnName),
     /// Poses for general tools.
     Poses,
-    /// Places and states of robots, as points, for tools that don't draw poses.
+    /// Positions and states of robots as points, for tools that don't draw poses.
     Robots,
     /// The route graph for general tools.
     Graph,
@@ -48,11 +48,11 @@ pub enum Topic {
 }
 
 const COLUMNS: &str = "/columns/";
-/// The column that every producer publishes: each robot's type.
+/// The column that producers themselves publish: each robot's type.
 pub(crate) const PRODUCERS_COLUMN: &str = "type";
 
 impl Topic {
-    /// As the recording names it.
+    /// Returns the name in the recording.
     pub fn name(&self) -> String {
         match self {
             Self::World => "/world".to_owned(),
@@ -69,7 +69,7 @@ impl Topic {
         }
     }
 
-    /// The topic of that name, if it is one of ours.
+    /// Returns the topic with a name, if this crate knows it.
     pub fn from_name(name: &str) -> Option<Self> {
         use Topic::{ContactEvents, Contacts, Events, Frames, Graph, GraphPoints, Orders, Poses, Robots, World};
         if let Some(column) = name.strip_prefix(COLUMNS) {
@@ -80,7 +80,7 @@ impl Topic {
             .find(|topic| topic.name() == name)
     }
 
-    /// Full name of its messages.
+    /// Returns the full name of the message type.
     pub fn schema(&self) -> &'static str {
         match self {
             Self::World => "regatta.World",
@@ -96,7 +96,7 @@ impl Topic {
         }
     }
 
-    /// The definitions of its messages: a `google.protobuf.FileDescriptorSet`.
+    /// Returns the definition of the message type: an encoded `google.protobuf.FileDescriptorSet`.
     pub(crate) fn descriptors(&self) -> &'static [u8] {
         match self {
             Self::Poses | Self::Robots | Self::Graph | Self::GraphPoints => {
@@ -106,7 +106,7 @@ impl Topic {
         }
     }
 
-    /// The column that a topic is of.
+    /// Returns the column's name, if this is the topic of a column.
     pub(crate) fn column(&self) -> Option<&ColumnName> {
         match self {
             Self::Column(name) => Some(name),
@@ -114,7 +114,7 @@ impl Topic {
         }
     }
 
-    /// Whether plugins make it, from frames and the world, rather than the producer.
+    /// Whether a plugin publishes the messages rather than the producer.
     pub(crate) fn is_from_plugin(&self) -> bool {
         match self {
             Self::Column(name) => name.as_str() != PRODUCERS_COLUMN,
@@ -122,8 +122,8 @@ impl Topic {
         }
     }
 
-    /// Whether one message of it counts until the next: a reader that starts in the middle of a recording needs the
-    /// last one before.
+    /// Whether each message is a state that is valid until the next message. A reader that starts in the middle of a
+    /// recording needs the last message before its start.
     pub(crate) fn is_state(&self) -> bool {
         matches!(self, Self::World | Self::Column(_) | Self::Contacts)
     }

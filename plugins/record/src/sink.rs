@@ -1,4 +1,4 @@
-//! Writes messages to a file, on a thread of its own: whatever the disk does, the recorder keeps up with the fleet.
+//! Writes messages to a file on a separate thread, so that a slow disk doesn't delay the recorder.
 
 use std::fs::{File, OpenOptions};
 use std::io;
@@ -17,17 +17,17 @@ use crate::reading::Recording;
 use crate::repair::close;
 use crate::schema::Topic;
 
-/// Chunks are closed when they hold so much: little to lose, little to read for a seek.
+/// The size at which a chunk is closed: a kill loses little, and a seek reads little.
 const CHUNK_BYTES: u64 = 4 << 20;
-/// A chunk is closed at the latest after so long.
+/// The age at which a chunk is closed.
 const CHUNK_TIME: Duration = Duration::from_secs(1);
-/// Most bytes that wait for the disk. What comes on top is dropped.
+/// The largest amount of messages that wait for the disk. Further messages are dropped.
 const QUEUE_BYTES: usize = 256 << 20;
 
-/// Why a recording can't be written.
+/// The error of writing a recording.
 #[derive(Debug, thiserror::Error)]
 pub enum SinkError {
-    /// Its file is there already.
+    /// The file exists already.
     #[error("{path} exists already; give another file with --output, or --force to overwrite it")]
     Exists {
         /// The file.
@@ -38,20 +38,20 @@ pub enum SinkError {
     Create {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// The system's reason.
         reason: io::Error,
     },
-    /// The disk is full, say.
+    /// The file can't be written, for example because the disk is full.
     #[error("can't write to {path} ({reason})")]
     Write {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// The reason given by the system or the MCAP library.
         reason: String,
     },
 }
 
-/// Messages by what became of them.
+/// The numbers of written and dropped messages.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Tally {
     /// Frames in the file.
@@ -60,38 +60,38 @@ pub struct Tally {
     pub bytes: u64,
     /// Frames dropped because the disk was too slow.
     pub frames_dropped: u64,
-    /// Frames dropped because the disk was full, or failed.
+    /// Frames dropped because the disk was full or failed.
     pub frames_failed: u64,
     /// Other messages that were dropped, for either reason.
     pub others_dropped: u64,
 }
 
-/// What is on its way to the file.
+/// A job of the thread that writes the file.
 enum Job {
     Message {
         topic: Topic,
         header: MessageHeader,
         message: Vec<u8>,
     },
-    /// Facts about the recording.
+    /// Metadata of the recording.
     About(Metadata),
 }
 
-/// Takes messages for a file.
+/// The queue of messages to a file.
 #[derive(Debug)]
 pub(crate) struct Sink {
     jobs: Option<Sender<Job>>,
     queued: Arc<AtomicUsize>,
     thread: Option<JoinHandle<(Tally, Option<SinkError>)>>,
-    /// What never got to the thread.
+    /// The messages that were dropped because the queue was full.
     dropped: Tally,
 }
 
 impl Sink {
-    /// Creates a file and starts to write to it.
+    /// Creates a file and starts the thread that writes it.
     ///
     /// # Errors
-    /// [`SinkError`]; among them that the file exists, unless it may be overwritten.
+    /// Returns a [`SinkError`] if the file can't be created, or if it exists and `overwrite` is false.
     pub fn create(path: &Path, overwrite: bool, compression: Compression) -> Result<Self, SinkError> {
         let mut options = OpenOptions::new();
         options.read(true).write(true).truncate(overwrite).create(overwrite).create_new(!overwrite);
@@ -115,11 +115,11 @@ impl Sink {
         Ok(Self { jobs: Some(sender), queued, thread: Some(thread), dropped: Tally::default() })
     }
 
-    /// Hands a message over; drops it if too many wait already. Never blocks.
+    /// Queues a message, or drops it if the queue is full. Never blocks.
     pub fn send(&mut self, topic: Topic, log_time: u64, publish_time: u64, message: Vec<u8>) {
         let bytes = message.len();
         let queued = self.queued.load(Ordering::Relaxed);
-        // A single message always has room: it may be larger than any queue.
+        // An empty queue accepts any message, because a single one may exceed the limit.
         if queued > 0 && queued + bytes > QUEUE_BYTES {
             *self.dropped.of(&topic, false) += 1;
             return;
@@ -129,7 +129,7 @@ impl Sink {
         self.hand_over(Job::Message { topic, header, message });
     }
 
-    /// Notes facts about the recording, by name.
+    /// Queues metadata of the recording.
     pub fn note(&mut self, name: &str, facts: &[(&str, String)]) {
         let metadata = facts.iter().map(|(key, value)| ((*key).to_owned(), value.clone())).collect();
         self.hand_over(Job::About(Metadata { name: name.to_owned(), metadata }));
@@ -137,12 +137,12 @@ impl Sink {
 
     fn hand_over(&self, job: Job) {
         if let Some(jobs) = &self.jobs {
-            // The thread takes jobs until there are no more.
+            // Sending fails only if the thread has panicked, which `finish` handles.
             let _ = jobs.send(job);
         }
     }
 
-    /// Waits until all is written, closes the file, and says what became of the messages.
+    /// Waits until all messages are written, closes the file, and returns the counts and the first error.
     pub fn finish(&mut self) -> (Tally, Option<SinkError>) {
         self.jobs = None;
         let outcome = self.thread.take().and_then(|thread| thread.join().ok());
@@ -157,7 +157,7 @@ impl Sink {
 }
 
 impl Tally {
-    /// The count of dropped messages that one on `topic` belongs to.
+    /// Returns the count of dropped messages for `topic`.
     fn of(&mut self, topic: &Topic, failed: bool) -> &mut u64 {
         match topic {
             Topic::Frames if failed => &mut self.frames_failed,
@@ -167,7 +167,7 @@ impl Tally {
     }
 }
 
-/// The thread's side.
+/// The state of the thread that writes the file.
 struct Drain {
     path: PathBuf,
     file: File,
@@ -183,7 +183,7 @@ impl Drain {
         (self.tally, error)
     }
 
-    /// Writes until there is nothing more to come.
+    /// Writes until the queue is closed.
     fn write(&mut self, out: &mut McapFile, jobs: &Receiver<Job>) -> McapResult<()> {
         let mut chunk_ends = Instant::now() + CHUNK_TIME;
         loop {
@@ -204,7 +204,7 @@ impl Drain {
         }
     }
 
-    /// Says at once that the recording ends here, closes the file, and counts what comes after.
+    /// Reports at once that the recording ends here, closes the file, and counts the messages that arrive afterwards.
     fn give_up(&mut self, error: &McapError, jobs: &Receiver<Job>) -> SinkError {
         let reason = match error {
             McapError::Io(error) => error.to_string(),
@@ -227,7 +227,7 @@ impl Drain {
     }
 }
 
-/// Frames that a reader finds in a file.
+/// Returns the number of frames that a reader finds in a file.
 fn frames_in(path: &Path) -> Option<u64> {
     Recording::open(path).ok().map(|recording| recording.count(&Topic::Frames))
 }

@@ -1,4 +1,4 @@
-//! What a fleet tells besides frames, world and events: columns, orders, contacts.
+//! Reads what a fleet publishes besides frames, world and events: columns, orders and contacts.
 
 use std::collections::BTreeSet;
 use std::sync::mpsc::{Receiver, Sender, channel};
@@ -14,95 +14,97 @@ use regatta_plugin::{
 use crate::encode;
 use crate::schema::{PRODUCERS_COLUMN, Topic};
 
-/// How often to look for new columns.
+/// The time between two searches for new columns.
 const SEARCH_PERIOD: Duration = Duration::from_millis(500);
-/// Most samples of one column that are taken at a time: a publisher faster than the recorder must not keep it busy.
-const AT_ONCE: usize = 2 * COLUMN_BUFFER;
+/// The largest number of samples read from one column per poll, so that a publisher that is faster than the recorder
+/// can't keep it busy forever.
+const MAX_SAMPLES: usize = 2 * COLUMN_BUFFER;
 
-/// Readers of all that isn't handed over by the contract itself.
+/// The readers of all services that the plugin runner doesn't read itself.
 #[derive(Debug)]
 pub(crate) struct Sources {
     participant: Participant,
     columns: Vec<(ColumnName, ColumnReader)>,
-    found: Receiver<ColumnName>,
-    /// While this lives, the search goes on.
-    _searched_for: Arc<()>,
+    new_columns: Receiver<ColumnName>,
+    /// Dropping this ends the thread that searches for columns.
+    _search: Arc<()>,
     orders: OrderLogReader,
     contacts: ContactReader,
     contact_events: ContactEventReader,
 }
 
-/// A message, and the tick that it belongs to.
-pub(crate) struct Found {
+/// A message with the tick that it belongs to.
+pub(crate) struct Sample {
     pub topic: Topic,
     pub run_id: u64,
     pub tick: u64,
-    /// Samples before this one that nobody will ever see here.
+    /// The number of samples lost before this one.
     pub missed: u64,
     pub message: Vec<u8>,
 }
 
 impl Sources {
     pub fn open(participant: &Participant) -> Result<Self> {
-        let (sender, found) = channel();
+        let (sender, new_columns) = channel();
         let fleet = participant.fleet().clone();
-        // Looking through the machine's services takes longer than a frame may wait.
-        let searched_for = Arc::new(());
-        let wanted = Arc::downgrade(&searched_for);
-        std::thread::Builder::new().name("columns".to_owned()).spawn(move || search(&fleet, &sender, &wanted))?;
+        // Listing the machine's services takes too long to be done between two frames.
+        let search = Arc::new(());
+        let is_needed = Arc::downgrade(&search);
+        let thread = std::thread::Builder::new().name("columns".to_owned());
+        thread.spawn(move || search_columns(&fleet, &sender, &is_needed))?;
         let mut sources = Self {
             participant: participant.clone(),
             columns: Vec::new(),
-            found,
-            _searched_for: searched_for,
+            new_columns,
+            _search: search,
             orders: OrderLogReader::open_on(participant)?,
             contacts: ContactReader::open_for_all_on(participant)?,
             contact_events: ContactEventReader::open_on(participant)?,
         };
-        // Before the first frame, because opening takes a while: the producer's own, and those that are there already.
+        // Opening takes a while, so that the producer's column and all existing ones are opened before the first frame.
         sources.open_column(PRODUCERS_COLUMN.parse()?)?;
         sources.open_columns()?;
         Ok(sources)
     }
 
-    /// Opens all columns that there are. Takes a while: not for every frame.
+    /// Opens all existing columns. This is too slow to be called for every frame.
     pub fn open_columns(&mut self) -> Result {
         column_names(self.participant.fleet()).into_iter().try_for_each(|name| self.open_column(name))
     }
 
-    /// Hands over what is new.
-    pub fn poll(&mut self, mut take: impl FnMut(Found)) -> Result {
-        // No more than one for a frame, or else a frame could be missed.
-        if let Ok(name) = self.found.try_recv() {
+    /// Calls `each` with all new samples.
+    pub fn poll(&mut self, mut each: impl FnMut(Sample)) -> Result {
+        // At most one column is opened per call, because opening several could take so long that a frame is missed.
+        if let Ok(name) = self.new_columns.try_recv() {
             self.open_column(name)?;
         }
         for (name, reader) in &mut self.columns {
-            for _ in 0..AT_ONCE {
+            for _ in 0..MAX_SAMPLES {
                 let Some(column) = reader.take_next()? else { break };
                 let (run_id, tick, missed) = (column.header.run_id, column.header.tick, column.missed);
                 let message = encode::column(&column);
-                take(Found { topic: Topic::Column(name.clone()), run_id, tick, missed, message });
+                each(Sample { topic: Topic::Column(name.clone()), run_id, tick, missed, message });
             }
         }
         self.orders.take(|log| -> Result {
             let (run_id, tick, missed) = (log.header.run_id, log.header.tick, log.missed);
-            take(Found { topic: Topic::Orders, run_id, tick, missed, message: encode::orders(log) });
+            each(Sample { topic: Topic::Orders, run_id, tick, missed, message: encode::orders(log) });
             Ok(())
         })?;
-        for _ in 0..AT_ONCE {
+        for _ in 0..MAX_SAMPLES {
             let Some(contacts) = self.contacts.take_next()? else { break };
             let (run_id, tick, missed) = (contacts.header.run_id, contacts.header.tick, contacts.missed);
-            take(Found { topic: Topic::Contacts, run_id, tick, missed, message: encode::contacts(&contacts) });
+            each(Sample { topic: Topic::Contacts, run_id, tick, missed, message: encode::contacts(&contacts) });
         }
         self.contact_events.take(|events| -> Result {
             let (run_id, tick, missed) = (events.header.run_id, events.header.tick, events.missed);
-            take(Found { topic: Topic::ContactEvents, run_id, tick, missed, message: encode::contact_events(events) });
+            each(Sample { topic: Topic::ContactEvents, run_id, tick, missed, message: encode::contact_events(events) });
             Ok(())
         })
     }
 
     fn open_column(&mut self, name: ColumnName) -> Result {
-        if !self.columns.iter().any(|(known, _)| *known == name) {
+        if !self.columns.iter().any(|(opened, _)| *opened == name) {
             let reader = ColumnReader::open_for_all_on(&self.participant, name.as_str())?;
             self.columns.push((name, reader));
         }
@@ -110,14 +112,14 @@ impl Sources {
     }
 }
 
-/// Looks for columns while they are wanted. Tells of each once.
-fn search(fleet: &FleetName, found: &Sender<ColumnName>, wanted: &Weak<()>) {
-    let mut known = BTreeSet::new();
-    while wanted.strong_count() > 0 {
+/// Searches for columns until `is_needed` is dropped. Sends each name once.
+fn search_columns(fleet: &FleetName, new_columns: &Sender<ColumnName>, is_needed: &Weak<()>) {
+    let mut sent = BTreeSet::new();
+    while is_needed.strong_count() > 0 {
         for name in column_names(fleet) {
-            if known.insert(name.clone()) {
-                // Nobody takes it at the end.
-                let _ = found.send(name);
+            if sent.insert(name.clone()) {
+                // Sending fails if the receiver was dropped meanwhile, which ends the loop.
+                let _ = new_columns.send(name);
             }
         }
         std::thread::sleep(SEARCH_PERIOD);

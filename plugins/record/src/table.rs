@@ -1,4 +1,4 @@
-//! A recording as a table: for each frame, what is known of each robot at that time.
+//! Reads a recording as a table: for each frame, the state of each robot at that time.
 
 use std::time::Duration;
 
@@ -11,11 +11,11 @@ use crate::reading::{Entry, ReadingError, Recording, Selection};
 use crate::recorded::{RecordedColumn, RecordedFrame, Row};
 use crate::schema::Topic;
 
-/// A frame and what goes with it.
+/// A frame with the world and the columns of its time.
 pub(crate) struct Snapshot<'state> {
-    /// Counts the runs of the recording, from 0.
+    /// The number of the run in the recording, from 0.
     pub run: u32,
-    /// On the recording's clock.
+    /// The time on the recording's clock.
     pub time: Duration,
     frame: RecordedFrame<'state>,
     world: &'state RecordedWorld,
@@ -27,22 +27,22 @@ impl Snapshot<'_> {
         &self.frame.header
     }
 
-    /// Rows of the frame; some may hold no robot.
+    /// Returns the number of rows of the frame, including those of absent robots.
     pub fn len(&self) -> usize {
         self.frame.len()
     }
 
-    /// A robot, if there is one of that id.
+    /// Returns a robot's row, or `None` if the robot is absent.
     pub fn row(&self, robot: usize) -> Option<Row> {
         self.frame.row(robot).filter(|row| RobotState::from_number(row.state) != RobotState::Absent)
     }
 
-    /// The edge that a robot is on.
+    /// Returns the edge of a robot's row, if it is on one.
     pub fn edge(&self, row: &Row) -> Option<&EdgeRecord> {
         self.world.edges.get(row.edge as usize)
     }
 
-    /// The newest value of a column at this time, by the column's place in the list that was asked for.
+    /// Returns a robot's newest value in a column at this time. `column` is an index into the list of requested columns.
     pub fn column(&self, column: usize, robot: usize) -> Option<f32> {
         self.columns.get(column)?.get(robot).copied()
     }
@@ -52,7 +52,7 @@ impl Snapshot<'_> {
     }
 }
 
-/// What the messages so far tell.
+/// The newest values of all messages so far.
 struct State {
     names: Vec<ColumnName>,
     columns: Vec<Vec<f32>>,
@@ -63,8 +63,8 @@ struct State {
     run_id: Option<u64>,
 }
 
-/// Hands over each time's snapshot, in order.
-pub(crate) fn walk<E: From<ReadingError>>(
+/// Calls `each` with the snapshot of every frame, in order of time.
+pub(crate) fn for_each_snapshot<E: From<ReadingError>>(
     recording: &Recording,
     columns: &[ColumnName],
     mut each: impl FnMut(&Snapshot<'_>) -> Result<(), E>,
@@ -81,10 +81,10 @@ pub(crate) fn walk<E: From<ReadingError>>(
         run_id: None,
     };
     while let Some(time) = reader.peek()? {
-        // A column may stand after the frame of the same time.
+        // A column may come after the frame of the same time.
         while reader.peek()? == Some(time) {
             let Some(entry) = reader.next()? else { break };
-            state.take(&entry).map_err(|reason| recording.malformed(entry.topic, time, reason))?;
+            state.update(&entry).map_err(|reason| recording.malformed(entry.topic, time, reason))?;
         }
         let snapshot = state.snapshot(time);
         if let Some(snapshot) = snapshot.map_err(|reason| recording.malformed(&Topic::Frames, time, reason))? {
@@ -95,7 +95,7 @@ pub(crate) fn walk<E: From<ReadingError>>(
 }
 
 impl State {
-    fn take(&mut self, entry: &Entry<'_>) -> Result<(), MessageError> {
+    fn update(&mut self, entry: &Entry<'_>) -> Result<(), MessageError> {
         match entry.topic {
             Topic::Frames => {
                 self.frame.clear();
@@ -104,7 +104,7 @@ impl State {
             }
             Topic::World => self.world = decode::world(entry.message)?,
             Topic::Column(name) => {
-                if let Some(column) = self.names.iter().position(|known| known == name) {
+                if let Some(column) = self.names.iter().position(|requested| requested == name) {
                     self.columns[column] = RecordedColumn::parse(entry.message)?.values();
                 }
             }

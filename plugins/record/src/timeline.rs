@@ -1,22 +1,22 @@
-//! The clock of a recording, and which frames never reached the recorder.
+//! The clock of a recording, and the detection of frames that the recorder missed.
 
 use regatta_plugin::frame::FrameHeader;
 
-/// Puts ticks on the recording's clock: the first run's simulated time in nanoseconds, on which each further run that
-/// a recording holds comes right after the one before.
+/// The recording's clock, in nanoseconds. It is the simulated time of the first run; each further run in the recording
+/// follows the previous one without a gap.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Timeline {
     newest: FrameHeader,
-    /// Simulated time of the run's first frame.
+    /// The simulated time of the run's first frame.
     first: u64,
-    /// Its time in the recording.
+    /// The time of the run's first frame in the recording.
     start: u64,
-    /// Time of the newest frame in the recording.
+    /// The time of the newest frame in the recording.
     now: u64,
 }
 
 impl Timeline {
-    /// Moves on to a frame and returns its time.
+    /// Advances to a frame and returns its time.
     pub fn advance(&mut self, header: &FrameHeader) -> u64 {
         let simulated = header.sim_time_nanos;
         if header.run_id != self.newest.run_id {
@@ -29,13 +29,13 @@ impl Timeline {
         self.now
     }
 
-    /// Time of the newest frame.
+    /// Returns the time of the newest frame.
     pub fn now(&self) -> u64 {
         self.now
     }
 
-    /// Time of a tick. One of another run, or of before the recording began, counts as the nearest that the
-    /// recording has.
+    /// Returns the time of a tick. A tick of another run gets the time of the newest frame; a tick before the run's first
+    /// recorded frame gets that frame's time.
     pub fn time_of(&self, run_id: u64, tick: u64) -> u64 {
         if run_id != self.newest.run_id {
             return self.now;
@@ -43,42 +43,6 @@ impl Timeline {
         let ticks = i128::from(tick) - i128::from(self.newest.tick);
         let time = i128::from(self.now) + ticks * i128::from(self.newest.tick_period_nanos);
         u64::try_from(time).unwrap_or(0).max(self.start)
-    }
-}
-
-/// Counts the frames that a producer published and the recorder never saw, by gaps between ticks. Frames come every
-/// so many ticks; how many is taken to be the smallest distance seen in the run.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Gaps {
-    run_id: u64,
-    first: u64,
-    last: u64,
-    seen: u64,
-    step: Option<u64>,
-    /// Of the runs before.
-    missed_before: u64,
-}
-
-impl Gaps {
-    /// Notes a frame. Whether its tick is one that hasn't been seen.
-    pub fn note(&mut self, run_id: u64, tick: u64) -> bool {
-        if run_id != self.run_id || tick < self.last {
-            *self = Self { run_id, first: tick, last: tick, seen: 1, step: None, missed_before: self.missed() };
-            return true;
-        }
-        let distance = tick - self.last;
-        if distance > 0 {
-            self.step = Some(self.step.map_or(distance, |step| step.min(distance)));
-            self.last = tick;
-            self.seen += 1;
-        }
-        distance > 0
-    }
-
-    /// Frames that were missed.
-    pub fn missed(&self) -> u64 {
-        let published = self.step.map_or(self.seen, |step| (self.last - self.first) / step + 1);
-        self.missed_before + published.saturating_sub(self.seen)
     }
 }
 
@@ -96,29 +60,19 @@ mod tests {
         let mut timeline = Timeline::default();
         assert_eq!(timeline.advance(&frame(1, 500)), 5000);
         assert_eq!(timeline.time_of(1, 502), 5020);
-        assert_eq!(timeline.time_of(1, 3), 5000, "not before the recording began");
+        assert_eq!(timeline.time_of(1, 3), 5000, "not before the recording starts");
         assert_eq!(timeline.advance(&frame(1, 501)), 5010);
         assert_eq!(timeline.time_of(1, 500), 5000);
     }
 
     #[test]
-    fn runs_come_one_after_the_other() {
+    fn each_run_follows_the_previous_one() {
         let mut timeline = Timeline::default();
         timeline.advance(&frame(1, 30));
         assert_eq!(timeline.advance(&frame(2, 0)), 310);
-        assert_eq!(timeline.time_of(1, 31), 310, "a straggler of the run before");
+        assert_eq!(timeline.time_of(1, 31), 310, "a late message of the previous run");
         assert_eq!(timeline.advance(&frame(2, 5)), 360);
         assert_eq!(timeline.advance(&frame(3, 100)), 370, "without a gap");
         assert_eq!(timeline.advance(&frame(3, 103)), 400);
-    }
-
-    #[test]
-    fn gaps_are_counted_in_frames() {
-        let mut gaps = Gaps::default();
-        let news: Vec<_> = [0, 10, 20, 20, 50, 60].iter().map(|tick| gaps.note(1, *tick)).collect();
-        assert_eq!(news, [true, true, true, false, true, true]);
-        assert_eq!(gaps.missed(), 2);
-        assert!([0, 1, 3].iter().all(|tick| gaps.note(2, *tick)));
-        assert_eq!(gaps.missed(), 3);
     }
 }

@@ -1,5 +1,5 @@
-"""Reads a recording with nothing but the public packages in requirements.txt, checks that it is sound, and prints what
-it holds as JSON: messages by topic, and the digest of its frames as the engine makes it."""
+"""Reads a recording with only the public packages in requirements.txt, validates it, and prints a summary as JSON: the
+number of messages per topic, the recording's metadata, and the digest of its frames, which the engine computes too."""
 
 import array
 import json
@@ -15,7 +15,7 @@ ABSENT = 255
 
 
 def digest(frames):
-    """XXH3 (128 bits) over each tick's number and columns, little-endian."""
+    """Returns the XXH3 hash (128 bits) of each tick's number and columns, little-endian."""
     hasher, last = xxhash.xxh3_128(), None
     for frame in frames:
         if frame.tick == last:
@@ -30,27 +30,27 @@ def digest(frames):
 
 
 def check_poses(poses, frame):
-    """Poses for general tools are those of the frame of the same time."""
+    """Checks that poses for general tools are those of the frame of the same time."""
     assert poses.frame_id == "map"
     present = [robot for robot in range(frame.robots) if frame.state[robot] != ABSENT]
     assert len(poses.poses) == len(present), (len(poses.poses), len(present))
     for robot, pose in zip(present, poses.poses):
         assert (pose.position.x, pose.position.y) == (frame.x[robot], frame.y[robot])
         heading = 2 * math.atan2(pose.orientation.z, pose.orientation.w)
-        turned = math.remainder(heading - frame.theta[robot], math.tau)
-        assert abs(turned) < 1e-9, (heading, frame.theta[robot])
+        difference = math.remainder(heading - frame.theta[robot], math.tau)
+        assert abs(difference) < 1e-9, (heading, frame.theta[robot])
 
 
 def check_points(cloud, frame):
-    """Points for general tools are the robots' places too."""
+    """Checks that points for general tools are the robots' positions."""
     assert [field.name for field in cloud.fields] == ["x", "y", "z", "red", "green", "blue", "alpha"]
-    places = [(x, y) for x, y, *_ in struct.iter_unpack("<fff4B", cloud.data)]
+    positions = [(x, y) for x, y, *_ in struct.iter_unpack("<fff4B", cloud.data)]
     present = [robot for robot in range(frame.robots) if frame.state[robot] != ABSENT]
-    assert cloud.point_stride == 16 and places == [(frame.x[robot], frame.y[robot]) for robot in present]
+    assert cloud.point_stride == 16 and positions == [(frame.x[robot], frame.y[robot]) for robot in present]
 
 
 def check_graph(graph, world):
-    """The graph for general tools joins the nodes that the world's edges join."""
+    """Checks that the lines of the graph for general tools include the ends of each of the world's edges."""
     (entity,) = graph.entities
     (line,) = entity.lines
     assert line.type == line.LINE_LIST and len(line.points) % 2 == 0

@@ -1,19 +1,19 @@
-//! Numbers as text with a fixed count of decimals: what `format!("{value:.3}")` writes, ten times as fast.
+//! Writes numbers as text with a fixed number of decimals: the same text as `format!("{value:.3}")`, ten times as fast.
 
 use std::io::Write as _;
 
-/// Most decimals that can be asked for. An `f32` times ten to this power is exact in an `f64`, and so the rounding
-/// is too.
+/// The largest number of decimals. The product of an `f32` and ten to this power is exact in an `f64`, so that the
+/// rounding is exact too.
 pub const MAX_DECIMALS: usize = 9;
 
 const POWERS: [f64; MAX_DECIMALS + 1] = [1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9];
-/// Scaled values from here on don't surely fit the integer.
+/// The scaled value from which on the result may not fit in a `u64`.
 const LIMIT: f64 = 1e18;
 
-/// Appends `value` with so many decimals, rounded to the nearest; byte for byte as `format!("{value:.decimals$}")`.
+/// Appends `value` with `decimals` decimals, rounded to the nearest: the same bytes as `format!("{value:.decimals$}")`.
 ///
 /// # Panics
-/// If `decimals` is over [`MAX_DECIMALS`].
+/// Panics if `decimals` is greater than [`MAX_DECIMALS`].
 pub fn write(out: &mut Vec<u8>, value: f32, decimals: usize) {
     let scaled = (f64::from(value).abs() * POWERS[decimals]).round_ties_even();
     if scaled.is_nan() || scaled >= LIMIT {
@@ -33,10 +33,10 @@ pub fn write(out: &mut Vec<u8>, value: f32, decimals: usize) {
     }
 }
 
-/// For what no robot's coordinate should be.
+/// Appends a value that is NaN or too large for the fast path; coordinates of robots never are.
 #[cold]
 fn write_slowly(out: &mut Vec<u8>, value: f32, decimals: usize) {
-    // Writing to a vector can't fail.
+    // Writing to a vector never fails.
     let _ = write!(out, "{value:.decimals$}");
 }
 
@@ -68,7 +68,7 @@ mod tests {
             prop_assert_eq!(written(value, decimals), format!("{value:.decimals$}"));
         }
 
-        /// Odd multiples of a power of two: the values that lie exactly between two decimals are among them.
+        /// Uses odd multiples of powers of two, which include values exactly halfway between two decimals.
         #[test]
         fn ties_are_rounded_as_the_standard_library_does(
             odd in -4_000_i32..4_000, halvings in 0_i32..12, decimals in 0..=MAX_DECIMALS
@@ -79,7 +79,7 @@ mod tests {
     }
 
     #[test]
-    fn small_and_negative_values_have_all_their_zeros() {
+    fn small_and_negative_values_have_all_their_decimals() {
         assert_eq!(written(0.004, 3), "0.004");
         assert_eq!(written(-0.000_1, 3), "-0.000");
         assert_eq!(written(-12.5, 1), "-12.5");

@@ -1,13 +1,13 @@
-//! The dissertation's UDP protocol, both ways: [`run`] sends a fleet's poses as text lines and checks the answers,
-//! [`source::run`] makes a fleet of the lines that somebody else sends.
+//! The dissertation's UDP protocol in both directions: [`run`] sends a fleet's poses as text lines and checks the answers;
+//! [`source::run`] publishes a fleet from the lines that another program sends.
 //!
 //! ```text
 //! program to visualiser:   id,x,y,theta       metres; degrees, or radians with --radians
 //! visualiser to program:   id x y theta       positions as drawn
 //! ```
 
-mod answer_thread;
 pub mod echo;
+mod echo_listener;
 pub mod fixed;
 pub mod line;
 mod options;

@@ -1,55 +1,55 @@
-//! The lines that a datagram is made of.
+//! The text lines of a datagram.
 //!
-//! Poses go out as `id,x,y,theta`; the visualiser answers with `id x y theta`. Both are one type here, since they
-//! differ in the separator only. A line ends with a newline, with or without a carriage return before it; the last
-//! one of a datagram may go without.
+//! Poses are sent as `id,x,y,theta`; the visualiser answers with `id x y theta`. One type represents both, since they
+//! differ only in the separator. A line ends with a newline, optionally after a carriage return; the last line of a
+//! datagram may have no newline.
 
 use core::f32::consts::PI;
 use core::f64::consts::TAU;
 
 use crate::fixed;
 
-/// A robot's pose as a line tells it.
+/// A line: a robot's id and pose.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PoseLine {
-    /// The robot.
+    /// The robot's id.
     pub id: u32,
     /// Metres east; finite.
     pub x: f32,
     /// Metres north; finite.
     pub y: f32,
-    /// Heading, counter-clockwise from east, in the protocol's [`AngleUnit`]; finite, in no particular range.
+    /// Heading, counter-clockwise from east, in the protocol's [`AngleUnit`]; finite, not limited to one turn.
     pub theta: f32,
 }
 
-/// What stands between the four fields.
+/// The separator of the four fields.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Separator {
-    /// `id,x,y,theta`: poses. Blanks round a field are allowed.
+    /// `id,x,y,theta`: poses. Fields may be surrounded by whitespace.
     Comma,
-    /// `id x y theta`: answers. Any run of blanks counts as one.
+    /// `id x y theta`: answers. Any amount of whitespace separates two fields.
     Space,
 }
 
 /// The unit of a line's `theta`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AngleUnit {
-    /// What the dissertation's visualiser takes.
+    /// The unit of the dissertation's visualiser.
     Degrees,
-    /// As everywhere else in Regatta.
+    /// The unit of the rest of Regatta.
     Radians,
 }
 
-/// Why a line is not used.
+/// The reason why a line is ignored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum LineFault {
-    /// Not an id and three numbers, set apart as they should be.
+    /// The line isn't an id and three numbers with the expected separator.
     #[error("malformed")]
     Malformed,
-    /// The protocol says to ignore these.
+    /// The id is negative, which the protocol says to ignore.
     #[error("negative id")]
     NegativeId,
-    /// More than the fleet has room for.
+    /// The id is larger than the fleet allows.
     #[error("id too large")]
     IdTooLarge,
     /// A coordinate or the angle is NaN, infinite, or too large for an `f32`.
@@ -57,40 +57,40 @@ pub enum LineFault {
     NotFinite,
 }
 
-/// The form in which lines are written.
+/// The format of written lines.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LineFormat {
-    /// What stands between the fields.
+    /// The separator of the fields.
     pub separator: Separator,
-    /// Decimals of x and y, 1 to [`fixed::MAX_DECIMALS`].
+    /// The number of decimals of x and y, 1 to [`fixed::MAX_DECIMALS`].
     pub decimals: usize,
-    /// Decimals of theta, 1 to [`fixed::MAX_DECIMALS`].
+    /// The number of decimals of theta, 1 to [`fixed::MAX_DECIMALS`].
     pub theta_decimals: usize,
 }
 
-/// Longest line that [`PoseLine::write`] can write, in bytes.
+/// The length of the longest line that [`PoseLine::write`] can write, in bytes.
 pub const MAX_LINE_BYTES: usize = 176;
 
-/// The lines of a datagram, without their ends and without empty ones.
+/// Returns the non-empty lines of a datagram, without newlines.
 pub fn lines(datagram: &[u8]) -> impl Iterator<Item = &[u8]> {
     datagram.split(|&byte| byte == b'\n').map(<[u8]>::trim_ascii).filter(|line| !line.is_empty())
 }
 
 impl PoseLine {
-    /// Reads one line without its end.
+    /// Parses one line without its newline.
     ///
     /// # Errors
-    /// [`LineFault`].
+    /// Returns a [`LineFault`] if the line has to be ignored.
     pub fn parse(line: &[u8], separator: Separator) -> Result<Self, LineFault> {
         let text = core::str::from_utf8(line).map_err(|_| LineFault::Malformed)?;
         let [id, x, y, theta] = fields(text, separator).ok_or(LineFault::Malformed)?;
-        // The numbers first: a line of nonsense is malformed whatever its id.
+        // The numbers are parsed before the id, because a malformed line is counted as malformed whatever its id.
         let (x, y, theta) = (number(x)?, number(y)?, number(theta)?);
         let line = Self { id: id_of(id)?, x, y, theta };
         if x.is_finite() && y.is_finite() && theta.is_finite() { Ok(line) } else { Err(LineFault::NotFinite) }
     }
 
-    /// Appends the line and its end. [`MAX_LINE_BYTES`] are enough.
+    /// Appends the line with its newline, at most [`MAX_LINE_BYTES`] bytes.
     pub fn write(&self, out: &mut Vec<u8>, format: LineFormat) {
         let separator = format.separator.byte();
         out.extend_from_slice(itoa::Buffer::new().format(self.id).as_bytes());
@@ -114,7 +114,7 @@ impl Separator {
 }
 
 impl LineFormat {
-    /// A form with so many decimals. An angle in radians gets two more, since a radian is 57 degrees.
+    /// Creates a format with `decimals` decimals. Angles in radians get two more, since a radian is 57 degrees.
     pub fn new(separator: Separator, decimals: usize, unit: AngleUnit) -> Self {
         let theta_decimals = match unit {
             AngleUnit::Degrees => decimals,
@@ -125,7 +125,7 @@ impl LineFormat {
 }
 
 impl AngleUnit {
-    /// An angle in this unit, given in radians.
+    /// Converts an angle from radians to this unit.
     pub fn from_radians(self, radians: f32) -> f32 {
         match self {
             Self::Degrees => f64::from(radians).to_degrees() as f32,
@@ -133,7 +133,7 @@ impl AngleUnit {
         }
     }
 
-    /// An angle of this unit in radians, wrapped into (-π, π].
+    /// Converts an angle from this unit to radians, wrapped into (-π, π].
     pub fn to_radians(self, angle: f32) -> f32 {
         let radians = match self {
             Self::Degrees => f64::from(angle).to_radians(),
@@ -142,7 +142,7 @@ impl AngleUnit {
         wrapped(radians)
     }
 
-    /// A whole turn.
+    /// Returns a full turn in this unit.
     pub fn turn(self) -> f64 {
         match self {
             Self::Degrees => 360.0,
@@ -151,7 +151,7 @@ impl AngleUnit {
     }
 }
 
-/// The `f32` nearest to π counts as π, though it is a little more.
+/// Wraps an angle into (-π, π]. The `f32` nearest to π counts as π, though it is slightly larger.
 fn wrapped(radians: f64) -> f32 {
     let pi = f64::from(PI);
     let turned = if (-pi..=pi).contains(&radians) { radians } else { radians.rem_euclid(TAU) };
@@ -166,7 +166,7 @@ fn fields(line: &str, separator: Separator) -> Option<[&str; 4]> {
     }
 }
 
-/// `line.split(',')` in half the time: fields are too short for its search to pay.
+/// Splits a line like `line.split(',')` in half the time, because its vectorised search is slow for short fields.
 fn at_commas(line: &str) -> impl Iterator<Item = &str> {
     let mut rest = Some(line);
     core::iter::from_fn(move || {

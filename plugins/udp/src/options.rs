@@ -1,4 +1,4 @@
-//! What both command lines share.
+//! Options and parsers that both command lines share.
 
 use std::ffi::OsString;
 use std::ops::Range;
@@ -12,13 +12,13 @@ use crate::fixed::MAX_DECIMALS;
 use crate::line::AngleUnit;
 use crate::packer::{MAX_DATAGRAM_BYTES, MIN_DATAGRAM_BYTES};
 
-/// How lines are written.
+/// Options of the format of sent lines and datagrams.
 #[derive(clap::Args, Clone, Debug)]
 pub struct Form {
-    /// Angles in radians instead of degrees
+    /// Use radians for angles instead of degrees
     #[arg(long)]
     pub radians: bool,
-    /// Decimals of what is sent; angles in radians have two more
+    /// Decimals of sent numbers; angles in radians have two more
     #[arg(long, value_name = "N", default_value = "3", value_parser = decimals)]
     pub decimals: usize,
     /// Longest datagram to send, in bytes
@@ -27,19 +27,19 @@ pub struct Form {
 }
 
 impl Form {
-    /// The unit of angles.
+    /// Returns the unit of angles.
     pub fn unit(&self) -> AngleUnit {
         if self.radians { AngleUnit::Radians } else { AngleUnit::Degrees }
     }
 }
 
-/// `X,Y` in metres.
+/// An offset `X,Y` in metres.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Offset(pub [f64; 2]);
 
-/// A text that is no [`Offset`].
+/// The error of parsing an [`Offset`].
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("give X,Y in metres, 1.5,-2 say")]
+#[error("give X,Y in metres, for example 1.5,-2")]
 pub struct ParseOffsetError;
 
 impl FromStr for Offset {
@@ -52,13 +52,13 @@ impl FromStr for Offset {
     }
 }
 
-/// `A..B`: robots A to B - 1. Either end may be left out.
+/// A range of robots' ids: `A..B` is A to B - 1. Either end may be omitted.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct RobotRange(pub Range<u32>);
 
-/// A text that is no [`RobotRange`].
+/// The error of parsing a [`RobotRange`].
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("give A..B, the first robot and the one after the last: 0..100 say, or 100..")]
+#[error("give A..B, the first robot and the one after the last, for example 0..100 or 100..")]
 pub struct ParseRangeError;
 
 impl FromStr for RobotRange {
@@ -83,10 +83,12 @@ pub fn datagram_limit(text: &str) -> Result<usize, String> {
     within(text, 1..=MAX_DATAGRAM_BYTES)
 }
 
-/// Seconds, of a length that makes sense.
+/// Parses a duration in seconds.
 pub fn seconds(text: &str) -> Result<std::time::Duration, String> {
     let seconds = text.parse().ok().filter(|seconds| (0.001..=1e6).contains(seconds));
-    seconds.map(std::time::Duration::from_secs_f64).ok_or_else(|| "give seconds, 0.001 to 1000000".to_owned())
+    seconds
+        .map(std::time::Duration::from_secs_f64)
+        .ok_or_else(|| "give a number of seconds from 0.001 to 1000000".to_owned())
 }
 
 fn within(text: &str, range: std::ops::RangeInclusive<usize>) -> Result<usize, String> {
@@ -94,8 +96,8 @@ fn within(text: &str, range: std::ops::RangeInclusive<usize>) -> Result<usize, S
     text.parse().ok().filter(|number| range.contains(number)).ok_or_else(wrong)
 }
 
-/// The options on a command line, whose first argument is the plugin; `None` if it asked for help, which is
-/// printed. A mistake becomes one line.
+/// Parses a command line, whose first argument is the plugin's name. Prints the help and returns `None` if it was
+/// requested. Errors have one line.
 pub fn parse<Options: Parser>(args: impl IntoIterator<Item: Into<OsString> + Clone>) -> Result<Option<Options>> {
     match Options::try_parse_from(args) {
         Ok(options) => Ok(Some(options)),
@@ -107,7 +109,7 @@ pub fn parse<Options: Parser>(args: impl IntoIterator<Item: Into<OsString> + Clo
     }
 }
 
-/// Clap's first paragraph on one line; the rest is the usage, which `--help` shows.
+/// Returns the first paragraph of clap's message as one line. The rest is the usage, which `--help` shows.
 fn one_line(error: &clap::Error) -> String {
     let text = error.to_string();
     let paragraph = text.split("\n\n").next().unwrap_or_default().trim_start_matches("error: ");
@@ -120,27 +122,27 @@ mod tests {
     use super::*;
 
     #[test]
-    fn ranges_of_robots() {
+    fn ranges_of_robots_are_parsed() {
         let range = |text: &str| text.parse::<RobotRange>().ok().map(|range| range.0);
         assert_eq!(range("3..10"), Some(3..10));
         assert_eq!(range("3.."), Some(3..u32::MAX));
         assert_eq!(range("..7"), Some(0..7));
         assert_eq!(range(".."), Some(0..u32::MAX));
-        for wrong in ["", "3", "3..3", "5..3", "-1..3", "a..b", "3...7", "1..5000000000"] {
-            assert_eq!(range(wrong), None, "{wrong}");
+        for invalid in ["", "3", "3..3", "5..3", "-1..3", "a..b", "3...7", "1..5000000000"] {
+            assert_eq!(range(invalid), None, "{invalid}");
         }
     }
 
     #[test]
-    fn offsets() {
+    fn offsets_are_parsed() {
         assert_eq!("1.5,-2".parse(), Ok(Offset([1.5, -2.0])));
-        for wrong in ["", "1", "1,2,3", "nan,0", "inf,0", "x,y"] {
-            assert!(wrong.parse::<Offset>().is_err(), "{wrong}");
+        for invalid in ["", "1", "1,2,3", "nan,0", "inf,0", "x,y"] {
+            assert!(invalid.parse::<Offset>().is_err(), "{invalid}");
         }
     }
 
     #[test]
-    fn numbers_out_of_range_say_what_the_range_is() {
+    fn errors_of_numbers_out_of_range_contain_the_range() {
         assert_eq!(decimals("3"), Ok(3));
         assert!(decimals("0").is_err_and(|message| message.contains("1 to 9")));
         assert!(datagram_limit("0").is_err() && datagram_limit("1") == Ok(1));

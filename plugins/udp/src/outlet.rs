@@ -1,4 +1,4 @@
-//! Where a frame's batches go.
+//! Sends a frame's batches of datagrams to one address.
 
 use std::net::SocketAddr;
 use std::time::{Duration, Instant};
@@ -9,71 +9,72 @@ use crate::pacer::Pacer;
 use crate::packer::Batch;
 use crate::socket::{Socket, SocketError};
 
-/// When nobody has been missed for so long, it is told again.
-const FORGOTTEN_AFTER: Duration = Duration::from_secs(10);
+/// An unreachable receiver is reported again after it has been reachable for this long.
+const REACHABLE_AFTER: Duration = Duration::from_secs(10);
 
-/// What became of lines.
+/// The numbers of sent and failed lines.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Sent {
+pub struct SendTotals {
     pub frames: u64,
     pub lines: u64,
     pub datagrams: u64,
     pub bytes: u64,
-    /// Lines that the system didn't take.
+    /// Lines that the system refused to send.
     pub refused: u64,
-    /// Poses that no line can tell, since they are NaN or infinite.
+    /// Poses that were not sent because they are NaN or infinite.
     pub not_finite: u64,
 }
 
-/// Where batches go.
+/// A paced sender of batches to one address.
 #[derive(Debug)]
 pub struct Outlet {
     plugin: &'static str,
     socket: Socket,
-    /// Where to.
+    /// The receiver's address.
     pub to: SocketAddr,
     pacer: Pacer,
     /// The counts so far.
-    pub sent: Sent,
-    /// Batches of this frame and of the one before.
+    pub sent: SendTotals,
+    /// The numbers of batches of this frame and of the previous one.
     batches: [usize; 2],
-    /// When nobody listened there, last.
-    unheard_at: Option<Instant>,
-    /// The last error, until it is told.
+    /// The time at which the receiver was last found to be unreachable.
+    unreachable_at: Option<Instant>,
+    /// The last error that isn't reported yet.
     pub failure: Option<std::io::Error>,
 }
 
 impl Outlet {
-    /// An outlet of that plugin to that address, that spreads a frame over that part of the time between frames.
+    /// Opens a socket that sends to `to`. `plugin` is the name in messages; `pace` is the part of the time between frames
+    /// over which a frame's batches are spread, 0 to 1.
     pub fn open(plugin: &'static str, to: SocketAddr, pace: f64) -> Result<Self, SocketError> {
         Ok(Self {
             plugin,
             socket: Socket::towards(to)?,
             to,
             pacer: Pacer::new(pace),
-            sent: Sent::default(),
+            sent: SendTotals::default(),
             batches: [0; 2],
-            unheard_at: None,
+            unreachable_at: None,
             failure: None,
         })
     }
 
-    /// The batches of a frame that came at `now` follow.
+    /// Starts the batches of a frame that was received at `now`.
     pub fn start_frame(&mut self, now: Instant, frame: &FrameHeader) {
         self.batches = [0, self.batches[0]];
-        // At infinite speed there is no schedule, and nothing to spread over.
+        // At infinite speed the scheduled time is always 0, so that batches aren't delayed.
         let schedule = Duration::from_nanos((frame.sim_time_nanos as f64 / f64::from(frame.speed)) as u64);
         self.pacer.start_frame(now, schedule, self.batches[1], frame.lockstep != 0);
     }
 
-    /// Sends a batch, when its time has come.
+    /// Waits until a batch is due and sends it.
     pub fn send(&mut self, batch: Batch<'_>) {
         std::thread::sleep(self.pacer.next_pause(Instant::now()));
         self.batches[0] += 1;
         match self.socket.send(self.to, batch.bytes, batch.datagram_bytes) {
-            Ok(heard) => {
-                if !heard {
-                    self.tell_unheard(Instant::now());
+            Ok(reachable) => {
+                if !reachable {
+                    self.report_unreachable(Instant::now());
                 }
                 self.sent.lines += batch.lines;
                 self.sent.datagrams += batch.bytes.len().div_ceil(batch.datagram_bytes) as u64;
@@ -86,11 +87,11 @@ impl Outlet {
         }
     }
 
-    /// Says that nobody listens, once until somebody has listened for a while.
-    fn tell_unheard(&mut self, now: Instant) {
-        if self.unheard_at.is_none_or(|before| now - before > FORGOTTEN_AFTER) {
-            regatta_plugin::tell!("{}: nobody listens at {}; sending goes on", self.plugin, self.to);
+    /// Prints that the receiver is unreachable, unless it was unreachable a short time ago.
+    fn report_unreachable(&mut self, now: Instant) {
+        if self.unreachable_at.is_none_or(|before| now - before > REACHABLE_AFTER) {
+            regatta_plugin::tell!("{}: no program receives at {}; sending continues", self.plugin, self.to);
         }
-        self.unheard_at = Some(now);
+        self.unreachable_at = Some(now);
     }
 }

@@ -1,48 +1,48 @@
-//! Lines into datagrams, and datagrams into batches that the system takes in one call.
+//! Packs lines into datagrams, and datagrams into batches that are sent with one system call.
 
 use crate::line::{LineFormat, MAX_LINE_BYTES, PoseLine};
 
-/// Most bytes that a UDP datagram can carry over IPv4, and most that one call can hand to the system.
+/// The largest payload of a UDP datagram over IPv4, in bytes, which is also the limit of one system call.
 pub const MAX_DATAGRAM_BYTES: usize = 65_507;
-/// The smallest limit of a datagram's length for which every line fits.
+/// The smallest accepted length of datagrams, in bytes, into which every line fits.
 pub const MIN_DATAGRAM_BYTES: usize = 200;
 const _: () = assert!(MIN_DATAGRAM_BYTES >= MAX_LINE_BYTES);
 
-/// Some datagrams, end to end.
+/// A batch of contiguous datagrams.
 #[derive(Clone, Copy, Debug)]
 pub struct Batch<'packer> {
-    /// All datagrams; each is [`datagram_bytes`](Self::datagram_bytes) long, but the last may be shorter.
+    /// The datagrams. Each is [`datagram_bytes`](Self::datagram_bytes) long, except that the last may be shorter.
     pub bytes: &'packer [u8],
-    /// Length of a datagram.
+    /// The length of a datagram in bytes.
     pub datagram_bytes: usize,
-    /// Lines in all of them.
+    /// The number of lines in the batch.
     pub lines: u64,
 }
 
-/// Packs lines into datagrams of one length, and never splits a line.
+/// A packer of lines into datagrams of equal length. Lines are never split.
 ///
-/// The system sends many datagrams in one call if they are equally long (generic segmentation offload). So the last
-/// line of a full datagram gets more zeros behind the decimals of its angle, which are the same number.
+/// The system can send many datagrams in one call if they have the same length (generic segmentation offload). Therefore
+/// the angle in the last line of a full datagram is padded with zeros, which don't change the number.
 #[derive(Debug)]
 pub struct Packer {
     format: LineFormat,
     datagram_bytes: usize,
     batch_bytes: usize,
     text: Vec<u8>,
-    /// Where the datagram that is being filled starts.
+    /// The offset of the current datagram.
     start: usize,
     lines: u64,
     line: Vec<u8>,
 }
 
 impl Packer {
-    /// A packer of datagrams of that length.
+    /// Creates a packer of datagrams of `datagram_bytes` bytes.
     ///
     /// # Panics
-    /// If `datagram_bytes` is not in [`MIN_DATAGRAM_BYTES`]..=[`MAX_DATAGRAM_BYTES`], or the form has no decimals.
+    /// Panics if `datagram_bytes` is not in [`MIN_DATAGRAM_BYTES`]..=[`MAX_DATAGRAM_BYTES`], or the format has no decimals.
     pub fn new(format: LineFormat, datagram_bytes: usize) -> Self {
         assert!((MIN_DATAGRAM_BYTES..=MAX_DATAGRAM_BYTES).contains(&datagram_bytes), "{datagram_bytes} bytes");
-        assert!(format.theta_decimals > 0, "without decimals, zeros would change the number");
+        assert!(format.theta_decimals > 0, "without decimals, padding would change the number");
         let batch_bytes = MAX_DATAGRAM_BYTES / datagram_bytes * datagram_bytes;
         Self {
             format,
@@ -55,7 +55,7 @@ impl Packer {
         }
     }
 
-    /// Adds a line. When that fills a batch, hands the batch to `flush` first.
+    /// Adds a line. If it doesn't fit in the current batch, calls `flush` with that batch first.
     pub fn push(&mut self, line: &PoseLine, flush: impl FnOnce(Batch<'_>)) {
         self.line.clear();
         line.write(&mut self.line, self.format);
@@ -69,7 +69,7 @@ impl Packer {
         self.lines += 1;
     }
 
-    /// Hands over what is left, if anything.
+    /// Calls `flush` with the current batch, unless it is empty.
     pub fn flush(&mut self, flush: impl FnOnce(Batch<'_>)) {
         if !self.text.is_empty() {
             flush(Batch { bytes: &self.text, datagram_bytes: self.datagram_bytes, lines: self.lines });
@@ -78,9 +78,9 @@ impl Packer {
         (self.start, self.lines) = (0, 0);
     }
 
-    /// Fills the datagram up to its length.
+    /// Pads the current datagram to its full length.
     fn close_datagram(&mut self) {
-        // The end of its last line.
+        // The padding replaces the newline of the last line.
         self.text.pop();
         self.text.resize(self.start + self.datagram_bytes - 1, b'0');
         self.text.push(b'\n');
@@ -99,7 +99,7 @@ mod tests {
         LineFormat::new(Separator::Comma, 3, AngleUnit::Degrees)
     }
 
-    /// The datagrams that so many lines become.
+    /// Packs lines into datagrams.
     fn datagrams(all: &[PoseLine], datagram_bytes: usize) -> Vec<Vec<u8>> {
         let mut packer = Packer::new(format(), datagram_bytes);
         let (mut datagrams, mut counted) = (Vec::new(), 0);
@@ -117,7 +117,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn every_line_arrives_whole_and_in_order(
+        fn lines_are_packed_whole_and_in_order(
             poses in prop::collection::vec((0_u32..2_000_000, -900.0_f32..900.0, -9.0_f32..9.0, -180.0_f32..180.0), 0..9_000),
             datagram_bytes in MIN_DATAGRAM_BYTES..3_000,
         ) {
@@ -134,14 +134,14 @@ mod tests {
                 prop_assert!(read.id == sent.id && near(read.x, sent.x) && near(read.y, sent.y));
                 prop_assert!(near(read.theta, sent.theta));
             }
-            // All but the last of each batch, or else the system couldn't cut them apart; no more than needed.
+            // All datagrams but the last have the full length, so that the system can split batches into datagrams.
             let full = datagrams.iter().filter(|datagram| datagram.len() == datagram_bytes).count();
             prop_assert!(full + 1 >= datagrams.len());
         }
     }
 
     #[test]
-    fn the_longest_lines_fit_the_shortest_datagram() {
+    fn the_longest_line_fits_in_the_shortest_datagram() {
         let line = PoseLine { id: u32::MAX, x: f32::MIN, y: f32::MIN, theta: f32::MIN };
         let datagrams = datagrams(&[line; 3], MIN_DATAGRAM_BYTES);
         assert_eq!(datagrams.len(), 3);

@@ -1,4 +1,4 @@
-//! `regatta plugin udp`: a fleet's poses as lines in datagrams.
+//! `regatta plugin udp`: sends a fleet's poses as lines in datagrams.
 
 use std::ffi::OsString;
 use std::time::{Duration, Instant};
@@ -7,11 +7,11 @@ use clap::Parser;
 use regatta_plugin::frame::RobotState;
 use regatta_plugin::{Frame, Participant, Plugin, Rate, Result};
 
-use crate::answer_thread::EchoListener;
 use crate::echo::EchoRules;
+use crate::echo_listener::EchoListener;
 use crate::line::{AngleUnit, LineFormat, PoseLine, Separator};
 use crate::options::{self, Form, Offset, RobotRange};
-use crate::outlet::{Outlet, Sent};
+use crate::outlet::{Outlet, SendTotals};
 use crate::packer::Packer;
 use crate::socket::{Listen, Socket, resolve_receiver};
 use crate::tally::{Effort, EverySecond};
@@ -20,12 +20,12 @@ use crate::tally::{Effort, EverySecond};
 #[derive(Parser, Debug)]
 #[command(name = "udp", bin_name = "regatta plugin udp", max_term_width = 100)]
 #[command(mut_arg("rate", |rate| rate.help("Frames per second to send, or 'all' [default: 50]")))]
-#[command(mut_arg("verbose", |verbose| verbose.help("Tell the figures once a second, and warnings of shared memory (iceoryx2); twice for all of its log")))]
+#[command(mut_arg("verbose", |verbose| verbose.help("Print statistics once a second, and warnings of the shared memory library (iceoryx2); -vv for its complete log")))]
 struct SenderOptions {
-    /// Where to send to
+    /// Send to this address
     #[arg(long, value_name = "HOST:PORT")]
     to: String,
-    /// Which robots to send, the first and the one after the last
+    /// Send only these robots: the first, and the one after the last
     #[arg(long, value_name = "A..B", default_value = "..")]
     robots: RobotRange,
     #[command(flatten)]
@@ -33,29 +33,29 @@ struct SenderOptions {
     /// Part of the time between frames over which a frame's datagrams are spread, 0 to 1
     #[arg(long, value_name = "PART", default_value = "0.5")]
     pace: f64,
-    /// Where to receive answers `id x y theta`, which are held against what was sent
+    /// Receive answers `id x y theta` at this address, and compare them with the sent lines
     #[arg(long, value_name = "[HOST:]PORT")]
     listen: Option<Listen>,
-    /// What the other side adds to positions before it answers, in metres
+    /// Offset that the other program adds to positions before it answers, in metres
     #[arg(long, value_name = "X,Y", default_value = "0,0", allow_hyphen_values = true, requires = "listen")]
     echo_offset: Offset,
-    /// Decimals of the answers [default: as sent]
+    /// Decimals of the answers [default: those of the sent lines]
     #[arg(long, value_name = "N", value_parser = options::decimals, requires = "listen")]
     echo_decimals: Option<usize>,
-    /// Seconds that an answer may take
+    /// Seconds within which a line has to be answered
     #[arg(long, value_name = "SECONDS", default_value = "1", value_parser = options::seconds, requires = "listen")]
     echo_deadline: Duration,
-    /// Print the closing figures as JSON too, on standard output
+    /// Print the final statistics on standard output as JSON, too
     #[arg(long)]
     json: bool,
     #[command(flatten)]
     plugin: regatta_plugin::Options,
 }
 
-/// Runs the plugin with a command line, whose first argument is the plugin.
+/// Runs the plugin with a command line, whose first argument is the plugin's name.
 ///
 /// # Errors
-/// If an option is wrong, a socket can't be had, or the fleet can't be read.
+/// Returns an error if an option is invalid, a socket can't be opened, or the fleet can't be read.
 pub fn run(args: impl IntoIterator<Item: Into<OsString> + Clone>) -> Result {
     let Some(options) = options::parse::<SenderOptions>(args)? else { return Ok(()) };
     let sender = Sender::open(&options)?;
@@ -102,20 +102,21 @@ impl Sender {
         })
     }
 
-    /// The lines of a frame: of each robot wanted that is there.
+    /// Returns a frame's lines: one for each selected robot that isn't absent.
     fn lines<'frame>(&self, frame: &Frame<'frame>) -> impl Iterator<Item = PoseLine> + use<'frame> {
         let end = self.robots.0.end.min(frame.len() as u32);
         let (unit, columns) = (self.unit, frame.columns());
         (self.robots.0.start.min(end)..end).filter_map(move |id| {
             let row = id as usize;
-            let there = columns.state[row] != RobotState::Absent as u8;
+            let is_present = columns.state[row] != RobotState::Absent as u8;
             let line =
                 || PoseLine { id, x: columns.x[row], y: columns.y[row], theta: unit.from_radians(columns.theta[row]) };
-            there.then(line)
+            is_present.then(line)
         })
     }
 
-    fn tell(&mut self, now: Instant) {
+    /// Prints statistics and errors, at most once a second.
+    fn report(&mut self, now: Instant) {
         if !self.second.has_passed(now) {
             return;
         }
@@ -123,26 +124,26 @@ impl Sender {
             regatta_plugin::tell!("udp: {}", self.summary());
         }
         if let Some(error) = self.outlet.failure.take() {
-            regatta_plugin::tell!("udp: can't send all lines to {}: {}", self.outlet.to, explained(&error));
+            regatta_plugin::tell!("udp: can't send all lines to {}: {}", self.outlet.to, describe(&error));
         }
     }
 
     fn summary(&self) -> String {
-        let Sent { frames, lines, datagrams, bytes, refused, not_finite } = self.outlet.sent;
+        let SendTotals { frames, lines, datagrams, bytes, refused, not_finite } = self.outlet.sent;
         let mut text = format!(
             "{lines} lines of {frames} frames sent to {} in {datagrams} datagrams ({bytes} bytes) {}",
             self.outlet.to, self.effort
         );
-        for (count, what) in [(refused, "lines not sent"), (not_finite, "poses not finite")] {
+        for (count, name) in [(refused, "lines not sent"), (not_finite, "poses not finite")] {
             if count > 0 {
-                text += &format!(", {count} {what}");
+                text += &format!(", {count} {name}");
             }
         }
         text
     }
 
     fn json(&self) -> serde_json::Value {
-        let Sent { frames, lines, datagrams, bytes, refused, not_finite } = self.outlet.sent;
+        let SendTotals { frames, lines, datagrams, bytes, refused, not_finite } = self.outlet.sent;
         let echo = self.echo.as_ref().map(|echo| {
             let totals = echo.with(|check| check.totals());
             serde_json::json!({
@@ -169,9 +170,9 @@ impl Plugin for Sender {
         let now = Instant::now();
         let finite = |line: &PoseLine| line.x.is_finite() && line.y.is_finite() && line.theta.is_finite();
         if let Some(echo) = &self.echo {
-            let mut noted = echo.with(|check| check.frame(self.robots.0.start, now));
-            self.lines(frame).filter(finite).for_each(|line| noted.push(&line));
-            echo.with(|check| check.note(noted));
+            let mut sent = echo.with(|check| check.frame(self.robots.0.start, now));
+            self.lines(frame).filter(finite).for_each(|line| sent.push(&line));
+            echo.with(|check| check.note(sent));
         }
         self.outlet.start_frame(now, frame.header());
         for line in self.lines(frame) {
@@ -183,7 +184,7 @@ impl Plugin for Sender {
         }
         self.packer.flush(|batch| self.outlet.send(batch));
         self.outlet.sent.frames += 1;
-        self.tell(now);
+        self.report(now);
         Ok(())
     }
 
@@ -204,7 +205,8 @@ impl Plugin for Sender {
     }
 }
 
-fn explained(error: &std::io::Error) -> String {
+/// Returns the text of an error of sending, with advice for datagrams that are too long.
+fn describe(error: &std::io::Error) -> String {
     let too_long = quinn_udp::is_msg_size_err(error);
     if too_long { format!("{error}; lower --mtu") } else { error.to_string() }
 }

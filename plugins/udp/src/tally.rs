@@ -1,27 +1,27 @@
-//! What is counted on either side, and how it is told.
+//! Counts, timers and measurements that both plugins report.
 
 use std::fmt;
 use std::time::{Duration, Instant};
 
 use crate::line::LineFault;
 
-/// Input that was ignored, by kind.
+/// The numbers of ignored lines and datagrams, by cause.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Faults {
     /// Lines that are not an id and three numbers.
     pub malformed: u64,
     /// Lines with a negative id.
     pub negative_id: u64,
-    /// Lines with an id that the fleet has no room for.
+    /// Lines with an id that is larger than the fleet allows.
     pub id_too_large: u64,
     /// Lines with a number that is NaN, infinite or too large.
     pub not_finite: u64,
-    /// Datagrams over the limit of their length.
+    /// Datagrams that are too long.
     pub oversized: u64,
 }
 
 impl Faults {
-    /// Counts a line that is not used.
+    /// Counts an ignored line.
     pub fn count(&mut self, fault: LineFault) {
         *match fault {
             LineFault::Malformed => &mut self.malformed,
@@ -31,7 +31,7 @@ impl Faults {
         } += 1;
     }
 
-    fn kinds(&self) -> [(&'static str, u64); 5] {
+    fn causes(&self) -> [(&'static str, u64); 5] {
         [
             ("malformed lines", self.malformed),
             ("negative ids", self.negative_id),
@@ -42,24 +42,24 @@ impl Faults {
     }
 }
 
-/// The kinds that occurred: `12 malformed lines, 1 oversized datagrams`, or `nothing`.
+/// Lists the causes that occurred: `12 malformed lines, 1 oversized datagrams`, or `nothing`.
 impl fmt::Display for Faults {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let occurred = self.kinds().into_iter().filter(|(_, count)| *count > 0);
-        let text: Vec<_> = occurred.map(|(kind, count)| format!("{count} {kind}")).collect();
+        let occurred = self.causes().into_iter().filter(|(_, count)| *count > 0);
+        let text: Vec<_> = occurred.map(|(cause, count)| format!("{count} {cause}")).collect();
         f.write_str(if text.is_empty() { "nothing" } else { "" })?;
         f.write_str(&text.join(", "))
     }
 }
 
-/// Says when a second has passed, so that nothing is told more often.
+/// A timer that limits reports to one per second.
 #[derive(Debug)]
 pub struct EverySecond {
     next: Instant,
 }
 
 impl EverySecond {
-    /// The first second starts at `now`.
+    /// Creates a timer whose first second starts at `now`.
     pub fn new(now: Instant) -> Self {
         Self { next: now + Duration::from_secs(1) }
     }
@@ -74,7 +74,7 @@ impl EverySecond {
     }
 }
 
-/// Wall and processor time since the start.
+/// A measurement of wall-clock and processor time.
 #[derive(Debug)]
 pub struct Effort {
     started: Instant,
@@ -82,23 +82,24 @@ pub struct Effort {
 }
 
 impl Effort {
-    /// Starts counting.
+    /// Starts a measurement.
     pub fn start() -> Self {
         Self { started: Instant::now(), cpu: process_time() }
     }
 
-    /// Seconds since the start.
+    /// Returns the wall-clock time since the start, in seconds.
     pub fn wall_secs(&self) -> f64 {
         self.started.elapsed().as_secs_f64()
     }
 
-    /// Processor seconds that this process has used since the start; `None` where the system doesn't say.
+    /// Returns the processor time that this process has used since the start, in seconds; `None` on systems that don't
+    /// report it.
     pub fn cpu_secs(&self) -> Option<f64> {
         Some(process_time()?.saturating_sub(self.cpu?).as_secs_f64())
     }
 }
 
-/// `… in 10.02 s, 0.031 of a core`.
+/// Formats the measurement as `in 10.02 s, 0.031 of a core`.
 impl fmt::Display for Effort {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let wall = self.wall_secs();
@@ -126,7 +127,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn faults_are_told_by_kind() {
+    fn faults_are_listed_by_cause() {
         let mut faults = Faults::default();
         assert_eq!(faults.to_string(), "nothing");
         for fault in [
@@ -142,7 +143,7 @@ mod tests {
     }
 
     #[test]
-    fn a_second_passes_once_a_second() {
+    fn the_timer_elapses_once_a_second() {
         let start = Instant::now();
         let mut second = EverySecond::new(start);
         let at = |millis| start + Duration::from_millis(millis);
@@ -152,7 +153,7 @@ mod tests {
 
     #[test]
     #[cfg(unix)]
-    fn work_takes_processor_time() {
+    fn processor_time_is_measured() {
         let effort = Effort::start();
         let mut sum = 0_u64;
         while effort.cpu_secs().is_some_and(|secs| secs == 0.0) {

@@ -1,150 +1,164 @@
-//! A fleet's columns on the GPU: two frames of poses, and what else colours and sizes robots. Each column goes up as
-//! it lies in shared memory.
+//! The fleet's columns on the GPU: the poses of two frames, and the attributes that colour and size robots. Each column
+//! is uploaded as it is in shared memory.
 
 use bytemuck::{Pod, Zeroable};
 use regatta_plugin::Frame;
 use regatta_plugin::world::{RobotTypeRecord, Shape};
 use wgpu::{BindGroup, BindGroupLayout, Buffer, BufferUsages, ShaderStages};
 
+use super::bindings::{Binding, bind_group, bind_group_layout};
 use super::device::Gpu;
-use super::layout::{Kind, bind, bindings};
+use super::resources::buffer;
 
-/// Robot types whose sizes are known; robots of later ones are drawn as the last.
-pub const TYPES: usize = 64;
-/// Rows of the smallest buffers.
-const LEAST_ROWS: usize = 256;
+/// The number of robot types in the uniform buffer; robots of further types are drawn as the last one.
+pub const MAX_ROBOT_TYPES: usize = 64;
+/// The number of rows that the smallest buffers have room for.
+const MIN_ROWS: usize = 256;
+/// The speed above which a move between two frames counts as a teleport, in metres per second.
+const MAX_SPEED: f32 = 50.0;
+/// Bit 0 of [`RobotTypeUniform::flags`]: the robot is round.
+const ROUND: u32 = 1;
+/// Bit 1 of [`RobotTypeUniform::flags`]: the mesh has its own size in metres.
+const OWN_SIZE: u32 = 2;
 
 /// The shaders' `RobotType`.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
-pub struct TypeLook {
+pub struct RobotTypeUniform {
     pub length: f32,
     pub width: f32,
     pub height: f32,
-    /// Bit 0: a circle; bit 1: the mesh has its own size; from bit 8 on: the mesh's number.
-    pub look: u32,
+    /// [`ROUND`] and [`OWN_SIZE`]; from bit 8 on the mesh's number.
+    pub flags: u32,
 }
 
-impl TypeLook {
-    /// A type drawn as the built-in mesh of its shape.
-    pub fn of(record: &RobotTypeRecord) -> Self {
+impl RobotTypeUniform {
+    /// Returns a type that is drawn with the built-in mesh of its shape.
+    pub fn new(record: &RobotTypeRecord) -> Self {
         let round = record.shape() == Shape::Circle;
-        let length = sane(record.length);
-        let width = if round { length } else { sane(record.width) };
+        let length = drawable(record.length);
+        let width = if round { length } else { drawable(record.width) };
         let height = (0.5 * length.min(width)).clamp(0.05, 2.5);
-        Self { length, width, height, look: if round { 1 | 1 << 8 } else { 0 } }
+        Self { length, width, height, flags: if round { ROUND | 1 << 8 } else { 0 } }
     }
 
-    /// The same, drawn as a mesh that has its own size.
+    /// Draws the type with a mesh that has its own size.
     pub fn with_mesh(self, mesh: usize) -> Self {
-        Self { look: self.look & 1 | 2 | (mesh as u32) << 8, ..self }
+        Self { flags: self.flags & ROUND | OWN_SIZE | (mesh as u32) << 8, ..self }
+    }
+
+    /// Whether robots of the type are round.
+    pub fn is_round(&self) -> bool {
+        self.flags & ROUND != 0
     }
 }
 
-impl Default for TypeLook {
+impl Default for RobotTypeUniform {
     fn default() -> Self {
-        Self { length: 0.9, width: 0.6, height: 0.3, look: 0 }
+        Self { length: 0.9, width: 0.6, height: 0.3, flags: 0 }
     }
 }
 
-/// A size that can be drawn.
-fn sane(metres: f32) -> f32 {
+/// Limits a length to a range that can be drawn.
+fn drawable(metres: f32) -> f32 {
     if metres.is_finite() { metres.clamp(0.05, 100.0) } else { 1.0 }
 }
 
-/// The columns.
+/// The fleet's columns.
 #[derive(Debug)]
 pub struct Columns {
     poses: [Buffer; 2],
     attributes: Buffer,
-    types: Buffer,
+    robot_types: Buffer,
     layout: BindGroupLayout,
-    /// One for either way round of the poses; made when needed.
+    /// A bind group for either order of the two pose buffers, created when needed.
     groups: [Option<BindGroup>; 2],
-    /// Which of the poses are the current ones.
+    /// Index of the pose buffer with the newest frame.
     newest: usize,
     /// Rows that the buffers have room for.
     rows: usize,
+    /// Robots in the newest and in the previous frame.
     robots: [usize; 2],
     /// Rows that have a value.
-    known: usize,
-    has_kinds: bool,
+    values: usize,
+    has_robot_type_column: bool,
     run: u64,
     sim_nanos: u64,
-    /// Longest way that a robot drives between the two frames, in metres.
-    jump: f32,
+    teleport_distance: f32,
 }
 
 impl Columns {
-    /// Without robots.
+    /// Creates the buffers of an empty fleet.
     pub fn new(gpu: &Gpu) -> Self {
-        let types = buffer(gpu, "robot types", TYPES * size_of::<TypeLook>(), BufferUsages::UNIFORM);
-        gpu.queue.write_buffer(&types, 0, bytemuck::cast_slice(&[TypeLook::default(); TYPES]));
-        let (poses, attributes) = make(gpu, LEAST_ROWS);
-        let kinds = [Kind::Read, Kind::Read, Kind::Read, Kind::Uniform];
-        let layout = bindings(gpu, "poses", ShaderStages::VERTEX | ShaderStages::COMPUTE, &kinds);
+        let bytes = MAX_ROBOT_TYPES * size_of::<RobotTypeUniform>();
+        let robot_types = buffer(gpu, "robot types", bytes, BufferUsages::UNIFORM);
+        let defaults = [RobotTypeUniform::default(); MAX_ROBOT_TYPES];
+        gpu.queue.write_buffer(&robot_types, 0, bytemuck::cast_slice(&defaults));
+        let (poses, attributes) = column_buffers(gpu, MIN_ROWS);
+        let bindings = [Binding::Read, Binding::Read, Binding::Read, Binding::Uniform];
+        let layout = bind_group_layout(gpu, "poses", ShaderStages::VERTEX | ShaderStages::COMPUTE, &bindings);
         Self {
             poses,
             attributes,
-            types,
+            robot_types,
             layout,
             groups: [None, None],
             newest: 0,
-            rows: LEAST_ROWS,
+            rows: MIN_ROWS,
             robots: [0; 2],
-            known: 0,
-            has_kinds: false,
+            values: 0,
+            has_robot_type_column: false,
             run: 0,
             sim_nanos: 0,
-            jump: 0.0,
+            teleport_distance: 0.0,
         }
     }
 
-    /// Sets how the robot types are drawn.
-    pub fn set_types(&self, gpu: &Gpu, types: &[TypeLook]) {
-        let mut all = [*types.last().unwrap_or(&TypeLook::default()); TYPES];
-        let count = types.len().min(TYPES);
-        all[..count].copy_from_slice(&types[..count]);
-        gpu.queue.write_buffer(&self.types, 0, bytemuck::cast_slice(&all));
+    /// Uploads the robot types.
+    pub fn set_robot_types(&self, gpu: &Gpu, robot_types: &[RobotTypeUniform]) {
+        let mut all = [*robot_types.last().unwrap_or(&RobotTypeUniform::default()); MAX_ROBOT_TYPES];
+        let count = robot_types.len().min(MAX_ROBOT_TYPES);
+        all[..count].copy_from_slice(&robot_types[..count]);
+        gpu.queue.write_buffer(&self.robot_types, 0, bytemuck::cast_slice(&all));
     }
 
-    /// Takes a frame; the one before becomes the previous one.
+    /// Uploads a frame; the newest one so far becomes the previous one.
     pub fn push(&mut self, gpu: &Gpu, frame: &Frame<'_>) {
         self.resize(gpu, frame.len());
         self.newest = 1 - self.newest;
-        // Nobody drives from one run into another.
+        // Poses of two runs can't be interpolated.
         let before = if frame.run_id() == self.run { self.robots[0] } else { 0 };
         self.robots = [frame.len(), before];
         let nanos = frame.header().sim_time_nanos;
         let passed = nanos.saturating_sub(self.sim_nanos) as f32 * 1e-9;
-        // No robot is faster than 50 m/s.
-        self.jump = 50.0 * passed + 0.5;
+        self.teleport_distance = MAX_SPEED * passed + 0.5;
         (self.run, self.sim_nanos) = (frame.run_id(), nanos);
         let columns = frame.columns();
         let poses = &self.poses[self.newest];
-        for (place, column) in [columns.x, columns.y, columns.theta].into_iter().enumerate() {
-            gpu.queue.write_buffer(poses, self.column(place), bytemuck::cast_slice(column));
+        for (index, column) in [columns.x, columns.y, columns.theta].into_iter().enumerate() {
+            gpu.queue.write_buffer(poses, self.column_offset(index), bytemuck::cast_slice(column));
         }
-        self.write_bytes(gpu, columns.state);
+        self.write_states(gpu, columns.state);
     }
 
-    /// Sets each robot's type.
-    pub fn set_kinds(&mut self, gpu: &Gpu, kinds: &[f32]) {
-        self.has_kinds = true;
-        let count = kinds.len().min(self.rows);
-        gpu.queue.write_buffer(&self.attributes, self.column(1), bytemuck::cast_slice(&kinds[..count]));
+    /// Uploads each robot's index into the robot types.
+    pub fn set_robot_type_column(&mut self, gpu: &Gpu, robot_type: &[f32]) {
+        self.has_robot_type_column = true;
+        let count = robot_type.len().min(self.rows);
+        let bytes = bytemuck::cast_slice(&robot_type[..count]);
+        gpu.queue.write_buffer(&self.attributes, self.column_offset(1), bytes);
     }
 
-    /// Sets the values that robots are coloured by; those of further robots are unknown.
+    /// Uploads the values that robots are coloured by. Robots beyond the end of `values` have none.
     pub fn set_values(&mut self, gpu: &Gpu, values: &[f32]) {
-        self.known = values.len().min(self.rows);
-        gpu.queue.write_buffer(&self.attributes, 0, bytemuck::cast_slice(&values[..self.known]));
+        self.values = values.len().min(self.rows);
+        gpu.queue.write_buffer(&self.attributes, 0, bytemuck::cast_slice(&values[..self.values]));
     }
 
-    /// Bytes, four in a word. Uploads are of whole words.
-    fn write_bytes(&self, gpu: &Gpu, states: &[u8]) {
+    /// Uploads the states, four to a word. wgpu accepts uploads of whole words only.
+    fn write_states(&self, gpu: &Gpu, states: &[u8]) {
         let whole = states.len() / 4 * 4;
-        let at = self.column(2);
+        let at = self.column_offset(2);
         gpu.queue.write_buffer(&self.attributes, at, &states[..whole]);
         let rest = &states[whole..];
         if !rest.is_empty() {
@@ -154,53 +168,53 @@ impl Columns {
         }
     }
 
-    /// Where a column begins, in bytes.
-    fn column(&self, place: usize) -> u64 {
-        (place * self.rows * size_of::<f32>()) as u64
+    /// The offset of a column in its buffer, in bytes.
+    fn column_offset(&self, index: usize) -> u64 {
+        (index * self.rows * size_of::<f32>()) as u64
     }
 
-    /// Makes room, or gives much of it back.
+    /// Grows the buffers if they are too small, or shrinks them if they are far too large.
     fn resize(&mut self, gpu: &Gpu, robots: usize) {
-        if robots <= self.rows && robots * 8 + LEAST_ROWS >= self.rows {
+        if robots <= self.rows && robots * 8 + MIN_ROWS >= self.rows {
             return;
         }
-        // A bit more than needed, in whole groups of rows.
-        self.rows = (robots + robots / 8).next_multiple_of(LEAST_ROWS).max(LEAST_ROWS);
-        (self.poses, self.attributes) = make(gpu, self.rows);
-        (self.robots, self.known, self.has_kinds) = ([0; 2], 0, false);
+        // Some spare rows, so that a growing fleet seldom needs new buffers.
+        self.rows = (robots + robots / 8).next_multiple_of(MIN_ROWS).max(MIN_ROWS);
+        (self.poses, self.attributes) = column_buffers(gpu, self.rows);
+        (self.robots, self.values, self.has_robot_type_column) = ([0; 2], 0, false);
         self.groups = [None, None];
     }
 
-    /// What shaders see of the columns.
+    /// The layout of the columns' bind group.
     pub fn layout(&self) -> &BindGroupLayout {
         &self.layout
     }
 
-    /// The columns as they are now.
+    /// Returns the bind group of the current columns.
     pub fn group(&mut self, gpu: &Gpu) -> BindGroup {
         let [previous, current] = [&self.poses[1 - self.newest], &self.poses[self.newest]];
-        let buffers = [(0, previous), (1, current), (2, &self.attributes), (3, &self.types)];
-        self.groups[self.newest].get_or_insert_with(|| bind(gpu, &self.layout, &buffers)).clone()
+        let buffers = [(0, previous), (1, current), (2, &self.attributes), (3, &self.robot_types)];
+        self.groups[self.newest].get_or_insert_with(|| bind_group(gpu, &self.layout, &buffers)).clone()
     }
 
-    /// Robots in the current and in the previous frame.
+    /// Robots in the newest and in the previous frame.
     pub fn robots(&self) -> [u32; 2] {
         self.robots.map(|count| count as u32)
     }
 
-    /// Robots of which the value is known.
-    pub fn known(&self) -> usize {
-        self.known
+    /// Robots that have a value.
+    pub fn values(&self) -> usize {
+        self.values
     }
 
-    /// Whether nobody has said yet of which types the robots are.
-    pub fn lacks_kinds(&self) -> bool {
-        !self.has_kinds
+    /// Whether the column of robot types hasn't been uploaded into the current buffers.
+    pub fn lacks_robot_type_column(&self) -> bool {
+        !self.has_robot_type_column
     }
 
-    /// No robot has a value any more.
-    pub fn forget_values(&mut self) {
-        self.known = 0;
+    /// Removes the values of all robots.
+    pub fn clear_values(&mut self) {
+        self.values = 0;
     }
 
     /// Rows that the buffers have room for.
@@ -208,24 +222,14 @@ impl Columns {
         self.rows
     }
 
-    /// Longest way between the two frames that is driven rather than jumped, in metres.
-    pub fn jump(&self) -> f32 {
-        self.jump
+    /// The distance between two frames' positions from which on a robot is teleported rather than moved, in metres.
+    pub fn teleport_distance(&self) -> f32 {
+        self.teleport_distance
     }
 }
 
-fn make(gpu: &Gpu, rows: usize) -> ([Buffer; 2], Buffer) {
+fn column_buffers(gpu: &Gpu, rows: usize) -> ([Buffer; 2], Buffer) {
     let word = size_of::<f32>();
     let poses = [(); 2].map(|()| buffer(gpu, "poses", 3 * rows * word, BufferUsages::STORAGE));
     (poses, buffer(gpu, "attributes", (2 * rows + rows / 4) * word, BufferUsages::STORAGE))
-}
-
-/// A buffer that uploads go into.
-pub fn buffer(gpu: &Gpu, label: &str, bytes: usize, usage: BufferUsages) -> Buffer {
-    gpu.device.create_buffer(&wgpu::BufferDescriptor {
-        label: Some(label),
-        size: bytes as u64,
-        usage: usage | BufferUsages::COPY_DST,
-        mapped_at_creation: false,
-    })
 }

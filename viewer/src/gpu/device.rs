@@ -1,62 +1,62 @@
-//! The adapter and its device.
+//! The graphics adapter and its device.
 
 use std::sync::{Arc, Mutex};
 
 use wgpu::{Backends, DeviceType, Features, InstanceDescriptor, InstanceFlags, Limits, PowerPreference};
 
-/// Why there is no device to draw with.
+/// The error of opening a graphics device.
 #[derive(Debug, thiserror::Error)]
 pub enum DeviceError {
-    /// No driver that this program can use.
+    /// There is no usable driver.
     #[error(
         "no graphics adapter: install a Vulkan driver (on Debian and Ubuntu `apt install mesa-vulkan-drivers` has one that needs no graphics card)"
     )]
     NoAdapter,
-    /// The adapter lacks something.
+    /// The adapter lacks a required feature or limit.
     #[error("the adapter {adapter} can't be used: {reason}; install another Vulkan driver, or update this one")]
     Refused {
-        /// Its name.
+        /// The adapter's name.
         adapter: String,
-        /// What the driver or wgpu said.
+        /// The error of the driver or of wgpu.
         reason: String,
     },
 }
 
-/// A device and its queue, and what is known about it. Cheap to clone.
+/// A device with its queue and its adapter. Cheap to clone.
 #[derive(Clone, Debug)]
 pub struct Gpu {
-    /// What makes buffers, textures and pipelines.
+    /// The device, which creates buffers, textures and pipelines.
     pub device: wgpu::Device,
-    /// What takes uploads and commands.
+    /// The queue, which accepts uploads and commands.
     pub queue: wgpu::Queue,
-    /// What the device was opened on: it knows what surfaces can do.
+    /// The device's adapter, which knows the capabilities of surfaces.
     pub adapter: wgpu::Adapter,
-    /// The adapter's name, driver and kind.
+    /// The adapter's name, driver and device type.
     pub info: wgpu::AdapterInfo,
     lost: Arc<Mutex<Option<String>>>,
 }
 
-/// How this program uses wgpu.
+/// Creates the wgpu instance.
 pub fn instance() -> wgpu::Instance {
     wgpu::Instance::new(InstanceDescriptor {
         backends: Backends::PRIMARY,
-        // Indirect draws take only counts that our own shader wrote: checking them costs a dispatch per draw.
+        // The counts of indirect draws come only from our own shaders; validating them costs a dispatch per draw.
         flags: InstanceFlags::from_build_config().difference(InstanceFlags::VALIDATION_INDIRECT_CALL).with_env(),
         ..InstanceDescriptor::new_without_display_handle()
     })
 }
 
 impl Gpu {
-    /// Opens the best adapter that can draw on `surface`, or offscreen without one. `WGPU_ADAPTER_NAME` (a part of
-    /// its name) chooses another.
+    /// Opens the best adapter that can draw on `surface`, or any adapter if there is no surface. The environment variable
+    /// `WGPU_ADAPTER_NAME` selects an adapter by a part of its name.
     ///
     /// # Errors
-    /// [`DeviceError`] if there is none, or it lacks something.
+    /// [`DeviceError`] if there is no adapter, or it lacks a required feature or limit.
     pub fn open(instance: &wgpu::Instance, surface: Option<&wgpu::Surface<'_>>) -> Result<Self, DeviceError> {
         Self::from_adapter(&choose(instance, surface)?)
     }
 
-    /// Opens an adapter that draws on the processor: all of them draw the same.
+    /// Opens a software adapter, which renders on the CPU: its pictures don't depend on the graphics card.
     ///
     /// # Errors
     /// As [`open`](Self::open).
@@ -79,9 +79,9 @@ impl Gpu {
         let (device, queue) = pollster::block_on(adapter.request_device(&descriptor))
             .map_err(|error| DeviceError::Refused { adapter: info.name.clone(), reason: error.to_string() })?;
         let lost = Arc::new(Mutex::new(None));
-        let note = Arc::clone(&lost);
+        let lost_reason = Arc::clone(&lost);
         device.set_device_lost_callback(move |reason, message| {
-            if let Ok(mut lost) = note.lock() {
+            if let Ok(mut lost) = lost_reason.lock() {
                 *lost = Some(format!("{reason:?}: {message}"));
             }
         });
@@ -96,28 +96,28 @@ impl Gpu {
         Self::open(&instance(), None)
     }
 
-    /// Whether the processor does the drawing.
+    /// Whether the adapter renders on the CPU.
     pub fn is_software(&self) -> bool {
         self.info.device_type == DeviceType::Cpu
     }
 
-    /// Why the device is gone, if it is: then all that was made with it has to be made anew.
+    /// Returns the reason why the device was lost, if it was. All of its resources have to be created anew then.
     pub fn lost(&self) -> Option<String> {
         self.lost.lock().ok()?.clone()
     }
 
-    /// Waits until all that was submitted is done.
+    /// Waits until all submitted commands are finished.
     pub fn wait(&self) {
-        // A device that is lost has nothing left to do; whoever asks `lost` learns of it.
+        // A lost device has nothing left to do; callers check `lost`.
         if let Err(error) = self.device.poll(wgpu::PollType::wait_indefinitely()) {
             tracing::debug!(%error, "waiting for the device");
         }
     }
 
-    /// Takes note of what the GPU has finished, without waiting.
+    /// Runs the callbacks of finished commands, without waiting.
     pub fn poll(&self) {
         if let Err(error) = self.device.poll(wgpu::PollType::Poll) {
-            tracing::debug!(%error, "asking the device");
+            tracing::debug!(%error, "polling the device");
         }
     }
 }
@@ -140,7 +140,7 @@ fn choose(instance: &wgpu::Instance, surface: Option<&wgpu::Surface<'_>>) -> Res
     })
 }
 
-/// What WebGPU guarantees, and of the sizes as much as the adapter has: large fleets need large buffers.
+/// Returns WebGPU's default limits, with the adapter's own limits for sizes: large fleets need large buffers.
 fn limits(adapter: &Limits) -> Limits {
     Limits {
         max_buffer_size: adapter.max_buffer_size,

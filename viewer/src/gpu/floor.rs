@@ -1,4 +1,4 @@
-//! The floor, over the whole picture.
+//! The floor with its grid and its picture, drawn over the whole target.
 
 use bytemuck::{Pod, Zeroable};
 use glam::{Vec2, Vec4};
@@ -8,66 +8,68 @@ use wgpu::{
     RenderPass, RenderPipeline, ShaderStages, TextureUsages,
 };
 
-use super::columns::buffer;
+use super::bindings::{Binding, bind_group_layout};
 use super::device::Gpu;
-use super::layout::{Draw, Kind, Layering, TargetKind, bindings, render, shader};
+use super::pipeline::{DepthMode, PipelineDescriptor, TargetConfig, render_pipeline};
+use super::resources::{buffer, view_of};
+use super::shaders::shader;
 use crate::floor_picture::FloorPicture;
 
-/// How the picture lies: the shaders' `Lie`.
+/// The shaders' `Placement` of the picture.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
-struct Lie {
+struct Placement {
     corner: Vec4,
     size: Vec4,
 }
 
-/// Draws the floor, its grid and what lies beyond it.
+/// Draws the floor, its grid and the sky.
 #[derive(Debug)]
 pub struct Floor {
     plain: RenderPipeline,
     textured: RenderPipeline,
     layout: BindGroupLayout,
-    picture: Option<Laid>,
+    picture: Option<LoadedPicture>,
 }
 
-/// A picture on the floor.
+/// A floor picture on the GPU.
 #[derive(Debug)]
-struct Laid {
+struct LoadedPicture {
     group: BindGroup,
-    lie: Buffer,
+    placement: Buffer,
     corner: Vec2,
     turn: f32,
     size: Vec2,
 }
 
 impl Floor {
-    pub fn new(gpu: &Gpu, target: TargetKind, view: &BindGroupLayout) -> Self {
+    pub fn new(gpu: &Gpu, target: TargetConfig, view: &BindGroupLayout) -> Self {
         let module = shader(gpu, "floor");
-        let layout =
-            bindings(gpu, "floor picture", ShaderStages::FRAGMENT, &[Kind::Texture, Kind::Sampler, Kind::Uniform]);
-        let draw = |fragment, groups| Draw {
+        let bindings = [Binding::Texture, Binding::Sampler, Binding::Uniform];
+        let layout = bind_group_layout(gpu, "floor picture", ShaderStages::FRAGMENT, &bindings);
+        let descriptor = |fragment, groups| PipelineDescriptor {
             module: &module,
             vertex: "ray",
             fragment,
             groups,
             buffers: &[],
             topology: PrimitiveTopology::TriangleList,
-            layering: Layering::Ground,
+            depth: DepthMode::Ignored,
             blend: false,
         };
         Self {
-            plain: render(gpu, target, &draw("plain", &[view])),
-            textured: render(gpu, target, &draw("textured", &[view, &layout])),
+            plain: render_pipeline(gpu, target, &descriptor("plain", &[view])),
+            textured: render_pipeline(gpu, target, &descriptor("textured", &[view, &layout])),
             layout,
             picture: None,
         }
     }
 
-    /// Lays a picture on the floor, or takes it away.
-    pub fn lay(&mut self, gpu: &Gpu, picture: Option<&FloorPicture>) {
+    /// Sets or removes the picture on the floor.
+    pub fn set_picture(&mut self, gpu: &Gpu, picture: Option<&FloorPicture>) {
         self.picture = picture.map(|picture| {
-            let lie = buffer(gpu, "floor picture", size_of::<Lie>(), BufferUsages::UNIFORM);
-            let view = upload(gpu, &picture.pixels).create_view(&wgpu::TextureViewDescriptor::default());
+            let placement = buffer(gpu, "floor picture", size_of::<Placement>(), BufferUsages::UNIFORM);
+            let view = view_of(&upload(gpu, &picture.pixels));
             let sampler = gpu.device.create_sampler(&wgpu::SamplerDescriptor {
                 mag_filter: FilterMode::Linear,
                 min_filter: FilterMode::Linear,
@@ -77,31 +79,31 @@ impl Floor {
             let entries = [
                 BindGroupEntry { binding: 0, resource: BindingResource::TextureView(&view) },
                 BindGroupEntry { binding: 1, resource: BindingResource::Sampler(&sampler) },
-                BindGroupEntry { binding: 2, resource: lie.as_entire_binding() },
+                BindGroupEntry { binding: 2, resource: placement.as_entire_binding() },
             ];
             let descriptor = wgpu::BindGroupDescriptor { label: None, layout: &self.layout, entries: &entries };
             let group = gpu.device.create_bind_group(&descriptor);
-            Laid { group, lie, corner: picture.corner, turn: picture.turn, size: picture.size }
+            LoadedPicture { group, placement, corner: picture.corner, turn: picture.turn, size: picture.size }
         });
     }
 
-    /// Before [`draw`](Self::draw): `origin` is where local coordinates count from.
+    /// Uploads the picture's placement for [`draw`](Self::draw). `origin` is the origin of local coordinates.
     pub fn prepare(&self, gpu: &Gpu, origin: Vec2) {
-        if let Some(laid) = &self.picture {
-            let corner = laid.corner - origin;
-            let lie = Lie {
-                corner: Vec4::new(corner.x, corner.y, laid.turn.cos(), laid.turn.sin()),
-                size: Vec4::new(1.0 / laid.size.x, 1.0 / laid.size.y, 1.0, 0.0),
+        if let Some(picture) = &self.picture {
+            let corner = picture.corner - origin;
+            let placement = Placement {
+                corner: Vec4::new(corner.x, corner.y, picture.turn.cos(), picture.turn.sin()),
+                size: Vec4::new(1.0 / picture.size.x, 1.0 / picture.size.y, 1.0, 0.0),
             };
-            gpu.queue.write_buffer(&laid.lie, 0, bytemuck::bytes_of(&lie));
+            gpu.queue.write_buffer(&picture.placement, 0, bytemuck::bytes_of(&placement));
         }
     }
 
     pub fn draw(&self, pass: &mut RenderPass<'_>) {
         match &self.picture {
-            Some(laid) => {
+            Some(picture) => {
                 pass.set_pipeline(&self.textured);
-                pass.set_bind_group(1, &laid.group, &[]);
+                pass.set_bind_group(1, &picture.group, &[]);
             }
             None => pass.set_pipeline(&self.plain),
         }
@@ -109,7 +111,7 @@ impl Floor {
     }
 }
 
-/// A texture with all its smaller levels.
+/// Uploads an image with all its mip levels.
 fn upload(gpu: &Gpu, pixels: &RgbaImage) -> wgpu::Texture {
     let (width, height) = pixels.dimensions();
     let levels = width.max(height).ilog2() + 1;
@@ -128,9 +130,9 @@ fn upload(gpu: &Gpu, pixels: &RgbaImage) -> wgpu::Texture {
         let (width, height) = level.dimensions();
         let layout =
             wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(width * 4), rows_per_image: Some(height) };
-        let place = wgpu::TexelCopyTextureInfo { mip_level, ..texture.as_image_copy() };
+        let destination = wgpu::TexelCopyTextureInfo { mip_level, ..texture.as_image_copy() };
         let size = wgpu::Extent3d { width, height, depth_or_array_layers: 1 };
-        gpu.queue.write_texture(place, &level, layout, size);
+        gpu.queue.write_texture(destination, &level, layout, size);
         level = image::imageops::thumbnail(&level, (width / 2).max(1), (height / 2).max(1));
     }
     texture

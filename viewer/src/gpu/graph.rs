@@ -1,4 +1,4 @@
-//! The route graph: its records on the GPU as they are in the world, sorted and drawn from there.
+//! The route graph: the world's records on the GPU, culled and sorted into draw lists there.
 
 use bytemuck::{Pod, Zeroable};
 use regatta_plugin::world::{EdgeRecord, NodeRecord};
@@ -7,25 +7,28 @@ use wgpu::{
     RenderPipeline, ShaderStages, VertexBufferLayout, VertexStepMode, vertex_attr_array,
 };
 
-use super::columns::buffer;
+use super::bindings::{Binding, bind_group, bind_group_layout};
 use super::device::Gpu;
-use super::layout::{Draw, IDS, Kind, Layering, TargetKind, bind, bindings, compute, render, shader};
+use super::pipeline::{DepthMode, PipelineDescriptor, TargetConfig, compute_pipeline, render_pipeline};
+use super::resources::buffer;
+use super::shaders::shader;
 use crate::scene::Layers;
 
-/// Lists of what is drawn; the same as in graph.wgsl.
+/// The number of draw lists; the same as in graph.wgsl.
 const LISTS: usize = 7;
-/// Edges from here on are bent.
+/// The first list of bent edges; the lists before it have straight ones.
 const BENT: usize = 2;
 const ARROWS: usize = 5;
 const NODES: usize = 6;
-/// Vertices of each list's instances: a line, strips of 2, 9, 33 and 129 points, two triangles, a strip of two triangles.
+/// Vertices per instance of each list: a line; strips of 2, 9, 33 and 129 points; two triangles; a strip of two
+/// triangles.
 const VERTICES: [u32; LISTS] = [2, 4, 18, 66, 258, 6, 4];
-/// Vertices of the widened strips that are picked.
+/// Vertices per instance of the widened strips that picking draws.
 const PICK_VERTICES: [u32; LISTS] = [4, 4, 66, 66, 66, 6, 4];
-/// Threads of a group of the sorting shaders.
-const GROUP: u32 = 64;
+/// The workgroup size of the sorting shaders.
+const WORKGROUP: u32 = 64;
 
-/// What an indirect draw takes.
+/// The arguments of an indirect draw.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
 struct DrawArguments {
@@ -35,14 +38,14 @@ struct DrawArguments {
     first_instance: u32,
 }
 
-/// All that draws the graph.
+/// Draws the graph.
 #[derive(Debug)]
 pub struct Graph {
     records_layout: BindGroupLayout,
     lists_layout: BindGroupLayout,
     sort_edges: ComputePipeline,
     sort_nodes: ComputePipeline,
-    /// Edges by how much they are bent, arrows, nodes.
+    /// A pipeline for each list: edges by their curvature in the picture, arrows, nodes.
     draws: [RenderPipeline; LISTS],
     edge_id_straight: RenderPipeline,
     edge_id: RenderPipeline,
@@ -59,30 +62,40 @@ struct Loaded {
     sorting: BindGroup,
     lists: Buffer,
     draws: Buffer,
+    /// The initial contents of `draws`, without instances.
     blank_draws: Buffer,
     pick_draws: Buffer,
 }
 
 impl Graph {
-    pub fn new(gpu: &Gpu, target: TargetKind, view: &BindGroupLayout) -> Self {
-        let records_layout =
-            bindings(gpu, "graph", ShaderStages::VERTEX | ShaderStages::COMPUTE, &[Kind::Read, Kind::Read]);
-        let lists_layout = bindings(gpu, "graph lists", ShaderStages::COMPUTE, &[Kind::Write, Kind::Write]);
+    pub fn new(gpu: &Gpu, target: TargetConfig, view: &BindGroupLayout) -> Self {
+        let stages = ShaderStages::VERTEX | ShaderStages::COMPUTE;
+        let records_layout = bind_group_layout(gpu, "graph", stages, &[Binding::Read; 2]);
+        let lists_layout = bind_group_layout(gpu, "graph lists", ShaderStages::COMPUTE, &[Binding::Write; 2]);
         let module = shader(gpu, "graph");
         let attributes = vertex_attr_array![0 => Uint32];
         let index =
             [VertexBufferLayout { array_stride: 4, step_mode: VertexStepMode::Instance, attributes: &attributes }];
         let groups = [view, &records_layout];
-        let make = |target: TargetKind, vertex, fragment, topology| {
-            let (buffers, layering, blend) = (&index, Layering::Ground, target.format != IDS);
-            let groups = &groups;
-            render(gpu, target, &Draw { module: &module, vertex, fragment, groups, buffers, topology, layering, blend })
+        let make = |target: TargetConfig, vertex, fragment, topology| {
+            let descriptor = PipelineDescriptor {
+                module: &module,
+                vertex,
+                fragment,
+                groups: &groups,
+                buffers: &index,
+                topology,
+                depth: DepthMode::Ignored,
+                blend: target != TargetConfig::IDS,
+            };
+            render_pipeline(gpu, target, &descriptor)
         };
+        let sort = |entry| compute_pipeline(gpu, &module, entry, &[view, &records_layout, &lists_layout], &[]);
         let strip = PrimitiveTopology::TriangleStrip;
-        let ids = TargetKind { format: IDS, samples: 1, splats_from: u32::MAX };
+        let ids = TargetConfig::IDS;
         Self {
-            sort_edges: compute(gpu, &module, "sort_edges", &[view, &records_layout, &lists_layout]),
-            sort_nodes: compute(gpu, &module, "sort_nodes", &[view, &records_layout, &lists_layout]),
+            sort_edges: sort("sort_edges"),
+            sort_nodes: sort("sort_nodes"),
             draws: [
                 make(target, "edge_far", "ribbon_fill", PrimitiveTopology::LineList),
                 make(target, "edge_straight", "ribbon_fill", strip),
@@ -101,20 +114,20 @@ impl Graph {
         }
     }
 
-    /// Takes another graph.
+    /// Uploads a graph, which replaces the one before.
     pub fn load(&mut self, gpu: &Gpu, nodes: &[NodeRecord], edges: &[EdgeRecord]) {
         self.loaded = None;
         let limit = gpu.device.limits().max_storage_buffer_binding_size;
         if size_of_val(edges) as u64 > limit || edges.is_empty() || nodes.is_empty() {
             if !edges.is_empty() {
-                tracing::warn!("the graph of {} edges is too large for this adapter; it isn't drawn", edges.len());
+                tracing::warn!("the graph of {} edges is too large for this adapter and is not drawn", edges.len());
             }
             return;
         }
         let upload = |label, bytes: &[u8], usage| {
-            let made = buffer(gpu, label, bytes.len(), usage);
-            gpu.queue.write_buffer(&made, 0, bytes);
-            made
+            let buffer = buffer(gpu, label, bytes.len(), usage);
+            gpu.queue.write_buffer(&buffer, 0, bytes);
+            buffer
         };
         let edge_records = upload("edges", bytemuck::cast_slice(edges), BufferUsages::STORAGE);
         let node_records = upload("nodes", bytemuck::cast_slice(nodes), BufferUsages::STORAGE);
@@ -130,8 +143,8 @@ impl Graph {
         self.loaded = Some(Loaded {
             edges: edges.len() as u32,
             nodes: nodes.len() as u32,
-            records: bind(gpu, &self.records_layout, &[(0, &edge_records), (1, &node_records)]),
-            sorting: bind(gpu, &self.lists_layout, &[(0, &lists), (1, &draws)]),
+            records: bind_group(gpu, &self.records_layout, &[(0, &edge_records), (1, &node_records)]),
+            sorting: bind_group(gpu, &self.lists_layout, &[(0, &lists), (1, &draws)]),
             lists,
             draws,
             blank_draws,
@@ -139,17 +152,17 @@ impl Graph {
         });
     }
 
-    /// How its records are bound.
+    /// The layout of the records' bind group.
     pub fn records_layout(&self) -> &BindGroupLayout {
         &self.records_layout
     }
 
-    /// Its records, if there is a graph.
+    /// The bind group of the records, if there is a graph.
     pub fn records(&self) -> Option<&BindGroup> {
         self.loaded.as_ref().map(|loaded| &loaded.records)
     }
 
-    /// Works out what is seen of it.
+    /// Sorts the visible edges, arrows and nodes into the draw lists.
     pub fn sort(&self, encoder: &mut CommandEncoder, view: &BindGroup) {
         let Some(loaded) = &self.loaded else { return };
         encoder.copy_buffer_to_buffer(&loaded.blank_draws, 0, &loaded.draws, 0, loaded.draws.size());
@@ -158,14 +171,14 @@ impl Graph {
         pass.set_bind_group(1, &loaded.records, &[]);
         pass.set_bind_group(2, &loaded.sorting, &[]);
         for (pipeline, count) in [(&self.sort_edges, loaded.edges), (&self.sort_nodes, loaded.nodes)] {
-            let needed = count.div_ceil(GROUP);
+            let needed = count.div_ceil(WORKGROUP);
             let across = needed.clamp(1, 32_768);
             pass.set_pipeline(pipeline);
             pass.dispatch_workgroups(across, needed.div_ceil(across), 1);
         }
     }
 
-    /// Draws what was sorted last.
+    /// Draws the lists of the last [`sort`](Self::sort).
     pub fn draw(&self, pass: &mut RenderPass<'_>, layers: Layers) {
         let Some(loaded) = &self.loaded else { return };
         let shown = [layers.edges, layers.edges, layers.edges, layers.edges, layers.edges, layers.arrows, layers.nodes];
@@ -176,7 +189,7 @@ impl Graph {
         }
     }
 
-    /// Draws the ids of what was sorted last.
+    /// Draws ids for the lists of the last [`sort`](Self::sort).
     pub fn draw_ids(&self, pass: &mut RenderPass<'_>, layers: Layers) {
         let Some(loaded) = &self.loaded else { return };
         pass.set_bind_group(1, &loaded.records, &[]);
@@ -192,7 +205,7 @@ impl Graph {
         }
     }
 
-    /// Before [`draw_ids`](Self::draw_ids): as many as were drawn.
+    /// Copies the instance counts of the last picture for [`draw_ids`](Self::draw_ids).
     pub fn prepare_ids(&self, encoder: &mut CommandEncoder) {
         let Some(loaded) = &self.loaded else { return };
         for list in 0..LISTS as u64 {

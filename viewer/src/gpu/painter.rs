@@ -1,4 +1,4 @@
-//! Draws egui's triangles over the fleet's picture.
+//! The renderer of the interface: draws egui's meshes over the fleet's picture.
 
 use std::collections::HashMap;
 
@@ -12,77 +12,80 @@ use wgpu::{
     VertexAttribute, VertexBufferLayout, VertexState, vertex_attr_array,
 };
 
+use super::bindings::{Binding, bind_group, bind_group_layout};
 use super::device::Gpu;
-use super::frame::{texture, view_of};
-use super::layout::{Kind, bind, bindings, pipeline_layout, shader};
+use super::pipeline::pipeline_layout;
+use super::resources::{texture, view_of};
+use super::shaders::shader;
 
-/// As egui has them: place, place in the texture, colour.
+/// The attributes of egui's vertices: position, texture coordinates, colour.
 const VERTEX: [VertexAttribute; 3] = vertex_attr_array![0 => Float32x2, 1 => Float32x2, 2 => Unorm8x4];
-/// Bytes of the smallest buffers.
-const LEAST_BYTES: u64 = 1 << 16;
+/// The initial size of the vertex and index buffers.
+const MIN_BYTES: u64 = 1 << 16;
 
-/// What draws egui's triangles.
+/// Draws egui's meshes.
 #[derive(Debug)]
 pub struct Painter {
     pipeline: RenderPipeline,
     scale: Buffer,
     scale_group: BindGroup,
     image_layout: BindGroupLayout,
-    filtering: Sampler,
+    sampler: Sampler,
     images: HashMap<TextureId, (Texture, BindGroup)>,
     vertices: Buffer,
     indices: Buffer,
 }
 
-/// One picture of the interface.
+/// A picture of the interface.
 #[derive(Debug)]
 pub struct Drawing {
-    /// Triangles, in points.
+    /// Tessellated shapes, in points.
     pub triangles: Vec<ClippedPrimitive>,
-    /// Pixels of a point.
+    /// Pixels per point.
     pub pixels_per_point: f32,
-    /// Pixels of the surface.
+    /// Width and height of the surface in pixels.
     pub size: UVec2,
 }
 
 impl Painter {
-    /// Prepares for a surface.
+    /// Creates the pipeline for surfaces of a format.
     pub fn new(gpu: &Gpu, format: TextureFormat) -> Self {
-        let scale_layout = bindings(gpu, "interface", ShaderStages::VERTEX, &[Kind::Uniform]);
-        let image_layout = bindings(gpu, "interface image", ShaderStages::FRAGMENT, &[Kind::Texture, Kind::Sampler]);
-        let scale = make(gpu, size_of::<Vec4>() as u64, BufferUsages::UNIFORM);
+        let scale_layout = bind_group_layout(gpu, "interface", ShaderStages::VERTEX, &[Binding::Uniform]);
+        let image_bindings = [Binding::Texture, Binding::Sampler];
+        let image_layout = bind_group_layout(gpu, "interface image", ShaderStages::FRAGMENT, &image_bindings);
+        let scale = buffer(gpu, size_of::<Vec4>() as u64, BufferUsages::UNIFORM);
         Self {
             pipeline: pipeline(gpu, format, &[&scale_layout, &image_layout]),
-            scale_group: bind(gpu, &scale_layout, &[(0, &scale)]),
+            scale_group: bind_group(gpu, &scale_layout, &[(0, &scale)]),
             scale,
             image_layout,
-            filtering: gpu.device.create_sampler(&wgpu::SamplerDescriptor {
+            sampler: gpu.device.create_sampler(&wgpu::SamplerDescriptor {
                 mag_filter: wgpu::FilterMode::Linear,
                 min_filter: wgpu::FilterMode::Linear,
                 ..wgpu::SamplerDescriptor::default()
             }),
             images: HashMap::new(),
-            vertices: make(gpu, LEAST_BYTES, BufferUsages::VERTEX),
-            indices: make(gpu, LEAST_BYTES, BufferUsages::INDEX),
+            vertices: buffer(gpu, MIN_BYTES, BufferUsages::VERTEX),
+            indices: buffer(gpu, MIN_BYTES, BufferUsages::INDEX),
         }
     }
 
-    /// Takes what changed of the textures. To be done even where nothing is drawn: changes come once.
+    /// Uploads the textures' changes. Call this even when nothing is drawn: egui reports each change once.
     pub fn upload(&mut self, gpu: &Gpu, changes: &TexturesDelta) {
         for (id, changes) in &changes.set {
-            changes.iter().for_each(|change| self.change(gpu, *id, change));
+            changes.iter().for_each(|change| self.upload_image(gpu, *id, change));
         }
     }
 
-    fn change(&mut self, gpu: &Gpu, id: TextureId, change: &ImageDelta) {
+    fn upload_image(&mut self, gpu: &Gpu, id: TextureId, change: &ImageDelta) {
         let ImageData::Color(image) = &change.image;
         let [width, height] = image.size.map(|side| side as u32);
         let at = change.pos.unwrap_or([0; 2]).map(|at| at as u32);
         if change.pos.is_none() {
             let usage = TextureUsages::TEXTURE_BINDING | TextureUsages::COPY_DST;
-            let made = texture(gpu, UVec2::new(width, height), TextureFormat::Rgba8Unorm, 1, usage);
-            let group = self.image_group(gpu, &made);
-            self.images.insert(id, (made, group));
+            let texture = texture(gpu, UVec2::new(width, height), TextureFormat::Rgba8Unorm, 1, usage);
+            let group = self.image_group(gpu, &texture);
+            self.images.insert(id, (texture, group));
         }
         let Some((texture, _)) = self.images.get(&id) else { return };
         gpu.queue.write_texture(
@@ -99,19 +102,19 @@ impl Painter {
             layout: &self.image_layout,
             entries: &[
                 wgpu::BindGroupEntry { binding: 0, resource: wgpu::BindingResource::TextureView(&view_of(texture)) },
-                wgpu::BindGroupEntry { binding: 1, resource: wgpu::BindingResource::Sampler(&self.filtering) },
+                wgpu::BindGroupEntry { binding: 1, resource: wgpu::BindingResource::Sampler(&self.sampler) },
             ],
         })
     }
 
-    /// Draws over what is there.
+    /// Draws the interface over the target's contents.
     pub fn draw(&mut self, gpu: &Gpu, encoder: &mut CommandEncoder, target: &TextureView, drawing: &Drawing) {
         let points = drawing.size.as_vec2() / drawing.pixels_per_point;
         let scale = Vec4::new(2.0 / points.x, -2.0 / points.y, 0.0, 0.0);
         gpu.queue.write_buffer(&self.scale, 0, bytemuck::bytes_of(&scale));
         let meshes = drawing.triangles.iter().filter_map(|part| match &part.primitive {
             Primitive::Mesh(mesh) => Some((part.clip_rect, mesh)),
-            // Nothing here paints by itself.
+            // The interface uses no paint callbacks.
             Primitive::Callback(_) => None,
         });
         let (mut vertices, mut indices, mut parts) = (Vec::<Vertex>::new(), Vec::<u32>::new(), Vec::new());
@@ -136,12 +139,12 @@ impl Painter {
         }
     }
 
-    /// Forgets textures, after what drew with them was submitted.
+    /// Frees textures. Call this after the commands that use them were submitted.
     pub fn free(&mut self, mut changes: TexturesDelta) {
         for id in &changes.free {
             self.images.remove(id);
         }
-        // They were applied; egui insists on hearing so.
+        // egui's debug builds panic if changes are dropped before they were cleared.
         changes.clear();
     }
 }
@@ -167,7 +170,7 @@ fn pipeline(gpu: &Gpu, format: TextureFormat, groups: &[&BindGroupLayout]) -> Re
         multisample: MultisampleState::default(),
         fragment: Some(FragmentState {
             module: &module,
-            entry_point: Some(if format.is_srgb() { "light" } else { "seen" }),
+            entry_point: Some(if format.is_srgb() { "linear" } else { "encoded" }),
             compilation_options: PipelineCompilationOptions::default(),
             targets: &[Some(ColorTargetState {
                 format,
@@ -193,7 +196,7 @@ fn begin<'a>(encoder: &'a mut CommandEncoder, target: &TextureView) -> wgpu::Ren
     })
 }
 
-/// The pixels that a part may draw on; `None` if there are none.
+/// Returns the scissor rectangle of a mesh in pixels, as corner and size; `None` if it is empty.
 fn scissor(clip: Rect, drawing: &Drawing) -> Option<(UVec2, UVec2)> {
     let pixel = |at: egui::Pos2| {
         let at = glam::Vec2::new(at.x, at.y) * drawing.pixels_per_point;
@@ -203,15 +206,15 @@ fn scissor(clip: Rect, drawing: &Drawing) -> Option<(UVec2, UVec2)> {
     (low.x < high.x && low.y < high.y).then(|| (low, high - low))
 }
 
-fn make(gpu: &Gpu, size: u64, usage: BufferUsages) -> Buffer {
+fn buffer(gpu: &Gpu, size: u64, usage: BufferUsages) -> Buffer {
     let usage = usage | BufferUsages::COPY_DST;
     gpu.device.create_buffer(&wgpu::BufferDescriptor { label: None, size, usage, mapped_at_creation: false })
 }
 
-/// Fills a buffer; one that is too small is replaced.
-fn fill(gpu: &Gpu, buffer: &mut Buffer, bytes: &[u8], usage: BufferUsages) {
-    if (bytes.len() as u64) > buffer.size() {
-        *buffer = make(gpu, (bytes.len() as u64).next_power_of_two(), usage);
+/// Writes to a buffer, which is replaced if it is too small.
+fn fill(gpu: &Gpu, target: &mut Buffer, bytes: &[u8], usage: BufferUsages) {
+    if (bytes.len() as u64) > target.size() {
+        *target = buffer(gpu, (bytes.len() as u64).next_power_of_two(), usage);
     }
-    gpu.queue.write_buffer(buffer, 0, bytes);
+    gpu.queue.write_buffer(target, 0, bytes);
 }

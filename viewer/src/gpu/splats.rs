@@ -1,4 +1,5 @@
-//! Marks of far robots as pixels: the sorting shader puts them into a buffer, which is then drawn over the picture.
+//! Splatting: the sorting shader writes the marks of far robots into a buffer of pixels, which is then drawn tile by
+//! tile.
 
 use glam::UVec2;
 use wgpu::{
@@ -6,17 +7,19 @@ use wgpu::{
     ShaderStages,
 };
 
-use super::columns::buffer;
+use super::bindings::{Binding, bind_group, bind_group_layout};
 use super::device::Gpu;
-use super::layout::{Draw, Kind, Layering, TargetKind, bind, bindings, render, shader};
+use super::pipeline::{DepthMode, PipelineDescriptor, TargetConfig, render_pipeline};
+use super::resources::buffer;
+use super::shaders::shader;
 
-/// Pixels across of a tile, the same as in marks.wgsl.
+/// Width and height of a tile in pixels; the same as in marks.wgsl.
 const TILE: u32 = 32;
 
-/// The pixels, and what draws them.
+/// The buffer of splatted marks, and the pipelines that draw it.
 #[derive(Debug)]
 pub struct Splats {
-    /// A word for each pixel of the picture, in rows; then one for each tile, and the numbers of those with marks.
+    /// A word per pixel of the picture, row by row; then a flag per tile; then the numbers of the tiles with marks.
     pixels: Buffer,
     size: UVec2,
     layout: BindGroupLayout,
@@ -26,17 +29,25 @@ pub struct Splats {
 }
 
 impl Splats {
-    pub fn new(gpu: &Gpu, targets: [TargetKind; 2], view: &BindGroupLayout) -> Self {
-        let layout = bindings(gpu, "splats", ShaderStages::VERTEX_FRAGMENT, &[Kind::Read; 2]);
+    pub fn new(gpu: &Gpu, target: TargetConfig, view: &BindGroupLayout) -> Self {
+        let layout = bind_group_layout(gpu, "splats", ShaderStages::VERTEX_FRAGMENT, &[Binding::Read; 2]);
         let module = shader(gpu, "splats");
-        let draw = |target, fragment| {
-            let (vertex, groups, buffers) = ("tile", &[view, &layout][..], &[][..]);
-            let (topology, layering, blend) = (PrimitiveTopology::TriangleList, Layering::Standing, false);
-            render(gpu, target, &Draw { module: &module, vertex, fragment, groups, buffers, topology, layering, blend })
+        let make = |target, fragment| {
+            let descriptor = PipelineDescriptor {
+                module: &module,
+                vertex: "tile",
+                fragment,
+                groups: &[view, &layout],
+                buffers: &[],
+                topology: PrimitiveTopology::TriangleList,
+                depth: DepthMode::Tested,
+                blend: false,
+            };
+            render_pipeline(gpu, target, &descriptor)
         };
         Self {
-            colours: draw(targets[0], "splat"),
-            ids: draw(targets[1], "splat_id"),
+            colours: make(target, "splat"),
+            ids: make(TargetConfig::IDS, "splat_id"),
             pixels: words(gpu, UVec2::ZERO),
             size: UVec2::ZERO,
             group: None,
@@ -44,17 +55,17 @@ impl Splats {
         }
     }
 
-    /// The words, for the shader that writes them.
+    /// The buffer that the sorting shader writes.
     pub fn pixels(&self) -> &Buffer {
         &self.pixels
     }
 
-    /// Whether a picture of a size fits into buffers of so many bytes.
+    /// Whether the buffer for a picture of `size` pixels stays within `limit` bytes.
     pub fn fits(size: UVec2, limit: u64) -> bool {
         words_of(size) * size_of::<u32>() as u64 <= limit
     }
 
-    /// Makes room for a picture of a size. Whether there is another buffer now.
+    /// Makes room for a picture of `size` pixels. Returns true if the buffer was replaced.
     pub fn fit(&mut self, gpu: &Gpu, size: UVec2) -> bool {
         let grows = words_of(size) * size_of::<u32>() as u64 > self.pixels.size();
         self.size = size;
@@ -64,22 +75,22 @@ impl Splats {
         grows
     }
 
-    /// Takes each robot's mark: to be called after either buffer is another.
+    /// Binds the pixels and each robot's mark. Call this after either buffer was replaced.
     pub fn bind(&mut self, gpu: &Gpu, marks: &Buffer) {
-        self.group = Some(bind(gpu, &self.layout, &[(0, &self.pixels), (1, marks)]));
+        self.group = Some(bind_group(gpu, &self.layout, &[(0, &self.pixels), (1, marks)]));
     }
 
-    /// Before a picture: no marks.
+    /// Clears all marks before a picture.
     pub fn clear(&self, encoder: &mut CommandEncoder) {
         encoder.clear_buffer(&self.pixels, 0, Some(words_of(self.size) * size_of::<u32>() as u64));
     }
 
-    /// Draws the marks: as many tiles as the sorting shader has counted.
+    /// Draws the marks. The indirect arguments at offset `at` of `draws` hold the number of tiles with marks.
     pub fn draw(&self, pass: &mut RenderPass<'_>, draws: &Buffer, at: u64) {
         self.draw_with(&self.colours, pass, draws, at);
     }
 
-    /// Draws the robots' ids.
+    /// Draws the robots' ids in the same way.
     pub fn draw_ids(&self, pass: &mut RenderPass<'_>, draws: &Buffer, at: u64) {
         self.draw_with(&self.ids, pass, draws, at);
     }

@@ -1,4 +1,4 @@
-//! How long the GPU takes for a picture, where it can tell.
+//! GPU timing by timestamp queries.
 
 use std::sync::{Arc, OnceLock};
 
@@ -8,18 +8,19 @@ use wgpu::{
 
 use super::device::Gpu;
 
-/// Takes the time between the first and the last command of a picture. While the GPU is asked for one, no other is taken.
+/// Measures the time between the first and the last command of a picture. While a result is pending, no other picture is
+/// measured.
 #[derive(Debug)]
 pub struct Timer {
     queries: QuerySet,
     resolved: Buffer,
-    back: Buffer,
-    /// Whether the time came, once the GPU is through with the picture that it was asked for.
-    asked: Option<Arc<OnceLock<bool>>>,
+    readback: Buffer,
+    /// The pending result: set once the GPU has finished the picture, to whether the buffer was mapped.
+    pending: Option<Arc<OnceLock<bool>>>,
 }
 
 impl Timer {
-    /// `None` on an adapter without timestamps.
+    /// Returns `None` on an adapter without timestamp queries.
     pub fn new(gpu: &Gpu) -> Option<Self> {
         if !gpu.device.features().contains(Features::TIMESTAMP_QUERY) {
             return None;
@@ -35,12 +36,12 @@ impl Timer {
                 count: 2,
             }),
             resolved: buffer(BufferUsages::QUERY_RESOLVE | BufferUsages::COPY_SRC),
-            back: buffer(BufferUsages::MAP_READ | BufferUsages::COPY_DST),
-            asked: None,
+            readback: buffer(BufferUsages::MAP_READ | BufferUsages::COPY_DST),
+            pending: None,
         })
     }
 
-    /// For the first pass.
+    /// The timestamp that the first pass writes.
     pub fn start(&self) -> ComputePassTimestampWrites<'_> {
         ComputePassTimestampWrites {
             query_set: &self.queries,
@@ -49,7 +50,7 @@ impl Timer {
         }
     }
 
-    /// For the last pass.
+    /// The timestamp that the last pass writes.
     pub fn end(&self) -> RenderPassTimestampWrites<'_> {
         RenderPassTimestampWrites {
             query_set: &self.queries,
@@ -58,35 +59,35 @@ impl Timer {
         }
     }
 
-    /// After the last pass.
+    /// Copies the timestamps into the readback buffer, after the last pass.
     pub fn finish(&self, encoder: &mut CommandEncoder) {
         encoder.resolve_query_set(&self.queries, 0..2, &self.resolved, 0);
-        encoder.copy_buffer_to_buffer(&self.resolved, 0, &self.back, 0, 16);
+        encoder.copy_buffer_to_buffer(&self.resolved, 0, &self.readback, 0, 16);
     }
 
-    /// Whether the next picture can be timed.
+    /// Whether the next picture can be measured.
     pub fn is_free(&self) -> bool {
-        self.asked.is_none()
+        self.pending.is_none()
     }
 
-    /// Asks for the time of the picture that was submitted last.
-    pub fn ask(&mut self) {
-        let came = Arc::new(OnceLock::new());
-        self.asked = Some(Arc::clone(&came));
-        self.back.map_async(wgpu::MapMode::Read, .., move |result| {
-            came.get_or_init(|| result.is_ok());
+    /// Requests the time of the picture that was submitted last.
+    pub fn request(&mut self) {
+        let mapped = Arc::new(OnceLock::new());
+        self.pending = Some(Arc::clone(&mapped));
+        self.readback.map_async(wgpu::MapMode::Read, .., move |result| {
+            mapped.get_or_init(|| result.is_ok());
         });
     }
 
-    /// The time that was asked for, in seconds, if the GPU has told it by now.
-    pub fn answer(&mut self, gpu: &Gpu) -> Option<f64> {
-        let came = *self.asked.as_ref()?.get()?;
-        self.asked = None;
-        if !came {
+    /// Returns the requested time in seconds if the GPU has finished that picture.
+    pub fn take_result(&mut self, gpu: &Gpu) -> Option<f64> {
+        let mapped = *self.pending.as_ref()?.get()?;
+        self.pending = None;
+        if !mapped {
             return None;
         }
-        let ticks: [u64; 2] = bytemuck::pod_read_unaligned(&self.back.get_mapped_range(..).ok()?);
-        self.back.unmap();
+        let ticks: [u64; 2] = bytemuck::pod_read_unaligned(&self.readback.get_mapped_range(..).ok()?);
+        self.readback.unmap();
         Some(ticks[1].saturating_sub(ticks[0]) as f64 * f64::from(gpu.queue.get_timestamp_period()) * 1e-9)
     }
 }

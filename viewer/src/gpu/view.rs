@@ -1,4 +1,4 @@
-//! What every shader knows of a picture: camera, light and colours, in one uniform buffer.
+//! The uniform buffer of a picture, which all shaders of the fleet share: camera, lights and colours.
 
 use bytemuck::{Pod, Zeroable};
 use glam::{Mat4, UVec2, Vec2, Vec3, Vec4};
@@ -7,7 +7,7 @@ use crate::camera::Camera;
 use crate::palette::{Colouring, Legend, Rgb, Scale, Theme};
 use crate::scene::{MAX_LIGHTS, Scene};
 
-/// The shaders' `View`.
+/// The shaders' `View`; view.wgsl documents the fields.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct ViewUniform {
@@ -18,10 +18,10 @@ pub struct ViewUniform {
     pub up: Vec4,
     pub planes: [Vec4; 4],
     pub viewport: Vec4,
-    pub window: Vec4,
+    pub crop: Vec4,
     pub origin: Vec4,
     pub alpha: f32,
-    pub jump: f32,
+    pub teleport_distance: f32,
     pub robots: u32,
     pub previous_robots: u32,
     pub source: u32,
@@ -48,23 +48,24 @@ pub struct ViewUniform {
     pub lights: [[Vec4; 2]; MAX_LIGHTS],
 }
 
-/// Towards the sun.
+/// Direction towards the sun, not normalized.
 const SUN: Vec3 = Vec3::new(-0.45, -0.35, 0.85);
-/// Wanted pixels between two lines of the grid, at least.
+/// The least distance between two lines of the grid, in pixels.
 const GRID_PIXELS: f32 = 9.0;
 
 impl ViewUniform {
-    /// Of a picture of `size` pixels.
+    /// Returns the uniforms of a picture of `size` pixels. The renderer adds the numbers of robots and values, `alpha`
+    /// and `teleport_distance`.
     pub fn new(camera: &Camera, scene: &Scene, legend: &Legend, size: UVec2) -> Self {
         let mut view = Self::zeroed();
-        view.look(camera, scene, size.as_vec2());
-        view.light(camera, scene);
-        view.colour(scene, legend);
+        view.set_camera(camera, scene, size.as_vec2());
+        view.set_lights(camera, scene);
+        view.set_colours(scene, legend);
         view
     }
 
-    fn look(&mut self, camera: &Camera, scene: &Scene, size: Vec2) {
-        // Whole metres, so that subtracting them from positions loses nothing.
+    fn set_camera(&mut self, camera: &Camera, scene: &Scene, size: Vec2) {
+        // Whole metres: subtracting them from positions loses no precision.
         let origin = camera.target.truncate().round();
         let eye = camera.eye() - origin.extend(0.0);
         let (forward, right, up) = (camera.forward(), camera.right(), camera.up());
@@ -79,22 +80,22 @@ impl ViewUniform {
         self.planes = [(right, tan_x), (-right, tan_x), (up, tan_y), (-up, tan_y)]
             .map(|(side, tan)| (side + forward * tan).normalize().extend(0.0));
         self.viewport = Vec4::new(size.x, size.y, 1.0 / size.x, 1.0 / size.y);
-        self.window = Vec4::new(1.0, 1.0, 0.0, 0.0);
-        let moved = origin - scene.offset;
-        self.origin = Vec4::new(moved.x, moved.y, origin.x, origin.y);
+        self.crop = Vec4::new(1.0, 1.0, 0.0, 0.0);
+        let fleet_origin = origin - scene.offset;
+        self.origin = Vec4::new(fleet_origin.x, fleet_origin.y, origin.x, origin.y);
         self.detail = Vec4::new(scene.detail.mesh, scene.detail.block, scene.detail.mark, 0.0);
         let metres_per_pixel = camera.distance / pixels_per_radian;
         let spacing = 10_f32.powf((metres_per_pixel * GRID_PIXELS).log10().ceil()).max(1.0);
         self.spacing =
             Vec4::new(spacing, metres_per_pixel, scene.lights.len().min(MAX_LIGHTS) as f32, scene.detail.thin);
-        let everywhere = Vec4::new(-1e9, -1e9, 1e9, 1e9);
-        self.floor_bounds = scene.floor.bounds.map_or(everywhere, |bounds| {
+        let unbounded = Vec4::new(-1e9, -1e9, 1e9, 1e9);
+        self.floor_bounds = scene.floor.bounds.map_or(unbounded, |bounds| {
             let (low, high) = (bounds.low - origin, bounds.high - origin);
             Vec4::new(low.x, low.y, high.x, high.y)
         });
     }
 
-    fn light(&mut self, camera: &Camera, scene: &Scene) {
+    fn set_lights(&mut self, camera: &Camera, scene: &Scene) {
         let dark = scene.theme == Theme::Dark;
         self.sun = SUN.normalize().extend(if dark { 0.65 } else { 0.42 });
         let (sun, above, below) = if dark { (0.75, 0.42, 0.16) } else { (0.72, 0.48, 0.30) };
@@ -102,12 +103,12 @@ impl ViewUniform {
         self.ambient_above = Vec4::new(0.95, 0.98, 1.0, 0.0) * above;
         self.ambient_below = Vec4::new(1.0, 0.98, 0.95, 0.0) * below;
         let origin = camera.target.truncate().round().extend(0.0);
-        for (place, light) in self.lights.iter_mut().zip(&scene.lights) {
-            *place = [(light.position - origin).extend(0.0), light.colour.extend(0.0)];
+        for (uniform, light) in self.lights.iter_mut().zip(&scene.lights) {
+            *uniform = [(light.position - origin).extend(0.0), light.colour.extend(0.0)];
         }
     }
 
-    fn colour(&mut self, scene: &Scene, legend: &Legend) {
+    fn set_colours(&mut self, scene: &Scene, legend: &Legend) {
         let colours = scene.theme.colours();
         let solid = |colour: Rgb| colour.linear().extend(1.0);
         self.sky = solid(colours.sky);

@@ -1,46 +1,35 @@
-//! The fleet list: `id x y theta` of all robots, sortable and searchable.
+//! The fleet panel: a list of all robots with `id x y theta`, sortable and searchable.
 
-use egui::{Align2, FontId, Key, Modifiers, Rect, RichText, Sense, Ui, pos2, vec2};
+use egui::{Align2, FontId, Key, Modifiers, Rect, Sense, Ui, pos2, vec2};
 use regatta_plugin::frame::{Frame, RobotState};
 
-use super::Interface;
-use super::facts::{Action, Facts, Thing};
 use super::icons::{self, Icon};
-use super::list::{Scroll, clickable};
 use super::rows::{RowQuery, SortBy, state_name};
-use super::style::{self, Tones, thousands};
+use super::state::Interface;
+use super::style::{self, ThemeColours, thousands};
+use super::view_model::{Action, Item, ViewModel};
+use super::virtual_list::clickable;
 
-/// Names of the columns, and where they end, as parts of the width.
+/// The columns: title, sort key, and right edge as a fraction of the width.
 const COLUMNS: [(&str, SortBy, f32); 4] =
     [("id", SortBy::Id, 0.24), ("x", SortBy::X, 0.50), ("y", SortBy::Y, 0.76), ("θ", SortBy::Theta, 0.97)];
 
-/// Where the list is, and what it shows.
-#[derive(Clone, Debug, Default)]
-pub struct FleetList {
-    /// Which robots, in which order.
-    pub query: RowQuery,
-    /// Where it is.
-    pub scroll: Scroll,
-    /// The search field wants the keyboard.
-    pub find: bool,
-}
-
 impl Interface {
-    pub(super) fn fleet_list(&mut self, ui: &mut Ui, facts: &Facts<'_>, actions: &mut Vec<Action>) {
-        let before = self.list.query.clone();
-        self.search(ui, facts);
-        let tones = self.tones();
-        header(ui, &mut self.list.query, &tones);
-        if self.list.query != before {
-            self.list.scroll.first = 0.0;
-            actions.push(Action::Rows(self.list.query.clone()));
+    pub(super) fn fleet_list(&mut self, ui: &mut Ui, model: &ViewModel<'_>, actions: &mut Vec<Action>) {
+        let before = self.fleet_list.query.clone();
+        self.search(ui, model);
+        let colours = self.colours();
+        header(ui, &mut self.fleet_list.query, &colours);
+        if self.fleet_list.query != before {
+            self.fleet_list.list.first = 0.0;
+            actions.push(Action::Rows(self.fleet_list.query.clone()));
         }
-        let Some(frame) = facts.frame else {
+        let Some(frame) = model.frame else {
             ui.label(style::faint(ui, self.settings.theme(), "no robots yet"));
             return;
         };
-        let query = self.list.query.clone();
-        let rows = facts.rows.filter(|rows| rows.query == query && !query.is_plain());
+        let query = self.fleet_list.query.clone();
+        let rows = model.rows.filter(|rows| rows.query == query && !query.is_plain());
         let count = rows.map_or(frame.len(), |rows| rows.ids.len());
         let id_of = |row: usize| match rows {
             Some(rows) => rows.ids[row],
@@ -49,54 +38,55 @@ impl Interface {
         };
         let (selected, offset) = (self.robots(), self.settings.offset);
         let mut clicked = None;
-        self.list.scroll.show(ui, "fleet list", &tones, count, |ui, rect, row| {
+        self.fleet_list.list.show(ui, "fleet list", &colours, count, |ui, rect, row| {
             let id = id_of(row);
-            let chosen = selected.contains(&id);
-            let response = clickable(ui, rect, id, chosen, &tones, || format!("robot {id}"));
+            let is_selected = selected.contains(&id);
+            let response = clickable(ui, rect, id, is_selected, &colours, || format!("robot {id}"));
             if response.clicked() || response.double_clicked() {
                 clicked = Some((id, response.double_clicked()));
             }
-            cells(ui, rect, &frame, id, offset, &tones);
+            cells(ui, rect, &frame, id, offset, &colours);
         });
-        if let Some((id, twice)) = clicked {
+        if let Some((id, is_double)) = clicked {
             if !ui.input(|input| input.modifiers.command) {
-                self.select(Some(Thing::Robot(id)));
-            } else if !twice {
-                self.select_beside(Thing::Robot(id));
+                self.select(Some(Item::Robot(id)));
+            } else if !is_double {
+                self.toggle_selected(Item::Robot(id));
             }
-            if twice {
-                self.fly_to_selected(facts);
+            if is_double {
+                self.fly_to_selected(model);
             }
         }
     }
 
-    fn search(&mut self, ui: &mut Ui, facts: &Facts<'_>) {
-        let robots = facts.frame.map_or(0, |frame| frame.len());
+    fn search(&mut self, ui: &mut Ui, model: &ViewModel<'_>) {
+        let robots = model.frame.map_or(0, |frame| frame.len());
         ui.horizontal(|ui| {
             let hint = format!("{} robots: id or state", thousands(robots as u64));
-            let field = egui::TextEdit::singleline(&mut self.list.query.filter).hint_text(hint);
+            let field = egui::TextEdit::singleline(&mut self.fleet_list.query.filter).hint_text(hint);
             let field = ui.add(field.desired_width(f32::INFINITY).id_salt("find"));
-            if std::mem::take(&mut self.list.find) {
+            if std::mem::take(&mut self.fleet_list.request_focus) {
                 field.request_focus();
             }
-            let beside = field.has_focus() && ui.input_mut(|input| input.consume_key(Modifiers::COMMAND, Key::Enter));
-            if beside || field.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter)) {
-                let exact = self.list.query.filter.trim().parse().ok().filter(|id| (*id as usize) < robots);
-                let first = facts.rows.filter(|rows| rows.query == self.list.query).and_then(|rows| rows.ids.first());
+            let extend = field.has_focus() && ui.input_mut(|input| input.consume_key(Modifiers::COMMAND, Key::Enter));
+            if extend || field.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter)) {
+                let exact = self.fleet_list.query.filter.trim().parse().ok().filter(|id| (*id as usize) < robots);
+                let first =
+                    model.rows.filter(|rows| rows.query == self.fleet_list.query).and_then(|rows| rows.ids.first());
                 match exact.or(first.copied()) {
-                    Some(id) if beside => self.select_beside(Thing::Robot(id)),
+                    Some(id) if extend => self.toggle_selected(Item::Robot(id)),
                     Some(id) => {
-                        self.select(Some(Thing::Robot(id)));
-                        self.fly_to_selected(facts);
+                        self.select(Some(Item::Robot(id)));
+                        self.fly_to_selected(model);
                     }
-                    None => self.tell(format!("no robot '{}'", self.list.query.filter.trim())),
+                    None => self.notify(format!("no robot '{}'", self.fleet_list.query.filter.trim())),
                 }
             }
         });
     }
 }
 
-fn header(ui: &mut Ui, query: &mut RowQuery, tones: &Tones) {
+fn header(ui: &mut Ui, query: &mut RowQuery, colours: &ThemeColours) {
     let (area, _) = ui.allocate_exact_size(vec2(ui.available_width(), 16.0), Sense::hover());
     let mut left = area.left();
     for (name, sort, end) in COLUMNS {
@@ -104,59 +94,49 @@ fn header(ui: &mut Ui, query: &mut RowQuery, tones: &Tones) {
         let rect = Rect::from_min_max(pos2(left, area.top()), pos2(right, area.bottom()));
         left = right;
         let response = ui.interact(rect, ui.scope_id().with(name), Sense::click());
-        let chosen = query.sort == sort;
+        let is_chosen = query.sort == sort;
         response
-            .widget_info(|| egui::WidgetInfo::selected(egui::Role::Button, true, chosen, format!("sort by {name}")));
+            .widget_info(|| egui::WidgetInfo::selected(egui::Role::Button, true, is_chosen, format!("sort by {name}")));
         if response.clicked() {
-            *query = RowQuery { sort, descending: chosen && !query.descending, filter: query.filter.clone() };
+            *query = RowQuery { sort, descending: is_chosen && !query.descending, filter: query.filter.clone() };
         }
-        let colour = if chosen || response.hovered() { tones.text } else { tones.faint };
+        let colour = if is_chosen || response.hovered() { colours.text } else { colours.faint };
         let at = pos2(right, area.center().y);
         let text = ui.painter().text(at, Align2::RIGHT_CENTER, name, FontId::proportional(11.5), colour);
-        if chosen {
+        if is_chosen {
             let icon = if query.descending { Icon::Descending } else { Icon::Ascending };
             icons::draw(ui.painter(), icon, pos2(text.left() - 8.0, at.y), 3.5, colour);
         }
     }
 }
 
-fn cells(ui: &Ui, rect: Rect, frame: &Frame<'_>, id: u32, offset: [f32; 2], tones: &Tones) {
+fn cells(ui: &Ui, rect: Rect, frame: &Frame<'_>, id: u32, offset: [f32; 2], colours: &ThemeColours) {
     let row = id as usize;
     let write = |end: f32, text: String, colour| {
         let at = pos2(rect.left() + rect.width() * end, rect.center().y);
         ui.painter().text(at, Align2::RIGHT_CENTER, text, FontId::monospace(12.0), colour);
     };
-    write(COLUMNS[0].2, id.to_string(), tones.text);
+    write(COLUMNS[0].2, id.to_string(), colours.text);
     let state = frame.state_of(row);
     if state == RobotState::Absent {
-        write(COLUMNS[3].2, state_name(state).to_owned(), tones.faint);
+        write(COLUMNS[3].2, state_name(state).to_owned(), colours.faint);
         return;
     }
     let dot = pos2(rect.left() + 5.0, rect.center().y);
-    ui.painter().circle_filled(dot, 3.0, state_colour(state, tones));
+    ui.painter().circle_filled(dot, 3.0, state_colour(state, colours));
     let numbers = [frame.x()[row] + offset[0], frame.y()[row] + offset[1], frame.theta()[row].to_degrees()];
     for ((number, decimals), (_, _, end)) in numbers.into_iter().zip([2, 2, 1]).zip(&COLUMNS[1..]) {
         let unit = if decimals == 1 { "°" } else { "" };
-        write(*end, format!("{number:.decimals$}{unit}"), tones.text);
+        write(*end, format!("{number:.decimals$}{unit}"), colours.text);
     }
 }
 
-/// The colour of a state's dot.
-pub fn state_colour(state: RobotState, tones: &Tones) -> egui::Color32 {
+/// Returns the colour of a robot state.
+pub fn state_colour(state: RobotState, colours: &ThemeColours) -> egui::Color32 {
     match state {
-        RobotState::Driving => tones.good,
-        RobotState::Waiting | RobotState::Held => tones.warn,
-        RobotState::Faulted => tones.bad,
-        RobotState::Idle | RobotState::Absent => tones.faint,
+        RobotState::Driving => colours.good,
+        RobotState::Waiting | RobotState::Held => colours.warn,
+        RobotState::Faulted => colours.bad,
+        RobotState::Idle | RobotState::Absent => colours.faint,
     }
-}
-
-/// A dot of a colour, and a word.
-pub fn dot(ui: &mut Ui, colour: egui::Color32, text: RichText) {
-    ui.horizontal(|ui| {
-        ui.spacing_mut().item_spacing.x = 6.0;
-        let (rect, _) = ui.allocate_exact_size(vec2(8.0, 8.0), Sense::hover());
-        ui.painter().circle_filled(rect.center(), 4.0, colour);
-        ui.label(text);
-    });
 }

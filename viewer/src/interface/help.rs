@@ -1,9 +1,9 @@
-//! What keys and hands do.
+//! The help: all keyboard shortcuts and pointer gestures.
 
 use egui::{Align2, Context, Grid, RichText, Window};
 
-use super::Interface;
 use super::keys;
+use super::state::Interface;
 use super::style;
 
 impl Interface {
@@ -11,26 +11,26 @@ impl Interface {
         if !self.help {
             return;
         }
-        let (theme, tones) = (self.settings.theme(), self.tones());
+        let (theme, colours) = (self.settings.theme(), self.colours());
         let response = Window::new("Keys")
             .title_bar(false)
             .collapsible(false)
             .resizable(false)
             .anchor(Align2::CENTER_CENTER, [0.0, 0.0])
-            .frame(style::floating(theme).fill(tones.panel).inner_margin(18.0))
+            .frame(style::floating(theme).fill(colours.panel).inner_margin(18.0))
             .show(context, |ui| {
-                ui.label(RichText::new("Keys and hands").size(17.0));
+                ui.label(RichText::new("Keys and mouse").size(17.0));
                 ui.add_space(8.0);
-                let all = keys::list(context);
-                let third = (all.len() + keys::HANDS.len()).div_ceil(3);
-                let hands = keys::HANDS.iter().map(|(hand, what)| ((*hand).to_owned(), *what));
-                let all: Vec<_> = hands.chain(all).collect();
+                let entries = keys::list(context);
+                let third = (entries.len() + keys::POINTER_GESTURES.len()).div_ceil(3);
+                let gestures = keys::POINTER_GESTURES.iter().map(|(gesture, text)| ((*gesture).to_owned(), *text));
+                let all: Vec<_> = gestures.chain(entries).collect();
                 ui.horizontal_top(|ui| {
                     for (i, column) in all.chunks(third).enumerate() {
                         Grid::new(("keys", i)).num_columns(2).spacing([12.0, 5.0]).show(ui, |ui| {
-                            for (keys, what) in column {
-                                ui.label(RichText::new(keys).monospace().color(tones.accent));
-                                ui.label(*what);
+                            for (input, text) in column {
+                                ui.label(RichText::new(input).monospace().color(colours.accent));
+                                ui.label(*text);
                                 ui.end_row();
                             }
                         });
@@ -38,7 +38,7 @@ impl Interface {
                     }
                 });
             });
-        // A click beside it closes it.
+        // A click outside closes the help.
         self.help = response.is_none_or(|shown| !shown.response.clicked_elsewhere());
     }
 }

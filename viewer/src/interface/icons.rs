@@ -1,15 +1,15 @@
-//! Signs that are drawn rather than written: no font has to have them.
+//! Icons drawn as shapes, so that they do not depend on a font.
 
 use egui::{Color32, Painter, Pos2, Rect, Response, Sense, Shape, Stroke, Ui, pos2, vec2};
 
-/// A sign.
+/// An icon.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Icon {
-    /// Go on.
+    /// Resume.
     Play,
-    /// Stand still.
+    /// Pause.
     Pause,
-    /// One tick.
+    /// Advance one tick.
     Step,
     /// The light theme.
     Sun,
@@ -21,20 +21,20 @@ pub enum Icon {
     Descending,
 }
 
-/// A button with a sign; `name` is for those who don't see it.
+/// Shows a button with an icon; `name` is its accessible name.
 pub fn button(ui: &mut Ui, icon: Icon, name: &str, size: egui::Vec2) -> Response {
     let (rect, response) = ui.allocate_exact_size(size, Sense::click());
     let enabled = ui.is_enabled();
     response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, enabled, name));
-    let look = ui.style().interact(&response);
-    let focus = if response.has_focus() { ui.visuals().selection.bg_fill } else { look.bg_stroke.color };
-    ui.painter().rect(rect, look.corner_radius, look.weak_bg_fill, (1.0, focus), egui::StrokeKind::Inside);
-    let colour = if enabled { look.fg_stroke.color } else { ui.visuals().weak_text_color() };
+    let visuals = ui.style().interact(&response);
+    let focus = if response.has_focus() { ui.visuals().selection.bg_fill } else { visuals.bg_stroke.color };
+    ui.painter().rect(rect, visuals.corner_radius, visuals.weak_bg_fill, (1.0, focus), egui::StrokeKind::Inside);
+    let colour = if enabled { visuals.fg_stroke.color } else { ui.visuals().weak_text_color() };
     draw(ui.painter(), icon, rect.center(), 6.0, colour);
     response
 }
 
-/// Draws a sign of so many points from its middle to its side.
+/// Draws an icon; `half` is half of its width, in points.
 pub fn draw(painter: &Painter, icon: Icon, at: Pos2, half: f32, colour: Color32) {
     let triangle = |points: [(f32, f32); 3]| {
         let points = points.map(|(x, y)| at + vec2(x, y) * half).to_vec();
@@ -59,12 +59,12 @@ pub fn draw(painter: &Painter, icon: Icon, at: Pos2, half: f32, colour: Color32)
             }
         }
         Icon::Moon => {
-            // A disc with a bite, as a thick arc that gets thinner to its ends.
+            // A crescent: an arc of discs that get smaller towards both ends.
             for i in 0..=24_u8 {
                 let part = f32::from(i) / 24.0;
-                let way = egui::Vec2::angled(0.9 + part * 4.0);
+                let direction = egui::Vec2::angled(0.9 + part * 4.0);
                 painter.circle_filled(
-                    at + way * half * 0.68,
+                    at + direction * half * 0.68,
                     half * 0.36 * (part * core::f32::consts::PI).sin(),
                     colour,
                 );

@@ -1,163 +1,173 @@
-//! The keyboard: one table that both the help and the keys' effects come from.
+//! The keyboard shortcuts: one table for both their commands and the help.
 
 use egui::{Context, Event, Key, Modifiers};
 
-/// What one press does.
+/// A command of a keyboard shortcut.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Deed {
-    /// Pause, or go on.
+pub enum Command {
+    /// Pause or resume the clock.
     Pause,
-    /// One tick.
+    /// Advance one tick.
     Step,
-    /// Half the speed.
+    /// Halve the speed.
     Slower,
-    /// Twice the speed.
+    /// Double the speed.
     Faster,
-    /// A fifth of the robots less.
+    /// Reduce the number of robots by 20 %.
     FewerRobots,
-    /// A quarter of the robots more.
+    /// Increase the number of robots by 25 %.
     MoreRobots,
-    /// All in the picture.
+    /// Fit everything into the picture.
     Fit,
-    /// From straight above.
+    /// View everything from straight above.
     Top,
-    /// Behind the selected robot, above it, not.
+    /// Follow the selected robot: from behind, from above, off.
     Follow,
-    /// To what is selected.
+    /// Fly to the selected item.
     Fly,
-    /// To a robot by its id.
+    /// Open the search of the fleet list.
     Find,
-    /// The robot with the next id.
+    /// Select the robot with the next id.
     Next,
-    /// The robot with the id before.
+    /// Select the robot with the previous id.
     Previous,
-    /// Nothing is selected any more.
+    /// Deselect everything, or close the help or the panels.
     Deselect,
-    /// The fleet list.
+    /// Open or close the fleet panel.
     Fleet,
-    /// The collisions.
+    /// Open or close the collisions panel.
     Collisions,
-    /// What is selected.
+    /// Open or close the selection panel.
     Selection,
-    /// How things are drawn.
+    /// Open or close the view panel.
     View,
-    /// What takes the time.
+    /// Open or close the performance panel.
     Performance,
-    /// The engine, and UDP.
+    /// Open or close the connection panel.
     Connection,
-    /// The next colouring.
+    /// Select the next colouring of the robots.
     Colour,
-    /// The other theme.
+    /// Switch between the light and the dark theme.
     Theme,
-    /// The graph, or not.
+    /// Show or hide the route graph.
     Graph,
-    /// A page of the open list back.
+    /// Scroll the open list up by a page.
     PageUp,
-    /// A page of the open list on.
+    /// Scroll the open list down by a page.
     PageDown,
-    /// This list.
+    /// Open or close the help.
     Help,
-    /// All of the screen.
+    /// Switch full screen on or off.
     FullScreen,
-    /// The end.
+    /// Close the window.
     Quit,
 }
 
-/// A key, what it does, and how the help calls it.
-struct Press(Modifiers, Key, Deed, &'static str);
+/// A keyboard shortcut.
+struct Shortcut {
+    modifiers: Modifiers,
+    key: Key,
+    command: Command,
+    /// The text in the help; empty for a second key of the command above.
+    text: &'static str,
+}
+
+const fn shortcut(modifiers: Modifiers, key: Key, command: Command, text: &'static str) -> Shortcut {
+    Shortcut { modifiers, key, command, text }
+}
 
 const NONE: Modifiers = Modifiers::NONE;
 const CTRL: Modifiers = Modifiers::COMMAND;
 const SHIFT: Modifiers = Modifiers::SHIFT;
 
-/// Without a text, a second key for the deed above.
-const PRESSES: &[Press] = &[
-    Press(NONE, Key::Space, Deed::Pause, "pause, resume"),
-    Press(NONE, Key::Period, Deed::Step, "one tick"),
-    Press(NONE, Key::OpenBracket, Deed::Slower, "half the speed"),
-    Press(NONE, Key::CloseBracket, Deed::Faster, "twice the speed"),
-    Press(NONE, Key::K, Deed::FewerRobots, "a fifth of the robots less"),
-    Press(NONE, Key::I, Deed::MoreRobots, "a quarter of the robots more"),
-    Press(NONE, Key::Home, Deed::Fit, "all in the picture"),
-    Press(NONE, Key::T, Deed::Top, "from above"),
-    Press(NONE, Key::F, Deed::Follow, "follow: behind, above, not"),
-    Press(NONE, Key::J, Deed::Fly, "fly to the selection"),
-    Press(CTRL, Key::F, Deed::Find, "find a robot by its id"),
-    Press(NONE, Key::N, Deed::Next, "next robot"),
-    Press(NONE, Key::P, Deed::Previous, "previous robot"),
-    Press(NONE, Key::Escape, Deed::Deselect, "deselect, close"),
-    Press(NONE, Key::Num1, Deed::Fleet, "fleet"),
-    Press(NONE, Key::Num2, Deed::Collisions, "collisions"),
-    Press(NONE, Key::Num3, Deed::Selection, "selection"),
-    Press(NONE, Key::Num4, Deed::View, "view"),
-    Press(NONE, Key::Num5, Deed::Performance, "performance"),
-    Press(NONE, Key::Num6, Deed::Connection, "connection"),
-    Press(NONE, Key::PageUp, Deed::PageUp, "page of the list back"),
-    Press(NONE, Key::PageDown, Deed::PageDown, "page of the list on"),
-    Press(NONE, Key::C, Deed::Colour, "next colouring"),
-    Press(NONE, Key::L, Deed::Theme, "light or dark"),
-    Press(NONE, Key::G, Deed::Graph, "graph on, off"),
-    Press(NONE, Key::Questionmark, Deed::Help, "this list"),
-    Press(SHIFT, Key::Questionmark, Deed::Help, ""),
-    Press(SHIFT, Key::Slash, Deed::Help, ""),
-    Press(NONE, Key::F1, Deed::Help, ""),
-    Press(NONE, Key::F11, Deed::FullScreen, "full screen"),
-    Press(CTRL, Key::Q, Deed::Quit, "close"),
+const SHORTCUTS: &[Shortcut] = &[
+    shortcut(NONE, Key::Space, Command::Pause, "pause, resume"),
+    shortcut(NONE, Key::Period, Command::Step, "advance one tick"),
+    shortcut(NONE, Key::OpenBracket, Command::Slower, "half the speed"),
+    shortcut(NONE, Key::CloseBracket, Command::Faster, "twice the speed"),
+    shortcut(NONE, Key::K, Command::FewerRobots, "20 % fewer robots"),
+    shortcut(NONE, Key::I, Command::MoreRobots, "25 % more robots"),
+    shortcut(NONE, Key::Home, Command::Fit, "fit everything"),
+    shortcut(NONE, Key::T, Command::Top, "view from above"),
+    shortcut(NONE, Key::F, Command::Follow, "follow: behind, above, off"),
+    shortcut(NONE, Key::J, Command::Fly, "fly to the selection"),
+    shortcut(CTRL, Key::F, Command::Find, "find a robot by id"),
+    shortcut(NONE, Key::N, Command::Next, "next robot"),
+    shortcut(NONE, Key::P, Command::Previous, "previous robot"),
+    shortcut(NONE, Key::Escape, Command::Deselect, "deselect, close"),
+    shortcut(NONE, Key::Num1, Command::Fleet, "fleet panel"),
+    shortcut(NONE, Key::Num2, Command::Collisions, "collisions panel"),
+    shortcut(NONE, Key::Num3, Command::Selection, "selection panel"),
+    shortcut(NONE, Key::Num4, Command::View, "view panel"),
+    shortcut(NONE, Key::Num5, Command::Performance, "performance panel"),
+    shortcut(NONE, Key::Num6, Command::Connection, "connection panel"),
+    shortcut(NONE, Key::PageUp, Command::PageUp, "list: page up"),
+    shortcut(NONE, Key::PageDown, Command::PageDown, "list: page down"),
+    shortcut(NONE, Key::C, Command::Colour, "next colouring"),
+    shortcut(NONE, Key::L, Command::Theme, "light or dark theme"),
+    shortcut(NONE, Key::G, Command::Graph, "show or hide the graph"),
+    shortcut(NONE, Key::Questionmark, Command::Help, "this help"),
+    shortcut(SHIFT, Key::Questionmark, Command::Help, ""),
+    shortcut(SHIFT, Key::Slash, Command::Help, ""),
+    shortcut(NONE, Key::F1, Command::Help, ""),
+    shortcut(NONE, Key::F11, Command::FullScreen, "full screen"),
+    shortcut(CTRL, Key::Q, Command::Quit, "close the window"),
 ];
 
-/// Keys that move the camera for as long as they are down.
-const HELD: &[(&[Key], Hold, &str)] = &[
-    (&[Key::W, Key::ArrowUp], Hold([0.0, 1.0, 0.0, 0.0, 0.0]), "forward"),
-    (&[Key::S, Key::ArrowDown], Hold([0.0, -1.0, 0.0, 0.0, 0.0]), "back"),
-    (&[Key::A, Key::ArrowLeft], Hold([-1.0, 0.0, 0.0, 0.0, 0.0]), "left"),
-    (&[Key::D, Key::ArrowRight], Hold([1.0, 0.0, 0.0, 0.0, 0.0]), "right"),
-    (&[Key::Q], Hold([0.0, 0.0, 1.0, 0.0, 0.0]), "turn left"),
-    (&[Key::E], Hold([0.0, 0.0, -1.0, 0.0, 0.0]), "turn right"),
-    (&[Key::R], Hold([0.0, 0.0, 0.0, 1.0, 0.0]), "look steeper"),
-    (&[Key::V], Hold([0.0, 0.0, 0.0, -1.0, 0.0]), "look flatter"),
-    (&[Key::Plus, Key::Equals], Hold([0.0, 0.0, 0.0, 0.0, -1.0]), "nearer"),
-    (&[Key::Minus], Hold([0.0, 0.0, 0.0, 0.0, 1.0]), "farther"),
+/// Keys that move the camera while they are held: keys, motion, text in the help.
+const HELD_KEYS: &[(&[Key], CameraMotion, &str)] = &[
+    (&[Key::W, Key::ArrowUp], CameraMotion([0.0, 1.0, 0.0, 0.0, 0.0]), "forward"),
+    (&[Key::S, Key::ArrowDown], CameraMotion([0.0, -1.0, 0.0, 0.0, 0.0]), "backward"),
+    (&[Key::A, Key::ArrowLeft], CameraMotion([-1.0, 0.0, 0.0, 0.0, 0.0]), "left"),
+    (&[Key::D, Key::ArrowRight], CameraMotion([1.0, 0.0, 0.0, 0.0, 0.0]), "right"),
+    (&[Key::Q], CameraMotion([0.0, 0.0, 1.0, 0.0, 0.0]), "turn left"),
+    (&[Key::E], CameraMotion([0.0, 0.0, -1.0, 0.0, 0.0]), "turn right"),
+    (&[Key::R], CameraMotion([0.0, 0.0, 0.0, 1.0, 0.0]), "tilt down"),
+    (&[Key::V], CameraMotion([0.0, 0.0, 0.0, -1.0, 0.0]), "tilt up"),
+    (&[Key::Plus, Key::Equals], CameraMotion([0.0, 0.0, 0.0, 0.0, -1.0]), "zoom in"),
+    (&[Key::Minus], CameraMotion([0.0, 0.0, 0.0, 0.0, 1.0]), "zoom out"),
 ];
 
-/// Mouse and touchpad, for the help.
-pub const HANDS: &[(&str, &str)] = &[
-    ("left drag", "turn round the target"),
-    ("right, middle or Shift drag", "move over the ground"),
-    ("wheel, pinch", "nearer, farther, towards the cursor"),
-    ("two fingers", "move over the ground"),
+/// Gestures of mouse and touchpad, for the help: gesture, effect.
+pub const POINTER_GESTURES: &[(&str, &str)] = &[
+    ("left drag", "orbit around the target"),
+    ("right, middle or Shift drag", "pan over the ground"),
+    ("wheel, pinch", "zoom in or out at the cursor"),
+    ("two fingers", "pan over the ground"),
     ("click", "select a robot, edge or node"),
-    ("Ctrl or Cmd click", "select a robot more, or less"),
-    ("Enter in the search", "select it; with Ctrl or Cmd, beside others"),
+    ("Ctrl or Cmd click", "add a robot to the selection, or remove it"),
+    ("Enter in the search", "select it; with Ctrl or Cmd, add it"),
     ("double click", "fly there"),
 ];
 
-/// Directions of a camera that keys hold: right, forward, turn left, steeper, farther; each -1, 0 or 1.
+/// The camera motion of held keys: right, forward, turn left, tilt down, zoom out; each -1, 0 or 1.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Hold(pub [f32; 5]);
+pub struct CameraMotion(pub [f32; 5]);
 
-/// What was pressed since the last picture, unless a text field takes the keys.
-pub fn pressed(context: &Context) -> Vec<Deed> {
+/// Returns the commands of the keys pressed since the last picture. A text field with the focus gets all keys but
+/// Ctrl+F.
+pub fn pressed(context: &Context) -> Vec<Command> {
     if context.egui_wants_keyboard_input() {
         let find = context.input_mut(|input| input.consume_key(CTRL, Key::F));
-        return if find { vec![Deed::Find] } else { Vec::new() };
+        return if find { vec![Command::Find] } else { Vec::new() };
     }
     context.input(|input| {
         let pressed = input.events.iter().filter_map(|event| match event {
             Event::Key { key, pressed: true, modifiers, .. } => Some((*key, *modifiers)),
             _ => None,
         });
-        pressed.filter_map(|(key, modifiers)| deed_of(key, modifiers)).collect()
+        pressed.filter_map(|(key, modifiers)| command_of(key, modifiers)).collect()
     })
 }
 
-fn deed_of(key: Key, modifiers: Modifiers) -> Option<Deed> {
-    let fits = |press: &&Press| press.1 == key && modifiers.matches_exact(press.0);
-    PRESSES.iter().find(fits).map(|press| press.2)
+fn command_of(key: Key, modifiers: Modifiers) -> Option<Command> {
+    let matches = |shortcut: &&Shortcut| shortcut.key == key && modifiers.matches_exact(shortcut.modifiers);
+    SHORTCUTS.iter().find(matches).map(|shortcut| shortcut.command)
 }
 
-/// Where held keys move the camera.
-pub fn held(context: &Context) -> Hold {
-    let mut all = Hold::default();
+/// Returns the camera motion of the keys that are held.
+pub fn held(context: &Context) -> CameraMotion {
+    let mut all = CameraMotion::default();
     if context.egui_wants_keyboard_input() {
         return all;
     }
@@ -165,31 +175,31 @@ pub fn held(context: &Context) -> Hold {
         if input.modifiers.command || input.modifiers.alt {
             return;
         }
-        for (keys, hold, _) in HELD {
+        for (keys, motion, _) in HELD_KEYS {
             if keys.iter().any(|key| input.key_down(*key)) {
-                all.0.iter_mut().zip(hold.0).for_each(|(all, part)| *all += part);
+                all.0.iter_mut().zip(motion.0).for_each(|(all, part)| *all += part);
             }
         }
     });
     all
 }
 
-/// All keys and what they do.
+/// Returns all keys with their texts in the help.
 pub fn list(context: &Context) -> Vec<(String, &'static str)> {
     let name = |modifiers: Modifiers, key: Key| match modifiers {
         NONE => name_of(key).to_owned(),
         _ => format!("{}+{}", context.format_modifiers(modifiers), name_of(key)),
     };
-    let presses = PRESSES.iter().filter(|press| !press.3.is_empty());
-    let presses = presses.map(|Press(modifiers, key, _, what)| (name(*modifiers, *key), *what));
-    let held = HELD.iter().map(|(keys, _, what)| {
+    let shortcuts = SHORTCUTS.iter().filter(|shortcut| !shortcut.text.is_empty());
+    let shortcuts = shortcuts.map(|shortcut| (name(shortcut.modifiers, shortcut.key), shortcut.text));
+    let held = HELD_KEYS.iter().map(|(keys, _, text)| {
         let names: Vec<_> = keys.iter().map(|key| name_of(*key)).collect();
-        (names.join("  "), *what)
+        (names.join("  "), *text)
     });
-    held.chain(presses).collect()
+    held.chain(shortcuts).collect()
 }
 
-/// As it stands on the key.
+/// Returns a key's name as printed on it.
 fn name_of(key: Key) -> &'static str {
     match key {
         Key::Period => ".",
@@ -215,9 +225,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn no_key_does_two_things() {
-        let mut chords: Vec<_> = PRESSES.iter().map(|press| (format!("{:?}", press.0), press.1)).collect();
-        chords.extend(HELD.iter().flat_map(|held| held.0).map(|key| (format!("{NONE:?}"), *key)));
+    fn no_key_has_two_commands() {
+        let mut chords: Vec<_> =
+            SHORTCUTS.iter().map(|shortcut| (format!("{:?}", shortcut.modifiers), shortcut.key)).collect();
+        chords.extend(HELD_KEYS.iter().flat_map(|held| held.0).map(|key| (format!("{NONE:?}"), *key)));
         let count = chords.len();
         chords.sort();
         chords.dedup();

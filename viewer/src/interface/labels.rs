@@ -1,4 +1,4 @@
-//! Ids of nodes and edges, written beside them where the camera is near enough to tell them apart.
+//! The ids of nodes and edges, drawn beside them where the camera is near enough.
 
 use std::collections::HashSet;
 
@@ -10,14 +10,15 @@ use super::style;
 use crate::camera::Camera;
 use crate::palette::Theme;
 
-/// A metre is so many points long in the picture where ids begin to be written.
-const NEAR: f32 = 32.0;
-/// Most ids in a picture.
-const MOST: usize = 240;
-/// No two ids stand in the same cell of the picture, nor in neighbouring ones of a row: width and height in points.
+/// Points per metre of the picture from which ids are drawn.
+const MIN_POINTS_PER_METRE: f32 = 32.0;
+/// The largest number of ids in a picture.
+const MAX_LABELS: usize = 240;
+/// Width and height of a cell of the picture, in points. Two ids are never in the same cell nor in neighbouring cells
+/// of a row.
 const CELL: Vec2 = Vec2::new(30.0, 15.0);
 
-/// What has an id, and where, from west to east.
+/// The nodes and edges of a route graph with their places, sorted from west to east.
 #[derive(Debug, Default)]
 pub struct Labels(Vec<Label>);
 
@@ -29,35 +30,36 @@ struct Label {
 }
 
 impl Labels {
-    /// Of a route graph.
+    /// Collects the nodes and edges of a route graph.
     pub fn new(nodes: &[NodeRecord], edges: &[EdgeRecord]) -> Self {
         let nodes = nodes.iter().map(|node| Label { place: Vec2::new(node.x, node.y), id: node.id, is_node: true });
-        let edges = edges.iter().map(|edge| Label { place: middle(edge), id: edge.id, is_node: false });
+        let edges = edges.iter().map(|edge| Label { place: midpoint(edge), id: edge.id, is_node: false });
         let mut all: Vec<_> = nodes.chain(edges).collect();
         all.sort_by(|a, b| a.place.x.total_cmp(&b.place.x));
         Self(all)
     }
 
-    /// Writes those that are near enough over a picture; nearer ones first, nodes before edges.
+    /// Draws the ids that are near enough over a picture. Where space is short, nodes precede edges and near ones far
+    /// ones.
     pub fn draw(&self, context: &Context, picture: Rect, camera: &Camera, offset: Vec2, theme: Theme) {
         let painter = context.layer_painter(LayerId::background()).with_clip_rect(picture);
-        let tones = style::tones(theme);
-        for (label, at) in self.near(camera, offset, Vec2::new(picture.width(), picture.height())) {
+        let colours = style::colours(theme);
+        for (label, at) in self.visible(camera, offset, Vec2::new(picture.width(), picture.height())) {
             let (colour, size) =
-                if label.is_node { (tones.text, 11.0) } else { (tones.text.gamma_multiply(0.8), 10.0) };
-            // Beside the node, and beside the arrow in the middle of the edge.
-            let (place, beside) = if label.is_node { (Align2::LEFT_BOTTOM, 5.0) } else { (Align2::LEFT_TOP, 6.0) };
-            let down = if label.is_node { -beside } else { beside };
-            let at = pos2(picture.left() + at.x + beside, picture.top() + at.y + down);
+                if label.is_node { (colours.text, 11.0) } else { (colours.text.gamma_multiply(0.8), 10.0) };
+            // Right of the node, or of the arrow in the middle of the edge.
+            let (anchor, gap) = if label.is_node { (Align2::LEFT_BOTTOM, 5.0) } else { (Align2::LEFT_TOP, 6.0) };
+            let down = if label.is_node { -gap } else { gap };
+            let at = pos2(picture.left() + at.x + gap, picture.top() + at.y + down);
             let galley = painter.layout_no_wrap(label.id.to_string(), FontId::proportional(size), colour);
-            let text = place.anchor_size(at, galley.size());
-            painter.rect_filled(text.expand2(egui::vec2(3.0, 0.0)), 3.0, tones.panel.gamma_multiply(0.6));
+            let text = anchor.anchor_size(at, galley.size());
+            painter.rect_filled(text.expand2(egui::vec2(3.0, 0.0)), 3.0, colours.panel.gamma_multiply(0.6));
             painter.galley(text.min, galley, colour);
         }
     }
 
-    /// Writes the ids of some robots above where they stand.
-    pub fn name(
+    /// Draws the ids of some robots above them.
+    pub fn draw_robots(
         context: &Context,
         picture: Rect,
         camera: &Camera,
@@ -65,22 +67,23 @@ impl Labels {
         robots: impl IntoIterator<Item = (u32, Vec2)>,
     ) {
         let painter = context.layer_painter(LayerId::background()).with_clip_rect(picture);
-        let tones = style::tones(theme);
+        let colours = style::colours(theme);
         for (id, place) in robots {
             let Some(at) = camera.project(place.extend(0.4), Vec2::new(picture.width(), picture.height())) else {
                 continue;
             };
-            let galley = painter.layout_no_wrap(format!("robot {id}"), FontId::proportional(12.0), tones.text);
+            let galley = painter.layout_no_wrap(format!("robot {id}"), FontId::proportional(12.0), colours.text);
             let above = pos2(picture.left() + at.x, picture.top() + at.y - 14.0);
             let text = Align2::CENTER_BOTTOM.anchor_size(above, galley.size());
-            painter.rect_filled(text.expand2(egui::vec2(5.0, 2.0)), 4.0, tones.panel.gamma_multiply(0.85));
-            painter.galley(text.min, galley, tones.text);
+            painter.rect_filled(text.expand2(egui::vec2(5.0, 2.0)), 4.0, colours.panel.gamma_multiply(0.85));
+            painter.galley(text.min, galley, colours.text);
         }
     }
 
-    fn near(&self, camera: &Camera, offset: Vec2, size: Vec2) -> Vec<(Label, Vec2)> {
+    /// Returns the labels to draw and their places in a picture of this size, in points.
+    fn visible(&self, camera: &Camera, offset: Vec2, size: Vec2) -> Vec<(Label, Vec2)> {
         let eye = camera.eye();
-        let reach = size.y / (2.0 * (camera.fov_y / 2.0).tan() * NEAR);
+        let reach = size.y / (2.0 * (camera.fov_y / 2.0).tan() * MIN_POINTS_PER_METRE);
         if eye.z >= reach || size.min_element() <= 0.0 {
             return Vec::new();
         }
@@ -100,15 +103,15 @@ impl Labels {
         let mut taken = HashSet::new();
         let free = |(_, label, at): (f32, Label, Vec2)| {
             let cell = (at / CELL).floor().as_ivec2();
-            let is_free = (-1..=1).all(|beside| !taken.contains(&(cell.x + beside, cell.y)));
+            let is_free = (-1..=1).all(|step| !taken.contains(&(cell.x + step, cell.y)));
             (is_free && taken.insert((cell.x, cell.y))).then_some((label, at))
         };
-        near.into_iter().filter_map(free).take(MOST).collect()
+        near.into_iter().filter_map(free).take(MAX_LABELS).collect()
     }
 }
 
-/// The middle of a cubic Bézier curve.
-fn middle(edge: &EdgeRecord) -> Vec2 {
+/// Returns the midpoint of an edge, a cubic Bézier curve.
+pub fn midpoint(edge: &EdgeRecord) -> Vec2 {
     let points = edge.control_points.map(Vec2::from);
     (points[0] + 3.0 * points[1] + 3.0 * points[2] + points[3]) / 8.0
 }
@@ -131,18 +134,18 @@ mod tests {
     }
 
     #[test]
-    fn ids_come_when_near_and_only_those_in_sight() {
+    fn only_ids_that_are_near_and_in_sight_are_drawn() {
         let labels = row(100_000);
-        assert!(labels.near(&over(5_000.0, 200.0), Vec2::ZERO, SIZE).is_empty(), "too far to tell them apart");
-        let near = labels.near(&over(5_000.0, 20.0), Vec2::ZERO, SIZE);
+        assert!(labels.visible(&over(5_000.0, 200.0), Vec2::ZERO, SIZE).is_empty(), "the camera is too far away");
+        let near = labels.visible(&over(5_000.0, 20.0), Vec2::ZERO, SIZE);
         assert!(near.iter().any(|(label, at)| label.id == 2_500 && at.distance(SIZE / 2.0) < 1.0), "{near:?}");
         assert!(near.len() > 5 && near.iter().all(|(label, _)| (label.place.x - 5_000.0).abs() < 40.0));
-        let moved = labels.near(&over(5_007.0, 20.0), Vec2::new(7.0, 0.0), SIZE);
-        assert_eq!(moved.len(), near.len(), "the offset moves them along");
+        let moved = labels.visible(&over(5_007.0, 20.0), Vec2::new(7.0, 0.0), SIZE);
+        assert_eq!(moved.len(), near.len(), "the offset moves the labels");
     }
 
     #[test]
-    fn none_is_written_over_another_and_there_is_an_end() {
+    fn ids_do_not_overlap_and_their_number_is_limited() {
         let nodes: Vec<_> = (0..40_000)
             .map(|i| NodeRecord {
                 id: i,
@@ -151,8 +154,8 @@ mod tests {
                 ..NodeRecord::default()
             })
             .collect();
-        let near = Labels::new(&nodes, &[]).near(&over(0.0, 20.0), Vec2::ZERO, SIZE);
-        assert!(near.len() > 100 && near.len() <= MOST, "{}", near.len());
+        let near = Labels::new(&nodes, &[]).visible(&over(0.0, 20.0), Vec2::ZERO, SIZE);
+        assert!(near.len() > 100 && near.len() <= MAX_LABELS, "{}", near.len());
         for (i, (_, a)) in near.iter().enumerate() {
             assert!(
                 near[..i]

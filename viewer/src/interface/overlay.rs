@@ -1,30 +1,34 @@
-//! What floats over the picture: the legend, where the camera is, messages, and what is waited for.
+//! Elements that float over the picture: the legend, the camera's position, messages, and the note that no engine runs
+//! yet.
 
 use egui::{Align2, Area, Context, Id, Order, Rect, RichText, Sense, Ui, pos2, vec2};
 
 use glam::Vec2;
 
-use super::facts::{Engine, Facts};
 use super::labels::Labels;
-use super::{Interface, NOTICE, style};
+use super::state::Interface;
+use super::style;
+use super::view_model::{EngineState, ViewModel};
 use crate::palette::{Legend, Scale, Theme};
 
-/// From the edge of the picture, in points.
+/// The distance from the edge of the picture, in points.
 const MARGIN: f32 = 10.0;
+/// Seconds for which a message is shown.
+const MESSAGE_SECONDS: f64 = 8.0;
 
 impl Interface {
-    pub(super) fn overlay(&mut self, context: &Context, picture: Rect, facts: &Facts<'_>) {
-        if facts.engine == Engine::Awaited {
-            self.waiting(context, picture, facts);
+    pub(super) fn overlay(&mut self, context: &Context, picture: Rect, model: &ViewModel<'_>) {
+        if model.engine == EngineState::Awaited {
+            self.waiting(context, picture, model);
         } else {
             if self.settings.ids {
                 let offset = Vec2::from(self.settings.offset);
-                facts.labels.draw(context, picture, &self.rig.camera(), offset, self.settings.theme());
-                let place = |id| Some((id, facts.pose(id, offset)?.place));
+                model.labels.draw(context, picture, &self.camera_controller.camera(), offset, self.settings.theme());
+                let place = |id| Some((id, model.pose(id, offset)?.place));
                 let robots = self.robots().into_iter().filter_map(place);
-                Labels::name(context, picture, &self.rig.camera(), self.settings.theme(), robots);
+                Labels::draw_robots(context, picture, &self.camera_controller.camera(), self.settings.theme(), robots);
             }
-            legend(context, picture, self.settings.theme(), facts.legend);
+            legend(context, picture, self.settings.theme(), model.legend);
             self.coordinates(context, picture);
         }
         self.messages(context, picture);
@@ -35,7 +39,7 @@ impl Interface {
     }
 
     fn coordinates(&self, context: &Context, picture: Rect) {
-        let (eye, camera) = (self.rig.camera().eye(), self.rig.camera());
+        let (eye, camera) = (self.camera_controller.camera().eye(), self.camera_controller.camera());
         let text = format!(
             "camera  {:.1}  {:.1}  {:.1} m   {:.0}°  {:.0}°",
             eye.x,
@@ -45,23 +49,23 @@ impl Interface {
             camera.pitch.to_degrees()
         );
         self.float(context, picture, "camera", Align2::RIGHT_BOTTOM, |ui| {
-            let text = RichText::new(text).monospace().size(11.0).color(self.tones().faint);
+            let text = RichText::new(text).monospace().size(11.0).color(self.colours().faint);
             ui.add(egui::Label::new(text).extend());
         });
     }
 
-    fn waiting(&self, context: &Context, picture: Rect, facts: &Facts<'_>) {
-        let (theme, tones) = (self.settings.theme(), self.tones());
+    fn waiting(&self, context: &Context, picture: Rect, model: &ViewModel<'_>) {
+        let (theme, colours) = (self.settings.theme(), self.colours());
         self.float(context, picture, "waiting", Align2::CENTER_CENTER, |ui| {
             ui.set_max_width(360.0);
             ui.vertical_centered(|ui| {
                 ui.add_space(10.0);
                 ui.spinner();
                 ui.add_space(6.0);
-                ui.label(RichText::new(format!("Waiting for fleet '{}'", facts.fleet)).size(18.0));
-                ui.label(style::faint(ui, theme, "It is shown as soon as an engine runs. To start one:"));
-                let name = if facts.fleet == "default" { String::new() } else { format!(" --fleet {}", facts.fleet) };
-                ui.label(RichText::new(format!("regatta run{name}")).monospace().color(tones.accent));
+                ui.label(RichText::new(format!("Waiting for fleet '{}'", model.fleet)).size(18.0));
+                ui.label(style::faint(ui, theme, "It appears as soon as an engine runs. Start one with:"));
+                let name = if model.fleet == "default" { String::new() } else { format!(" --fleet {}", model.fleet) };
+                ui.label(RichText::new(format!("regatta run{name}")).monospace().color(colours.accent));
                 ui.add_space(10.0);
             });
         });
@@ -69,22 +73,22 @@ impl Interface {
 
     fn messages(&mut self, context: &Context, picture: Rect) {
         let now = context.input(|input| input.time);
-        for (_, until) in &mut self.notices {
-            until.get_or_insert(now + NOTICE);
+        for message in &mut self.messages {
+            message.until.get_or_insert(now + MESSAGE_SECONDS);
         }
-        self.notices.retain(|(_, until)| until.is_none_or(|until| until > now));
-        let Some(next) = self.notices.iter().filter_map(|(_, until)| *until).reduce(f64::min) else { return };
+        self.messages.retain(|message| message.until.is_none_or(|until| until > now));
+        let Some(next) = self.messages.iter().filter_map(|message| message.until).reduce(f64::min) else { return };
         context.request_repaint_after_secs((next - now) as f32);
         self.float(context, picture, "messages", Align2::CENTER_TOP, |ui| {
             ui.set_max_width((picture.width() - 4.0 * MARGIN).clamp(120.0, 620.0));
-            for (text, _) in &self.notices {
-                ui.label(RichText::new(text).color(self.tones().text));
+            for message in &self.messages {
+                ui.label(RichText::new(&message.text).color(self.colours().text));
             }
         });
     }
 }
 
-/// Something over the picture, with one of its corners or edges in the same one of the picture.
+/// Shows an element in a corner, at an edge or in the centre of the picture.
 fn float(context: &Context, picture: Rect, theme: Theme, name: &str, place: Align2, show: impl FnOnce(&mut Ui)) {
     let inside = picture.shrink(MARGIN);
     if !inside.is_positive() {
@@ -96,9 +100,9 @@ fn float(context: &Context, picture: Rect, theme: Theme, name: &str, place: Alig
     });
 }
 
-/// What the robots' colours tell.
+/// Shows the legend of the robots' colours.
 pub fn legend(context: &Context, picture: Rect, theme: Theme, legend: &Legend) {
-    let tones = style::tones(theme);
+    let colours = style::colours(theme);
     float(context, picture, theme, "legend", Align2::LEFT_BOTTOM, |ui| {
         ui.spacing_mut().item_spacing.y = 4.0;
         ui.label(RichText::new(&legend.title).strong());
@@ -107,32 +111,32 @@ pub fn legend(context: &Context, picture: Rect, theme: Theme, legend: &Legend) {
                 for (name, colour) in names {
                     ui.horizontal(|ui| {
                         let (dot, _) = ui.allocate_exact_size(vec2(10.0, 10.0), Sense::hover());
-                        ui.painter().rect_filled(dot, 3.0, style::of(*colour));
+                        ui.painter().rect_filled(dot, 3.0, style::color32(*colour));
                         ui.label(style::faint(ui, theme, name));
                     });
                 }
             }
             Scale::Ramp { low, high, unit } => {
                 let (ramp, _) = ui.allocate_exact_size(vec2(140.0, 10.0), Sense::hover());
-                let colours = legend.scale.colours(theme);
-                let width = ramp.width() / colours.len() as f32;
-                for (i, colour) in colours.into_iter().enumerate() {
+                let ramp_colours = legend.scale.colours(theme);
+                let width = ramp.width() / ramp_colours.len() as f32;
+                for (i, colour) in ramp_colours.into_iter().enumerate() {
                     let left = ramp.left() + i as f32 * width;
                     let part = Rect::from_min_size(pos2(left, ramp.top()), vec2(width + 0.5, ramp.height()));
-                    ui.painter().rect_filled(part, 0.0, style::of(colour));
+                    ui.painter().rect_filled(part, 0.0, style::color32(colour));
                 }
                 let middle = (low + high) / 2.0;
                 ui.label(
                     RichText::new([*low, middle, *high].map(short).join("   ") + " " + unit)
                         .size(11.0)
-                        .color(tones.faint),
+                        .color(colours.faint),
                 );
             }
         }
     });
 }
 
-/// Three digits or so.
+/// Formats a number with about three digits.
 fn short(value: f32) -> String {
     match value.abs() {
         large if large >= 99.95 => format!("{value:.0}"),

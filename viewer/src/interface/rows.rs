@@ -1,11 +1,11 @@
-//! The order of the fleet list: which robots, sorted by what. Worked out on another thread than the pictures'.
+//! The rows of the fleet list: filtered and sorted robots. They are computed on another thread than the one that draws.
 
 use regatta_plugin::frame::{Columns, RobotState};
 
-/// What the fleet list can be sorted by.
+/// The sort key of the fleet list.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum SortBy {
-    /// The robots' ids.
+    /// The id.
     #[default]
     Id,
     /// Metres east.
@@ -16,33 +16,33 @@ pub enum SortBy {
     Theta,
 }
 
-/// Which robots, in which order.
+/// A query for rows: filter and order.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct RowQuery {
-    /// Sorted by this.
+    /// The sort key.
     pub sort: SortBy,
-    /// The largest first.
+    /// Whether the largest value comes first.
     pub descending: bool,
-    /// The beginning of an id, or of a state; or nothing.
+    /// The first digits of an id or the first letters of a state; empty for all robots.
     pub filter: String,
 }
 
-/// Ids of robots in the order that was asked for.
+/// The answer to a [`RowQuery`].
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Rows {
-    /// What was asked for.
+    /// The query.
     pub query: RowQuery,
-    /// The answer.
+    /// The ids of the robots, in the requested order.
     pub ids: Vec<u32>,
 }
 
 impl RowQuery {
-    /// Whether the rows are simply all ids: then nobody needs to work them out.
+    /// Whether the rows are all ids in order, so that they need not be computed.
     pub fn is_plain(&self) -> bool {
         self.sort == SortBy::Id && self.filter.trim().is_empty()
     }
 
-    /// Works the rows out.
+    /// Computes the rows for the columns of a frame.
     pub fn rows(&self, columns: Columns<'_>) -> Rows {
         let filter = self.filter.trim().to_lowercase();
         let passes = |id: &u32| passes(&filter, *id, columns.state[*id as usize]);
@@ -73,7 +73,7 @@ fn passes(filter: &str, id: u32, state: u8) -> bool {
     }
 }
 
-/// Whether a number's digits begin with another's.
+/// Whether the decimal digits of a number begin with those of another.
 fn begins_with(mut number: u32, start: u32) -> bool {
     while number > start && number >= 10 {
         number /= 10;
@@ -81,7 +81,7 @@ fn begins_with(mut number: u32, start: u32) -> bool {
     number == start
 }
 
-/// A state's name, in lower case.
+/// Returns the name of a state, in lower case.
 pub fn state_name(state: RobotState) -> &'static str {
     match state {
         RobotState::Idle => "idle",
@@ -98,7 +98,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn rows_are_those_that_fit_sorted() {
+    fn rows_are_filtered_and_sorted() {
         let (x, y, theta) = ([3.0, 1.0, 2.0, 0.5], [0.0; 4], [0.0, -1.0, 1.0, 0.5]);
         let state = [0, 1, 3, 255];
         let columns = Columns { x: &x, y: &y, theta: &theta, speed: &y, s: &y, edge: &[0; 4], state: &state };
@@ -113,7 +113,7 @@ mod tests {
     }
 
     #[test]
-    fn digits_are_a_beginning_as_text_has_one() {
+    fn digits_begin_as_their_text_does() {
         for number in [0_u32, 1, 9, 10, 12, 99, 100, 123, 4711, 47_110, u32::MAX] {
             for start in [0_u32, 1, 4, 10, 12, 47, 471, 100, 4_294_967_295] {
                 let text = number.to_string().starts_with(&start.to_string());

@@ -1,34 +1,36 @@
-//! How the interface looks: two themes that go with the pictures'.
+//! The style of the interface: two themes that match those of the picture.
 
-use egui::{Color32, Context, CornerRadius, FontId, Frame, Margin, RichText, Stroke, TextStyle, Ui, Visuals};
+use egui::{
+    Color32, Context, CornerRadius, FontId, Frame, Margin, RichText, Sense, Stroke, TextStyle, Ui, Visuals, vec2,
+};
 
 use crate::palette::{Rgb, Theme};
 
-/// Height of one row of a list, in points.
+/// The height of one row of a list, in points.
 pub const ROW: f32 = 20.0;
 
 /// The colours of a theme.
 #[derive(Clone, Copy, Debug)]
-pub struct Tones {
-    /// Of panels.
+pub struct ThemeColours {
+    /// The background of panels.
     pub panel: Color32,
-    /// Of fields in panels.
+    /// The background of input fields and buttons.
     pub field: Color32,
-    /// Between panels.
+    /// Borders and separators.
     pub line: Color32,
-    /// Of what is read.
+    /// Text.
     pub text: Color32,
-    /// Of what stands beside it.
+    /// Secondary text.
     pub faint: Color32,
-    /// Of what is chosen.
+    /// Selected elements.
     pub accent: Color32,
-    /// Of text on the accent.
+    /// Text on the accent colour.
     pub on_accent: Color32,
-    /// All is well.
+    /// A normal state.
     pub good: Color32,
-    /// Look here.
+    /// A warning.
     pub warn: Color32,
-    /// Something is wrong.
+    /// An error.
     pub bad: Color32,
 }
 
@@ -36,15 +38,15 @@ const fn hex(rgb: u32) -> Color32 {
     Color32::from_rgb((rgb >> 16) as u8, (rgb >> 8) as u8, rgb as u8)
 }
 
-/// A colour of the pictures.
-pub fn of(colour: Rgb) -> Color32 {
+/// Converts a colour of the picture.
+pub fn color32(colour: Rgb) -> Color32 {
     hex(colour.0)
 }
 
-/// The colours of a theme.
-pub fn tones(theme: Theme) -> Tones {
+/// Returns the colours of a theme.
+pub fn colours(theme: Theme) -> ThemeColours {
     match theme {
-        Theme::Dark => Tones {
+        Theme::Dark => ThemeColours {
             panel: hex(0x10151b),
             field: hex(0x1b232c),
             line: hex(0x242e38),
@@ -56,7 +58,7 @@ pub fn tones(theme: Theme) -> Tones {
             warn: hex(0xe6b422),
             bad: hex(0xf0743e),
         },
-        Theme::Light => Tones {
+        Theme::Light => ThemeColours {
             panel: hex(0xffffff),
             field: hex(0xeef2f5),
             line: hex(0xd8dfe5),
@@ -71,15 +73,15 @@ pub fn tones(theme: Theme) -> Tones {
     }
 }
 
-/// Makes all that is drawn from now on look so.
+/// Applies a theme to everything that the context draws from now on.
 pub fn apply(context: &Context, theme: Theme) {
-    let tones = tones(theme);
+    let colours = colours(theme);
     let egui_theme = if theme == Theme::Dark { egui::Theme::Dark } else { egui::Theme::Light };
     context.set_theme(egui_theme);
     context.style_mut_of(egui_theme, |style| {
-        style.visuals = visuals(theme, &tones);
-        style.spacing.item_spacing = egui::vec2(8.0, 6.0);
-        style.spacing.button_padding = egui::vec2(8.0, 3.0);
+        style.visuals = visuals(theme, &colours);
+        style.spacing.item_spacing = vec2(8.0, 6.0);
+        style.spacing.button_padding = vec2(8.0, 3.0);
         style.spacing.slider_width = 130.0;
         style.interaction.selectable_labels = false;
         for (kind, size) in
@@ -91,77 +93,77 @@ pub fn apply(context: &Context, theme: Theme) {
     });
 }
 
-fn visuals(theme: Theme, tones: &Tones) -> Visuals {
+fn visuals(theme: Theme, colours: &ThemeColours) -> Visuals {
     let mut visuals = if theme == Theme::Dark { Visuals::dark() } else { Visuals::light() };
     let round = CornerRadius::same(5);
-    visuals.panel_fill = tones.panel;
-    visuals.window_fill = tones.panel;
-    visuals.window_stroke = Stroke::new(1.0, tones.line);
+    visuals.panel_fill = colours.panel;
+    visuals.window_fill = colours.panel;
+    visuals.window_stroke = Stroke::new(1.0, colours.line);
     visuals.window_corner_radius = CornerRadius::same(8);
-    visuals.extreme_bg_color = tones.field;
-    visuals.faint_bg_color = tones.field;
-    visuals.hyperlink_color = tones.accent;
-    visuals.selection.bg_fill = tones.accent;
-    visuals.selection.stroke = Stroke::new(1.0, tones.on_accent);
+    visuals.extreme_bg_color = colours.field;
+    visuals.faint_bg_color = colours.field;
+    visuals.hyperlink_color = colours.accent;
+    visuals.selection.bg_fill = colours.accent;
+    visuals.selection.stroke = Stroke::new(1.0, colours.on_accent);
     visuals.slider_trailing_fill = true;
-    visuals.warn_fg_color = tones.warn;
-    visuals.error_fg_color = tones.bad;
+    visuals.warn_fg_color = colours.warn;
+    visuals.error_fg_color = colours.bad;
     let widgets = &mut visuals.widgets;
-    for (look, fill, text) in [
-        (&mut widgets.noninteractive, tones.panel, tones.text),
-        (&mut widgets.inactive, tones.field, tones.text),
-        (&mut widgets.hovered, tones.line, tones.text),
-        (&mut widgets.active, tones.line, tones.text),
-        (&mut widgets.open, tones.line, tones.text),
+    for (widget, fill, text) in [
+        (&mut widgets.noninteractive, colours.panel, colours.text),
+        (&mut widgets.inactive, colours.field, colours.text),
+        (&mut widgets.hovered, colours.line, colours.text),
+        (&mut widgets.active, colours.line, colours.text),
+        (&mut widgets.open, colours.line, colours.text),
     ] {
-        (look.bg_fill, look.weak_bg_fill) = (fill, fill);
-        look.fg_stroke = Stroke::new(1.0, text);
-        look.bg_stroke = Stroke::new(1.0, tones.line);
-        look.corner_radius = round;
-        look.expansion = 0.0;
+        (widget.bg_fill, widget.weak_bg_fill) = (fill, fill);
+        widget.fg_stroke = Stroke::new(1.0, text);
+        widget.bg_stroke = Stroke::new(1.0, colours.line);
+        widget.corner_radius = round;
+        widget.expansion = 0.0;
     }
-    widgets.hovered.bg_stroke = Stroke::new(1.0, tones.accent);
+    widgets.hovered.bg_stroke = Stroke::new(1.0, colours.accent);
     visuals
 }
 
-/// The frame of a panel.
+/// Returns the frame of a panel.
 pub fn panel(theme: Theme) -> Frame {
-    Frame::new().fill(tones(theme).panel).inner_margin(Margin::symmetric(12, 8))
+    Frame::new().fill(colours(theme).panel).inner_margin(Margin::symmetric(12, 8))
 }
 
-/// The frame of something that floats over the picture.
+/// Returns the frame of an element that floats over the picture.
 pub fn floating(theme: Theme) -> Frame {
-    let tones = tones(theme);
+    let colours = colours(theme);
     Frame::new()
-        .fill(tones.panel.gamma_multiply(0.88))
-        .stroke(Stroke::new(1.0, tones.line))
+        .fill(colours.panel.gamma_multiply(0.88))
+        .stroke(Stroke::new(1.0, colours.line))
         .corner_radius(CornerRadius::same(6))
         .inner_margin(Margin::symmetric(10, 7))
 }
 
-/// Text that stands beside what counts.
+/// Returns secondary text.
 pub fn faint(ui: &Ui, theme: Theme, text: impl Into<String>) -> RichText {
     let size = ui.style().text_styles.get(&TextStyle::Body).map_or(13.0, |font| font.size - 1.0);
-    RichText::new(text).size(size).color(tones(theme).faint)
+    RichText::new(text).size(size).color(colours(theme).faint)
 }
 
-/// A line of a table: what, and how much, in figures of equal width.
-pub fn line(ui: &mut Ui, theme: Theme, what: &str, value: impl Into<String>) {
+/// Shows a line of a table: a name on the left and a value in a monospaced font on the right.
+pub fn line(ui: &mut Ui, theme: Theme, name: &str, value: impl Into<String>) {
     ui.horizontal(|ui| {
-        ui.label(faint(ui, theme, what));
+        ui.label(faint(ui, theme, name));
         ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
             ui.label(RichText::new(value).monospace());
         });
     });
 }
 
-/// A heading within a panel.
+/// Shows a heading within a panel.
 pub fn heading(ui: &mut Ui, theme: Theme, text: &str) {
     ui.add_space(6.0);
-    ui.label(RichText::new(text.to_uppercase()).size(10.5).color(tones(theme).faint).strong());
+    ui.label(RichText::new(text.to_uppercase()).size(10.5).color(colours(theme).faint).strong());
 }
 
-/// A number with a thin space at each thousand.
+/// Formats a number with a thin space between groups of three digits.
 pub fn thousands(number: u64) -> String {
     let digits = number.to_string();
     let mut text = String::with_capacity(digits.len() + digits.len() / 3);
@@ -172,4 +174,14 @@ pub fn thousands(number: u64) -> String {
         text.push(digit);
     }
     text
+}
+
+/// Shows a coloured dot and a text.
+pub fn status_dot(ui: &mut Ui, colour: Color32, text: RichText) {
+    ui.horizontal(|ui| {
+        ui.spacing_mut().item_spacing.x = 6.0;
+        let (rect, _) = ui.allocate_exact_size(vec2(8.0, 8.0), Sense::hover());
+        ui.painter().circle_filled(rect.center(), 4.0, colour);
+        ui.label(text);
+    });
 }

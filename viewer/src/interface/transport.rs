@@ -1,145 +1,138 @@
-//! The engine's clock and the number of robots: the bar at the bottom.
+//! The transport bar at the bottom: pause, step and speed of the engine's clock, and the number of robots.
 
 use egui::{RichText, Slider, Ui, vec2};
 use regatta_plugin::control::{ControlKind, ControlRequest};
 
-use super::Interface;
-use super::facts::{Action, Facts};
 use super::icons::{self, Icon};
+use super::state::Interface;
 use super::style;
+use super::view_model::{Action, ViewModel};
 
-/// Slowest and fastest factor of the slider; right of the fastest is "as fast as possible".
+/// The slowest and the fastest speed of the slider; right of the fastest is "as fast as possible".
 const SPEEDS: (f32, f32) = (0.1, 100.0);
-/// Place of "as fast as possible" on the slider, which counts in powers of ten.
-const MAX: f32 = 2.3;
-/// Most robots that the slider gives.
-const MOST_ROBOTS: u32 = 1_000_000;
+/// The slider's position for "as fast as possible". Other positions are the common logarithm of the speed.
+const UNLIMITED: f32 = 2.3;
+/// The largest number of robots on the slider.
+const MAX_ROBOTS: u32 = 1_000_000;
 
-/// What a person is about to choose, until the engine has it.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Drafts {
-    speed: Option<f32>,
-    robots: Option<u32>,
-}
-
-/// A request of the engine.
-pub fn control(kind: ControlKind) -> Action {
+/// Returns the action that sends a request of this kind to the engine.
+fn control(kind: ControlKind) -> Action {
     Action::Control(ControlRequest::new(kind))
 }
 
-/// Another speed.
-pub fn speed(speed: f32) -> Action {
+/// Returns the action that sets the speed.
+fn speed(speed: f32) -> Action {
     Action::Control(ControlRequest { speed, ..ControlRequest::new(ControlKind::Speed) })
 }
 
-/// Another number of robots.
-pub fn robots(count: u32) -> Action {
+/// Returns the action that sets the number of robots.
+fn robots(count: u32) -> Action {
     Action::Control(ControlRequest { count: count.into(), ..ControlRequest::new(ControlKind::Robots) })
 }
 
 impl Interface {
-    pub(super) fn transport(&mut self, ui: &mut Ui, facts: &Facts<'_>, actions: &mut Vec<Action>) {
+    pub(super) fn transport(&mut self, ui: &mut Ui, model: &ViewModel<'_>, actions: &mut Vec<Action>) {
         let theme = self.settings.theme();
-        let alive = facts.status.is_some();
+        let is_connected = model.status.is_some();
         ui.horizontal_centered(|ui| {
-            ui.add_enabled_ui(alive, |ui| {
-                let (icon, name) = if facts.is_paused() { (Icon::Play, "Resume") } else { (Icon::Pause, "Pause") };
+            ui.add_enabled_ui(is_connected, |ui| {
+                let (icon, name) = if model.is_paused() { (Icon::Play, "Resume") } else { (Icon::Pause, "Pause") };
                 let response = icons::button(ui, icon, name, vec2(38.0, 28.0));
                 if response.on_hover_text(format!("{name} (Space)")).clicked() {
-                    actions.push(self.pause_or_resume(facts));
+                    actions.push(self.pause_or_resume(model));
                 }
                 if icons::button(ui, Icon::Step, "Step", vec2(32.0, 28.0)).on_hover_text("One tick (.)").clicked() {
-                    actions.extend(self.step(facts));
+                    actions.extend(self.step(model));
                 }
             });
             ui.add_space(4.0);
-            self.clock(ui, facts);
+            self.clock(ui, model);
             ui.separator();
             ui.label(style::faint(ui, theme, "speed"));
-            ui.add_enabled_ui(alive, |ui| self.speed_slider(ui, facts, actions));
+            ui.add_enabled_ui(is_connected, |ui| self.speed_slider(ui, model, actions));
             ui.separator();
             ui.label(style::faint(ui, theme, "robots"));
-            ui.add_enabled_ui(alive, |ui| self.robots_slider(ui, facts, actions));
+            ui.add_enabled_ui(is_connected, |ui| self.robots_slider(ui, model, actions));
         });
     }
 
-    fn clock(&self, ui: &mut Ui, facts: &Facts<'_>) {
-        let time = facts.frame.map(|frame| frame.sim_time().as_secs_f64());
+    fn clock(&self, ui: &mut Ui, model: &ViewModel<'_>) {
+        let time = model.frame.map(|frame| frame.sim_time().as_secs_f64());
         let text = time.map_or("–".to_owned(), clock_text);
         ui.add_sized([96.0, 24.0], egui::Label::new(RichText::new(text).monospace().size(17.0)));
-        let factor = facts.status.filter(|_| !facts.is_paused()).map(|status| status.real_time_factor);
+        let factor = model.status.filter(|_| !model.is_paused()).map(|status| status.real_time_factor);
         let text = factor.map_or("– ×".to_owned(), |factor| format!("{factor:.2}×"));
         ui.add_sized([50.0, 24.0], egui::Label::new(style::faint(ui, self.settings.theme(), text)))
-            .on_hover_text("simulated seconds per second, as reached");
+            .on_hover_text("Measured speed: simulated seconds per second");
     }
 
-    fn speed_slider(&mut self, ui: &mut Ui, facts: &Facts<'_>, actions: &mut Vec<Action>) {
-        let told = facts.frame.map_or(1.0, |frame| frame.header().speed);
-        let mut place = place_of(self.drafts.speed.unwrap_or(told));
-        let slider = Slider::new(&mut place, SPEEDS.0.log10()..=MAX)
-            .custom_formatter(|place, _| speed_text(speed_at(place as f32)))
+    fn speed_slider(&mut self, ui: &mut Ui, model: &ViewModel<'_>, actions: &mut Vec<Action>) {
+        let reported = model.frame.map_or(1.0, |frame| frame.header().speed);
+        let mut position = position_of(self.sliders.speed.unwrap_or(reported));
+        let slider = Slider::new(&mut position, SPEEDS.0.log10()..=UNLIMITED)
+            .custom_formatter(|position, _| speed_text(speed_at(position as f32)))
             .custom_parser(|text| {
-                text.trim().trim_end_matches('×').parse().ok().map(|speed: f32| f64::from(place_of(speed)))
+                text.trim().trim_end_matches('×').parse().ok().map(|speed: f32| f64::from(position_of(speed)))
             });
-        let response = ui.add(slider).on_hover_text("wanted simulated seconds per second ([ and ])");
+        let response = ui.add(slider).on_hover_text("Requested speed: simulated seconds per second ([ and ])");
         if response.changed() {
-            let wanted = speed_at(place);
-            self.drafts.speed = Some(wanted);
+            let wanted = speed_at(position);
+            self.sliders.speed = Some(wanted);
             actions.push(speed(wanted));
         } else if !response.dragged() && !response.has_focus() {
-            self.drafts.speed = None;
+            self.sliders.speed = None;
         }
     }
 
-    fn robots_slider(&mut self, ui: &mut Ui, facts: &Facts<'_>, actions: &mut Vec<Action>) {
-        let told = facts.status.map_or(0, |status| status.robots);
-        let mut count = self.drafts.robots.unwrap_or(told);
-        let slider = Slider::new(&mut count, 1..=MOST_ROBOTS.max(told)).logarithmic(true).smart_aim(true);
-        let response = ui.add(slider).on_hover_text("number of robots, while the fleet runs (K and I)");
+    fn robots_slider(&mut self, ui: &mut Ui, model: &ViewModel<'_>, actions: &mut Vec<Action>) {
+        let reported = model.status.map_or(0, |status| status.robots);
+        let mut count = self.sliders.robots.unwrap_or(reported);
+        let slider = Slider::new(&mut count, 1..=MAX_ROBOTS.max(reported)).logarithmic(true).smart_aim(true);
+        let response = ui.add(slider).on_hover_text("Number of robots, also while the fleet runs (K and I)");
         if response.changed() {
-            self.drafts.robots = Some(count);
+            self.sliders.robots = Some(count);
             actions.push(robots(count));
-        } else if !response.dragged() && !response.has_focus() && self.drafts.robots == Some(told) {
-            self.drafts.robots = None;
+        } else if !response.dragged() && !response.has_focus() && self.sliders.robots == Some(reported) {
+            self.sliders.robots = None;
         }
     }
 
-    pub(super) fn pause_or_resume(&self, facts: &Facts<'_>) -> Action {
-        control(if facts.is_paused() { ControlKind::Resume } else { ControlKind::Pause })
+    pub(super) fn pause_or_resume(&self, model: &ViewModel<'_>) -> Action {
+        control(if model.is_paused() { ControlKind::Resume } else { ControlKind::Pause })
     }
 
-    /// A step is one of a paused engine.
-    pub(super) fn step(&self, facts: &Facts<'_>) -> Vec<Action> {
-        let pause = (!facts.is_paused()).then(|| control(ControlKind::Pause));
+    /// Returns the requests that advance one tick: a running engine is paused first.
+    pub(super) fn step(&self, model: &ViewModel<'_>) -> Vec<Action> {
+        let pause = (!model.is_paused()).then(|| control(ControlKind::Pause));
         let step = Action::Control(ControlRequest { count: 1, ..ControlRequest::new(ControlKind::Step) });
         pause.into_iter().chain([step]).collect()
     }
 
-    /// The speed times a factor.
-    pub(super) fn times_speed(&self, facts: &Facts<'_>, factor: f32) -> Action {
-        let told = facts.frame.map_or(1.0, |frame| frame.header().speed);
-        speed(if told.is_finite() { (told * factor).clamp(SPEEDS.0, SPEEDS.1) } else { SPEEDS.1 })
+    /// Returns the action that multiplies the speed by a factor.
+    pub(super) fn times_speed(&self, model: &ViewModel<'_>, factor: f32) -> Action {
+        let reported = model.frame.map_or(1.0, |frame| frame.header().speed);
+        speed(if reported.is_finite() { (reported * factor).clamp(SPEEDS.0, SPEEDS.1) } else { SPEEDS.1 })
     }
 
-    /// The number of robots times a factor, at least one more or less.
-    pub(super) fn times_robots(&self, facts: &Facts<'_>, factor: f32) -> Action {
-        let told = facts.status.map_or(1, |status| status.robots);
-        let wanted = (told as f32 * factor) as u32;
-        robots(if factor > 1.0 { wanted.max(told + 1) } else { wanted.min(told.saturating_sub(1)).max(1) })
+    /// Returns the action that multiplies the number of robots by a factor; it changes by at least one.
+    pub(super) fn times_robots(&self, model: &ViewModel<'_>, factor: f32) -> Action {
+        let reported = model.status.map_or(1, |status| status.robots);
+        let wanted = (reported as f32 * factor) as u32;
+        robots(if factor > 1.0 { wanted.max(reported + 1) } else { wanted.min(reported.saturating_sub(1)).max(1) })
     }
 }
 
-fn place_of(speed: f32) -> f32 {
-    if speed.is_finite() { speed.clamp(SPEEDS.0, SPEEDS.1).log10() } else { MAX }
+fn position_of(speed: f32) -> f32 {
+    if speed.is_finite() { speed.clamp(SPEEDS.0, SPEEDS.1).log10() } else { UNLIMITED }
 }
 
-fn speed_at(place: f32) -> f32 {
+fn speed_at(position: f32) -> f32 {
     let fastest = SPEEDS.1.log10();
-    if place > (fastest + MAX) / 2.0 {
+    if position > (fastest + UNLIMITED) / 2.0 {
         return f32::INFINITY;
     }
-    // Two figures, and 1 is easy to meet.
-    let exact = 10_f32.powf(place.min(fastest));
+    // Rounded to two digits, and to 1 near it, so that real time is easy to hit.
+    let exact = 10_f32.powf(position.min(fastest));
     let unit = 10_f32.powf(exact.log10().floor() - 1.0);
     let round = (exact / unit).round() * unit;
     if (0.94..1.06).contains(&round) { 1.0 } else { round }
@@ -153,7 +146,7 @@ fn speed_text(speed: f32) -> String {
     }
 }
 
-/// Hours, minutes and seconds.
+/// Formats hours, minutes and seconds.
 fn clock_text(seconds: f64) -> String {
     let (minutes, rest) = ((seconds / 60.0) as u64, seconds % 60.0);
     match minutes / 60 {
@@ -167,16 +160,16 @@ mod tests {
     use super::*;
 
     #[test]
-    fn speeds_are_where_the_slider_says() {
+    fn slider_positions_and_speeds_correspond() {
         for speed in [0.1_f32, 0.5, 1.0, 2.0, 25.0, 100.0, f32::INFINITY] {
-            let back = speed_at(place_of(speed));
-            assert!(back == speed || (back - speed).abs() < 1e-3 * speed, "{speed} is {back}");
+            let back = speed_at(position_of(speed));
+            assert!(back == speed || (back - speed).abs() < 1e-3 * speed, "{speed} became {back}");
         }
         assert_eq!(speed_text(f32::INFINITY), "max");
     }
 
     #[test]
-    fn clocks_are_read_at_a_glance() {
+    fn clock_times_are_formatted() {
         assert_eq!(clock_text(0.0), "00:00.00");
         assert_eq!(clock_text(83.456), "01:23.46");
         assert_eq!(clock_text(7384.5), "2:03:04.5");

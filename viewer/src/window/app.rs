@@ -1,4 +1,4 @@
-//! What the window's system tells, and when to draw.
+//! The application: it handles the events of the windowing system and decides when to draw.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -10,111 +10,103 @@ use winit::event::WindowEvent;
 use winit::event_loop::{ActiveEventLoop, ControlFlow};
 use winit::window::{Window, WindowId};
 
-use super::live::{Live, Next, Origin, title};
+use super::settings_store::SettingsStore;
+use super::viewer_window::{Next, ViewerWindow, title};
 use crate::interface::Interface;
-use crate::interface::rig::{Follow, Rig};
-use crate::interface::settings::{self, Settings};
-use crate::options::{Options, View};
+use crate::interface::camera_controller::{CameraController, Follow};
+use crate::options::{CameraOption, Options};
 
-/// Devices lost so soon one after the other are not lost by chance.
-const LOSSES: (usize, Duration) = (3, Duration::from_secs(20));
+/// The number of lost devices within a time that is tolerated.
+const MAX_LOSSES: (usize, Duration) = (3, Duration::from_secs(20));
 
-/// Longest sleep: Ctrl-C is seen after it.
-const PATIENCE: Duration = Duration::from_millis(200);
+/// The longest sleep, after which Ctrl-C is noticed.
+const MAX_SLEEP: Duration = Duration::from_millis(200);
 
-/// The program with a window.
+/// The application with its window.
 pub struct App<'a> {
     options: &'a Options,
     termination: Termination,
     instance: wgpu::Instance,
-    live: Option<Live>,
-    /// When devices were lost.
+    viewer: Option<ViewerWindow>,
+    /// The times at which devices were lost.
     losses: Vec<Instant>,
     failure: Option<Error>,
 }
 
 impl<'a> App<'a> {
-    /// Waits for the display to be ready.
+    /// Creates the application; the window opens when the display is ready.
     pub fn new(options: &'a Options, termination: Termination) -> Self {
         let instance = crate::gpu::device::instance();
-        Self { options, termination, instance, live: None, losses: Vec::new(), failure: None }
+        Self { options, termination, instance, viewer: None, losses: Vec::new(), failure: None }
     }
 
-    /// What ended it, if that wasn't a person.
+    /// Returns the outcome after the event loop has ended.
     ///
     /// # Errors
-    /// The first thing that failed.
+    /// The first failure.
     pub fn finish(self) -> Result {
         self.failure.map_or(Ok(()), Err)
     }
 
-    /// Opens the window and all that draws into it.
-    fn open(&self, events: &ActiveEventLoop) -> Result<Live> {
-        let path = settings::path();
-        let loaded = path.as_deref().map_or(Ok(Settings::default()), Settings::load);
-        let (kept, complaint) = match loaded {
-            Ok(kept) => (kept, None),
-            Err(error) => (Settings::default(), Some(error.to_string())),
-        };
-        let mut told = kept.clone().with(&self.options.look);
-        if let Some(size) = self.options.size {
-            told.window = size.0.as_vec2().to_array();
-        }
-        let [width, height] = told.window;
+    /// Opens the window and everything that draws into it.
+    fn open(&self, events: &ActiveEventLoop) -> Result<ViewerWindow> {
+        let (settings_store, error) = SettingsStore::load(self.options);
+        let [width, height] = settings_store.initial().window;
         let attributes = Window::default_attributes()
             .with_title(title(&self.options.fleet, None))
             .with_inner_size(LogicalSize::new(width, height))
             .with_min_inner_size(LogicalSize::new(320.0, 200.0));
-        let window = events.create_window(attributes).map_err(|error| Error::new(format!("no window: {error}")))?;
-        let mut interface = Interface::new(told.clone(), self.rig());
-        if let Some(complaint) = complaint {
-            interface.tell(complaint);
+        let window =
+            events.create_window(attributes).map_err(|error| Error::new(format!("can't open a window: {error}")))?;
+        let mut interface = Interface::new(settings_store.initial().clone(), self.camera_controller());
+        if let Some(error) = error {
+            interface.notify(error.to_string());
         }
-        Live::open(self.options, &self.instance, Arc::new(window), interface, Origin { stored: kept, told })
+        ViewerWindow::open(self.options, &self.instance, Arc::new(window), interface, settings_store)
     }
 
-    /// The camera that the options ask for.
-    fn rig(&self) -> Rig {
-        let mut rig = match self.options.camera {
-            View::Eye(camera) => Rig::new(camera, true),
-            View::Top => Rig::top_view(),
-            View::Fit => Rig::default(),
+    /// Returns the camera that the options request.
+    fn camera_controller(&self) -> CameraController {
+        let mut controller = match self.options.camera {
+            CameraOption::Eye(camera) => CameraController::new(camera, true),
+            CameraOption::Top => CameraController::top_view(),
+            CameraOption::Fit => CameraController::default(),
         };
         if let Some(robot) = self.options.follow {
-            rig.follow(Some((robot, Follow::Behind)));
+            controller.follow(Some((robot, Follow::Behind)));
         }
-        rig
+        controller
     }
 
     fn draw(&mut self, events: &ActiveEventLoop) {
-        let Some(live) = &mut self.live else { return };
-        match live.draw() {
+        let Some(viewer) = &mut self.viewer else { return };
+        match viewer.draw() {
             Ok(()) => {}
             Err(error) => return self.fail(events, error),
         }
-        if live.wants_to_close() {
+        if viewer.is_closing() {
             return self.close(events);
         }
-        if let Some(reason) = live.lost() {
+        if let Some(reason) = viewer.device_loss() {
             self.reopen(events, &reason);
         }
     }
 
-    /// Makes all anew that was made with a device that is lost.
+    /// Recreates everything that depended on a lost device.
     fn reopen(&mut self, events: &ActiveEventLoop, reason: &str) {
-        let (most, within) = LOSSES;
+        let (most, within) = MAX_LOSSES;
         self.losses.retain(|loss| loss.elapsed() < within);
         self.losses.push(Instant::now());
-        let Some(live) = self.live.take() else { return };
+        let Some(viewer) = self.viewer.take() else { return };
         if self.losses.len() > most {
-            let text = format!("the graphics device is lost again and again ({reason}); see to its driver");
+            let text = format!("the graphics device was lost repeatedly ({reason}); check its driver");
             return self.fail(events, Error::new(text));
         }
         tracing::warn!("the graphics device was lost ({reason}); opening it again");
-        let (window, mut interface, origin) = live.into_parts();
-        interface.tell("the graphics device was lost, and opened again");
-        match Live::open(self.options, &self.instance, window, interface, origin) {
-            Ok(live) => self.live = Some(live),
+        let (window, mut interface, settings_store) = viewer.into_parts();
+        interface.notify("the graphics device was lost and opened again");
+        match ViewerWindow::open(self.options, &self.instance, window, interface, settings_store) {
+            Ok(viewer) => self.viewer = Some(viewer),
             Err(error) => self.fail(events, error),
         }
     }
@@ -125,8 +117,8 @@ impl<'a> App<'a> {
     }
 
     fn close(&mut self, events: &ActiveEventLoop) {
-        if let Some(live) = &mut self.live {
-            live.save_settings();
+        if let Some(viewer) = &mut self.viewer {
+            viewer.save_settings();
         }
         events.exit();
     }
@@ -134,11 +126,11 @@ impl<'a> App<'a> {
 
 impl ApplicationHandler for App<'_> {
     fn resumed(&mut self, events: &ActiveEventLoop) {
-        if self.live.is_some() {
+        if self.viewer.is_some() {
             return;
         }
         match self.open(events) {
-            Ok(live) => self.live = Some(live),
+            Ok(viewer) => self.viewer = Some(viewer),
             Err(error) => self.fail(events, error),
         }
     }
@@ -149,8 +141,8 @@ impl ApplicationHandler for App<'_> {
             WindowEvent::RedrawRequested => return self.draw(events),
             _ => {}
         }
-        if let Some(live) = &mut self.live {
-            live.take(&event);
+        if let Some(viewer) = &mut self.viewer {
+            viewer.handle_event(&event);
         }
     }
 
@@ -158,20 +150,20 @@ impl ApplicationHandler for App<'_> {
         if self.termination.requested() {
             return self.close(events);
         }
-        let Some(live) = &mut self.live else { return };
-        match live.next(Instant::now()) {
+        let Some(viewer) = &mut self.viewer else { return };
+        match viewer.next(Instant::now()) {
             Ok(Next::Draw) => {
-                live.request_redraw();
-                // A hidden window may never be asked to draw.
-                events.set_control_flow(ControlFlow::WaitUntil(Instant::now() + PATIENCE));
+                viewer.request_redraw();
+                // A hidden window may never receive a redraw event.
+                events.set_control_flow(ControlFlow::WaitUntil(Instant::now() + MAX_SLEEP));
             }
-            Ok(Next::LookAt(at)) => events.set_control_flow(ControlFlow::WaitUntil(at)),
+            Ok(Next::WaitUntil(at)) => events.set_control_flow(ControlFlow::WaitUntil(at)),
             Err(error) => self.fail(events, error),
         }
     }
 
     fn exiting(&mut self, _: &ActiveEventLoop) {
-        // The surface goes before the display that it is on.
-        self.live = None;
+        // The surface must be dropped before its display.
+        self.viewer = None;
     }
 }

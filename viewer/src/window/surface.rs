@@ -1,5 +1,5 @@
-//! The window's surface: what is drawn is presented there. It comes and goes with the window's size, the screen and
-//! the driver.
+//! The window's surface, on which pictures are presented. It is reconfigured or recreated when the window's size, the
+//! screen or the driver change.
 
 use std::sync::Arc;
 
@@ -12,73 +12,74 @@ use winit::window::Window;
 
 use crate::gpu::device::{DeviceError, Gpu};
 
-/// Pictures that may be on their way to the screen.
+/// The number of pictures that may be queued for the screen.
 const LATENCY: u32 = 2;
 
-/// A surface, and how it is set up.
+/// A surface and its configuration.
 #[derive(Debug)]
-pub struct Screen {
+pub struct WindowSurface {
     surface: Surface<'static>,
     config: Option<SurfaceConfiguration>,
-    /// Of the fleet's picture: its shaders compute in light.
-    pub fleet: TextureFormat,
-    /// Of the interface: its colours are blended as they are seen.
-    pub interface: TextureFormat,
+    /// The format of the fleet's picture: sRGB, since its shaders compute in linear light.
+    pub fleet_format: TextureFormat,
+    /// The format of the interface: not sRGB, since egui blends encoded colours.
+    pub interface_format: TextureFormat,
 }
 
-/// A picture to be drawn.
+/// The texture of one picture.
 #[derive(Debug)]
 pub struct Canvas {
     texture: SurfaceTexture,
-    /// For the fleet.
+    /// The view for the fleet.
     pub fleet: TextureView,
-    /// For the interface.
+    /// The view for the interface.
     pub interface: TextureView,
-    /// In pixels.
+    /// Width and height, in pixels.
     pub size: UVec2,
 }
 
-/// Why there is nothing to draw on.
+/// The reason why there is no canvas.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NoCanvas {
     /// The window is hidden, or has no size.
     Hidden,
-    /// Not now; try the next time.
+    /// The surface is not ready; try again later.
     Later,
-    /// The surface is gone: make another one.
+    /// The surface is lost and must be recreated.
     Lost,
 }
 
-/// A window's surface, not set up yet.
+/// Creates a window's surface, not configured yet.
 ///
 /// # Errors
-/// If the window's system and the graphics drivers don't know each other.
-pub fn surface_of(instance: &wgpu::Instance, window: &Arc<Window>) -> Result<Surface<'static>, DeviceError> {
+/// If no graphics driver supports the windowing system.
+pub fn create_surface(instance: &wgpu::Instance, window: &Arc<Window>) -> Result<Surface<'static>, DeviceError> {
     instance.create_surface(Arc::clone(window)).map_err(|error| {
         tracing::debug!(%error, "no surface");
         DeviceError::NoAdapter
     })
 }
 
-impl Screen {
-    /// Sets a surface up for a device.
+impl WindowSurface {
+    /// Configures a surface for a device.
     ///
     /// # Errors
     /// If the device can't draw on it.
     pub fn new(surface: Surface<'static>, gpu: &Gpu, size: UVec2) -> Result<Self, DeviceError> {
         let formats = surface.get_capabilities(&gpu.adapter).formats;
         let plain = [TextureFormat::Bgra8Unorm, TextureFormat::Rgba8Unorm];
-        let wanted = plain.into_iter().find(|format| formats.contains(format)).or(formats.first().copied());
-        let interface = wanted.ok_or_else(|| DeviceError::Refused {
+        let preferred = plain.into_iter().find(|format| formats.contains(format)).or(formats.first().copied());
+        let interface_format = preferred.ok_or_else(|| DeviceError::Refused {
             adapter: gpu.info.name.clone(),
             reason: "it can't draw into this window".into(),
         })?;
-        let mut screen = Self { surface, config: None, fleet: interface.add_srgb_suffix(), interface };
-        screen.resize(gpu, size);
-        Ok(screen)
+        let fleet_format = interface_format.add_srgb_suffix();
+        let mut surface = Self { surface, config: None, fleet_format, interface_format };
+        surface.resize(gpu, size);
+        Ok(surface)
     }
 
-    /// Fits the surface to the window.
+    /// Adapts the surface to the size of the window, in pixels.
     pub fn resize(&mut self, gpu: &Gpu, size: UVec2) {
         let limit = gpu.device.limits().max_texture_dimension_2d;
         if size.min_element() == 0 {
@@ -88,23 +89,23 @@ impl Screen {
         let size = size.min(UVec2::splat(limit));
         let config = SurfaceConfiguration {
             usage: TextureUsages::RENDER_ATTACHMENT,
-            format: self.interface,
+            format: self.interface_format,
             color_space: SurfaceColorSpace::Auto,
             width: size.x,
             height: size.y,
             present_mode: PresentMode::AutoVsync,
             desired_maximum_frame_latency: LATENCY,
             alpha_mode: CompositeAlphaMode::Auto,
-            view_formats: vec![self.fleet],
+            view_formats: vec![self.fleet_format],
         };
         self.surface.configure(&gpu.device, &config);
         self.config = Some(config);
     }
 
-    /// The next picture to draw.
+    /// Acquires the canvas of the next picture.
     ///
     /// # Errors
-    /// [`NoCanvas`].
+    /// [`NoCanvas`] if there is none now.
     pub fn acquire(&mut self, gpu: &Gpu) -> Result<Canvas, NoCanvas> {
         let config = self.config.as_ref().ok_or(NoCanvas::Hidden)?;
         let size = UVec2::new(config.width, config.height);
@@ -122,12 +123,12 @@ impl Screen {
             let descriptor = wgpu::TextureViewDescriptor { format: Some(format), ..Default::default() };
             texture.texture.create_view(&descriptor)
         };
-        Ok(Canvas { fleet: view(self.fleet), interface: view(self.interface), size, texture })
+        Ok(Canvas { fleet: view(self.fleet_format), interface: view(self.interface_format), size, texture })
     }
 }
 
 impl Canvas {
-    /// Gives the picture to the screen, when all that draws it was submitted.
+    /// Presents the picture after all its commands were submitted.
     pub fn present(self, gpu: &Gpu) {
         gpu.queue.present(self.texture);
     }

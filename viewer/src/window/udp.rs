@@ -1,4 +1,4 @@
-//! The UDP programs that a person starts from the interface: children of this process.
+//! The UDP programs that the user starts from the interface. They are child processes.
 
 use std::io::{BufRead, BufReader};
 use std::process::{Child, Command, Stdio};
@@ -7,86 +7,86 @@ use std::time::{Duration, Instant};
 
 use regatta_plugin::{FleetName, PARENT_VARIABLE};
 
-use crate::interface::facts::Action;
+use crate::interface::view_model::Action;
 
-/// How long children may take to end when the viewer ends.
+/// The time that child processes have to end when the viewer ends.
 const GRACE: Duration = Duration::from_secs(2);
 
-/// The source, the sender, and those that were asked to end.
+/// The UDP source, the UDP sender, and former ones that were asked to end.
 #[derive(Debug, Default)]
-pub struct Udp {
-    source: Option<Program>,
-    sender: Option<Program>,
-    leaving: Vec<Program>,
+pub struct UdpProcesses {
+    source: Option<UdpProcess>,
+    sender: Option<UdpProcess>,
+    ending: Vec<UdpProcess>,
 }
 
 #[derive(Debug)]
-struct Program {
+struct UdpProcess {
     child: Child,
-    /// The last line of what it said.
-    said: Arc<Mutex<String>>,
+    /// The last line of its standard error output.
+    last_line: Arc<Mutex<String>>,
 }
 
-impl Udp {
-    /// Does what a person asks for; gives what to tell.
-    pub fn act(&mut self, action: &Action, fleet: &FleetName) -> Option<String> {
+impl UdpProcesses {
+    /// Starts or stops a program; ignores all other actions. Returns an error message for the user.
+    pub fn carry_out(&mut self, action: &Action, fleet: &FleetName) -> Option<String> {
         let started = match action {
             Action::StartUdpSource { listen, echo_to, offset } => {
                 let mut args = vec!["--listen", listen];
-                // What answers is what is seen, so the offset goes with it.
+                // The answers contain positions as shown, so they need the offset.
                 let offset = format!("--offset={},{}", offset.x, offset.y);
                 args.extend(echo_to.iter().flat_map(|echo_to| ["--echo-to", echo_to, &offset]));
-                self.leave(|udp| &mut udp.source);
-                start("udp-source", &args, fleet).map(|program| self.source = Some(program))
+                self.stop(|udp| &mut udp.source);
+                start("udp-source", &args, fleet).map(|process| self.source = Some(process))
             }
             Action::StartUdpSender { to } => {
-                self.leave(|udp| &mut udp.sender);
-                start("udp", &["--to", to], fleet).map(|program| self.sender = Some(program))
+                self.stop(|udp| &mut udp.sender);
+                start("udp", &["--to", to], fleet).map(|process| self.sender = Some(process))
             }
-            Action::StopUdpSource => return self.leave(|udp| &mut udp.source),
-            Action::StopUdpSender => return self.leave(|udp| &mut udp.sender),
+            Action::StopUdpSource => return self.stop(|udp| &mut udp.source),
+            Action::StopUdpSender => return self.stop(|udp| &mut udp.sender),
             _ => return None,
         };
-        started.err().map(|error| format!("UDP can't be started: {error}"))
+        started.err().map(|error| format!("can't start UDP: {error}"))
     }
 
-    fn leave(&mut self, which: impl Fn(&mut Self) -> &mut Option<Program>) -> Option<String> {
-        let mut program = which(self).take()?;
-        ask_to_end(&mut program.child);
-        self.leaving.push(program);
+    fn stop(&mut self, which: impl Fn(&mut Self) -> &mut Option<UdpProcess>) -> Option<String> {
+        let mut process = which(self).take()?;
+        ask_to_end(&mut process.child);
+        self.ending.push(process);
         None
     }
 
-    /// Whether they run.
-    pub fn runs(&self) -> [bool; 2] {
+    /// Whether the UDP source and the UDP sender are running.
+    pub fn is_running(&self) -> [bool; 2] {
         [self.source.is_some(), self.sender.is_some()]
     }
 
-    /// What to tell of those that have ended by themselves.
-    pub fn ended(&mut self) -> Vec<String> {
-        self.leaving.retain_mut(|program| matches!(program.child.try_wait(), Ok(None)));
-        [&mut self.source, &mut self.sender].into_iter().filter_map(ended).collect()
+    /// Removes the processes that have ended, and returns the messages of those that have failed.
+    pub fn remove_ended(&mut self) -> Vec<String> {
+        self.ending.retain_mut(|process| matches!(process.child.try_wait(), Ok(None)));
+        [&mut self.source, &mut self.sender].into_iter().filter_map(remove_ended).collect()
     }
 }
 
-impl Drop for Udp {
+impl Drop for UdpProcesses {
     fn drop(&mut self) {
-        self.leave(|udp| &mut udp.source);
-        self.leave(|udp| &mut udp.sender);
-        let patience = Instant::now() + GRACE;
-        while !self.leaving.is_empty() && Instant::now() < patience {
-            self.leaving.retain_mut(|program| matches!(program.child.try_wait(), Ok(None)));
+        self.stop(|udp| &mut udp.source);
+        self.stop(|udp| &mut udp.sender);
+        let deadline = Instant::now() + GRACE;
+        while !self.ending.is_empty() && Instant::now() < deadline {
+            self.ending.retain_mut(|process| matches!(process.child.try_wait(), Ok(None)));
             std::thread::sleep(Duration::from_millis(5));
         }
-        for program in &mut self.leaving {
+        for process in &mut self.ending {
             // Errors mean that it has ended.
-            let _ = program.child.kill();
-            let _ = program.child.wait();
+            let _ = process.child.kill();
+            let _ = process.child.wait();
         }
     }
 }
 
-fn start(plugin: &str, args: &[&str], fleet: &FleetName) -> std::io::Result<Program> {
+fn start(plugin: &str, args: &[&str], fleet: &FleetName) -> std::io::Result<UdpProcess> {
     let mut child = Command::new(std::env::current_exe()?)
         .args(["plugin", plugin])
         .args(args)
@@ -96,10 +96,10 @@ fn start(plugin: &str, args: &[&str], fleet: &FleetName) -> std::io::Result<Prog
         .stdout(Stdio::null())
         .stderr(Stdio::piped())
         .spawn()?;
-    let said = Arc::new(Mutex::new(String::new()));
+    let last_line = Arc::new(Mutex::new(String::new()));
     if let Some(stderr) = child.stderr.take() {
-        let last = Arc::clone(&said);
-        // Ends with the child.
+        let last = Arc::clone(&last_line);
+        // The thread ends with the child.
         std::thread::Builder::new().name(plugin.into()).spawn(move || {
             for line in BufReader::new(stderr).lines().map_while(Result::ok) {
                 if let Ok(mut last) = last.lock() {
@@ -108,7 +108,7 @@ fn start(plugin: &str, args: &[&str], fleet: &FleetName) -> std::io::Result<Prog
             }
         })?;
     }
-    Ok(Program { child, said })
+    Ok(UdpProcess { child, last_line })
 }
 
 #[cfg(unix)]
@@ -120,18 +120,19 @@ fn ask_to_end(child: &mut Child) {
     }
 }
 
-/// Elsewhere there is no gentle way.
+/// Other systems have no signal for it.
 #[cfg(not(unix))]
 fn ask_to_end(child: &mut Child) {
     // An error means that it has just ended by itself.
     let _ = child.kill();
 }
 
-fn ended(place: &mut Option<Program>) -> Option<String> {
-    let program = place.as_mut()?;
-    let status = program.child.try_wait().ok()??;
-    let said = program.said.lock().map_or(String::new(), |said| said.clone());
-    *place = None;
-    let said = said.trim_start_matches("regatta: ");
-    (!status.success()).then(|| format!("UDP: {said} ({status})"))
+/// Removes a process that has ended by itself, and returns its message if it has failed.
+fn remove_ended(process: &mut Option<UdpProcess>) -> Option<String> {
+    let ended = process.as_mut()?;
+    let status = ended.child.try_wait().ok()??;
+    let line = ended.last_line.lock().map_or(String::new(), |line| line.clone());
+    *process = None;
+    let line = line.trim_start_matches("regatta: ");
+    (!status.success()).then(|| format!("UDP: {line} ({status})"))
 }

@@ -1,4 +1,4 @@
-//! A small fleet made by hand, and pictures of it.
+//! A small hand-written fleet, and a renderer of pictures of it.
 
 use glam::{UVec2, Vec2};
 use image::RgbaImage;
@@ -6,15 +6,15 @@ use regatta_plugin::Frame;
 use regatta_plugin::frame::{ColumnsMut, FrameHeader, Line, NO_EDGE, frame_lines, stride_lines};
 use regatta_plugin::world::{EdgeRecord, NodeRecord, RobotTypeRecord, Shape};
 use regatta_viewer::camera::{Bounds, Camera};
-use regatta_viewer::gpu::TargetKind;
+use regatta_viewer::gpu::TargetConfig;
 use regatta_viewer::gpu::device::Gpu;
-use regatta_viewer::gpu::frame::{Picture, Renderer};
+use regatta_viewer::gpu::renderer::{Picture, Renderer};
 use regatta_viewer::picture::{FORMAT, Offscreen};
 use regatta_viewer::scene::Scene;
 
 pub const SIZE: UVec2 = UVec2::new(320, 200);
 
-/// A robot's row of a frame.
+/// A robot's row in a frame.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Robot {
     pub x: f32,
@@ -24,26 +24,31 @@ pub struct Robot {
     pub state: u8,
 }
 
-/// Draws one scene after the other.
-pub struct Studio {
+/// Renders scenes into pictures.
+pub struct TestRenderer {
     gpu: Gpu,
-    pub renderer: Renderer,
+    pub inner: Renderer,
     offscreen: Offscreen,
     tick: u64,
 }
 
-impl Studio {
+impl TestRenderer {
     pub fn new(gpu: &Gpu) -> Self {
-        Self::drawing_into(gpu, TargetKind::new(gpu, FORMAT, 4))
+        Self::with_target(gpu, TargetConfig::new(gpu, FORMAT, 4))
     }
 
-    pub fn drawing_into(gpu: &Gpu, target: TargetKind) -> Self {
+    pub fn with_target(gpu: &Gpu, target: TargetConfig) -> Self {
         let mut renderer = Renderer::new(gpu, target);
-        renderer.set_types(&types());
-        Self { gpu: gpu.clone(), renderer, offscreen: Offscreen::new(gpu, SIZE).expect("a small target"), tick: 0 }
+        renderer.set_robot_types(&robot_types());
+        Self {
+            gpu: gpu.clone(),
+            inner: renderer,
+            offscreen: Offscreen::new(gpu, SIZE).expect("a small target"),
+            tick: 0,
+        }
     }
 
-    /// A frame, half a simulated second after the one before.
+    /// Uploads a frame, half a simulated second after the previous one.
     pub fn push(&mut self, robots: &[Robot]) {
         let mut lines = vec![Line::default(); frame_lines(robots.len())];
         let columns = ColumnsMut::split(&mut lines, robots.len());
@@ -60,21 +65,21 @@ impl Studio {
             stride_lines: stride_lines(robots.len()) as u32,
             ..FrameHeader::default()
         };
-        self.renderer.push_frame(&Frame::new(&header, &lines).expect("a whole frame"));
+        self.inner.push_frame(&Frame::new(&header, &lines).expect("a complete frame"));
     }
 
-    pub fn shoot(&mut self, camera: &Camera, scene: &Scene, alpha: f32) -> RgbaImage {
-        let types = ["cart".to_owned(), "puck".to_owned()];
-        let legend = scene.colouring.legend(scene.theme, &types, Some((0.0, 2.0)));
+    pub fn render(&mut self, camera: &Camera, scene: &Scene, alpha: f32) -> RgbaImage {
+        let robot_types = ["cart".to_owned(), "puck".to_owned()];
+        let legend = scene.colouring.legend(scene.theme, &robot_types, Some((0.0, 2.0)));
         let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let picture = Picture { camera, scene, legend: &legend, size: SIZE, within: None, alpha };
-        self.renderer.draw(&mut encoder, &self.offscreen.view, &picture);
+        self.inner.draw(&mut encoder, &self.offscreen.view, &picture);
         self.offscreen.read(encoder).expect("a picture")
     }
 }
 
-/// A cart and a round one.
-pub fn types() -> [RobotTypeRecord; 2] {
+/// Returns two robot types: a rectangular cart and a round puck.
+pub fn robot_types() -> [RobotTypeRecord; 2] {
     let record = |name, shape, length, width| RobotTypeRecord {
         name: RobotTypeRecord::padded_name(name),
         shape: shape as u32,
@@ -86,7 +91,7 @@ pub fn types() -> [RobotTypeRecord; 2] {
     [record("cart", Shape::Rectangle, 0.9, 0.6), record("puck", Shape::Circle, 0.7, 0.7)]
 }
 
-/// A loop of two straight edges and two bends; the last straight one is driven both ways.
+/// Returns a loop of two straight edges and two bends. The second straight edge is two-way.
 pub fn graph() -> ([NodeRecord; 4], [EdgeRecord; 4]) {
     let places = [[0.0, 0.0], [8.0, 0.0], [8.0, 4.0], [0.0, 4.0]];
     let nodes =
@@ -110,7 +115,7 @@ pub fn graph() -> ([NodeRecord; 4], [EdgeRecord; 4]) {
     (nodes, edges)
 }
 
-/// Two rows of six robots: of each state, and at speeds from 0 to 2 m/s.
+/// Returns two rows of six robots in all states, at speeds from 0 to 2 m/s.
 pub fn robots() -> Vec<Robot> {
     (0..12)
         .map(|i| Robot {
@@ -123,7 +128,7 @@ pub fn robots() -> Vec<Robot> {
         .collect()
 }
 
-/// What the graph and the robots fill.
+/// The bounds of the graph and the robots.
 pub fn bounds() -> Bounds {
     Bounds { low: Vec2::new(-2.5, -0.8), high: Vec2::new(10.5, 4.8) }
 }

@@ -1,4 +1,4 @@
-//! A fleet in shared memory, through the command line, into files.
+//! Headless rendering of a fleet in shared memory, by the command line, into files.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -17,20 +17,20 @@ use regatta_viewer::gpu::device::Gpu;
 use regatta_viewer::scene::Scene;
 
 use crate::Test;
-use crate::fleet::{SIZE, Studio, graph, robots, types};
+use crate::fleet::{SIZE, TestRenderer, graph, robot_types, robots};
 
 pub const TESTS: &[(&str, Test)] =
-    &[("a_screenshot_of_a_live_fleet", a_screenshot), ("a_film_of_a_live_fleet", a_film)];
+    &[("a_live_fleet_is_drawn_into_a_screenshot", a_screenshot), ("a_live_fleet_is_recorded", a_recording)];
 
-/// Publishes a fleet that stands still, until it is dropped.
-struct Live {
+/// A producer of a stationary fleet, which publishes until it is dropped.
+struct LiveFleet {
     name: FleetName,
     folder: PathBuf,
     stop: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
 }
 
-impl Live {
+impl LiveFleet {
     fn start(test: &str) -> Self {
         let name: FleetName = format!("test-viewer-{test}-{}", std::process::id()).parse().expect("a name");
         let folder = std::env::temp_dir().join(name.to_string());
@@ -47,7 +47,7 @@ impl Live {
         let common = ["--headless", "--fleet", &fleet, "--size", "320x200"];
         let matches = command.try_get_matches_from(common.iter().chain(args)).expect("arguments");
         let options = Options::from_arg_matches(&matches).expect("options");
-        regatta_viewer::run(&options).expect("it draws");
+        regatta_viewer::run(&options).expect("pictures are written");
     }
 
     fn path(&self, name: &str) -> String {
@@ -55,13 +55,13 @@ impl Live {
     }
 }
 
-impl Drop for Live {
+impl Drop for LiveFleet {
     fn drop(&mut self) {
         self.stop.store(true, Ordering::Relaxed);
         let ended = self.thread.take().map(JoinHandle::join);
         std::fs::remove_dir_all(&self.folder).expect("removed");
         if !std::thread::panicking() {
-            ended.expect("a thread").expect("the producer ends well");
+            ended.expect("a thread").expect("the producer ends without an error");
         }
     }
 }
@@ -70,7 +70,7 @@ fn publish(fleet: &FleetName, stop: &AtomicBool) {
     let rows = robots();
     let mut producer = ProducerPorts::create(fleet, rows.len()).expect("a producer");
     let (nodes, edges) = graph();
-    producer.publish_world(&nodes, &edges, &types()).expect("a world");
+    producer.publish_world(&nodes, &edges, &robot_types()).expect("a world");
     for tick in 0.. {
         if stop.load(Ordering::Relaxed) {
             return;
@@ -96,37 +96,40 @@ fn collisions() -> Vec<f32> {
 }
 
 fn a_screenshot(gpu: &Gpu) {
-    let live = Live::start("shot");
+    let live = LiveFleet::start("shot");
     let path = live.path("shot.png");
-    let shoot = |bare: &[&str]| {
+    let screenshot = |hidden: &[&str]| {
         let camera = ["--camera", "4,-4,6,1.5,0.9", "--samples", "4"];
-        live.view(&[&["--screenshot", &path, "--at", "200ms"][..], &camera, bare].concat());
+        live.view(&[&["--screenshot", &path, "--at", "200ms"][..], &camera, hidden].concat());
         image::open(Path::new(&path)).expect("a picture").into_rgba8()
     };
-    let seen = shoot(&["--no-ids", "--no-legend"]);
-    let mut studio = Studio::new(gpu);
+    let actual = screenshot(&["--no-ids", "--no-legend"]);
+    let mut renderer = TestRenderer::new(gpu);
     let (nodes, edges) = graph();
-    studio.renderer.set_graph(&nodes, &edges);
-    studio.push(&robots());
-    studio.renderer.set_values(Some(&collisions()));
-    let wanted = studio.shoot(&Camera::at(Vec3::new(4.0, -4.0, 6.0), 1.5, 0.9), &Scene::default(), 1.0);
-    assert!(seen == wanted, "another picture than without shared memory");
+    renderer.inner.set_graph(&nodes, &edges);
+    renderer.push(&robots());
+    renderer.inner.set_values(Some(&collisions()));
+    let expected = renderer.render(&Camera::from_eye(Vec3::new(4.0, -4.0, 6.0), 1.5, 0.9), &Scene::default(), 1.0);
+    assert!(actual == expected, "the picture equals one rendered without shared memory");
     let differ = |other: &RgbaImage| {
-        let pixels = wanted.enumerate_pixels().zip(other.pixels());
+        let pixels = expected.enumerate_pixels().zip(other.pixels());
         let (near, far) = pixels.filter(|((_, _, a), b)| a != b).fold((0, 0), |(near, far), ((x, y, _), _)| {
             if x < 110 && y > 80 { (near + 1, far) } else { (near, far + 1) }
         });
         (near, far)
     };
-    let (legend, elsewhere) = differ(&shoot(&["--no-ids"]));
-    assert!(legend > 2_000 && elsewhere == 0, "the legend in its corner: {legend} pixels, {elsewhere} elsewhere");
-    let (_, ids) = differ(&shoot(&["--no-legend"]));
-    assert!(ids > 100, "ids beside nodes and edges: {ids} pixels");
+    let (legend, elsewhere) = differ(&screenshot(&["--no-ids"]));
+    assert!(
+        legend > 2_000 && elsewhere == 0,
+        "the legend covers only its corner: {legend} pixels there, {elsewhere} elsewhere"
+    );
+    let (_, ids) = differ(&screenshot(&["--no-legend"]));
+    assert!(ids > 100, "ids are drawn beside nodes and edges: {ids} pixels");
 }
 
-fn a_film(_: &Gpu) {
-    let live = Live::start("film");
-    let folder = live.path("film");
+fn a_recording(_: &Gpu) {
+    let live = LiveFleet::start("recording");
+    let folder = live.path("recording");
     live.view(&["--record", &folder, "--fps", "10", "--for", "500ms"]);
     for number in 0..5 {
         let picture = image::open(Path::new(&folder).join(format!("{number:06}.png"))).expect("a picture");

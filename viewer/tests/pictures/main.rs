@@ -1,8 +1,8 @@
-//! Pictures against references, and picking against known poses. Needs an adapter that draws on the processor; where
-//! there is none, each test is named as ignored.
+//! Tests of pictures against references, and of picking against known poses. They need a software adapter; without one,
+//! each of them is listed as ignored.
 //!
-//! The references were made on Mesa's llvmpipe. After a change that is meant to be seen, make them anew, and look at
-//! them: `REGATTA_UPDATE_PICTURES=1 cargo test -p regatta-viewer --test pictures`.
+//! The references were rendered by Mesa's llvmpipe. After an intended visual change, update them, and check each of them
+//! by eye: `REGATTA_UPDATE_PICTURES=1 cargo test -p regatta-viewer --test pictures`.
 
 mod fleet;
 mod live;
@@ -13,7 +13,7 @@ mod references;
 use libtest_mimic::{Arguments, Trial};
 use regatta_viewer::gpu::device::Gpu;
 
-/// A test that draws.
+/// A test that renders.
 type Test = fn(&Gpu);
 
 fn main() -> std::process::ExitCode {

@@ -1,40 +1,68 @@
 //! The stages of a tick over lanes, written once for every instruction set.
 
-/// The stages over the lanes of one instruction set.
+/// Declares a module with the stages over the lanes of one instruction set.
 macro_rules! kernel {
-    ($name:ident, $lanes:ident, #$feature:tt, $stream:expr) => {
+    ($(#[$feature:meta])* $name:ident, $stream:ident) => {
         mod $name {
             use std::f32::consts::{FRAC_PI_2, PI};
 
-            use super::$lanes::*;
-            use super::*;
+            use regatta_plugin::frame::{ColumnsMut, WORDS_PER_LINE};
+
+            use super::lanes::$name::*;
+            use super::prefetch::{prefetch_next_block, prefetch_next_pages};
+            use super::stream::{StoreMode, $stream};
+            use crate::graph::arc_length::Piece;
+            use crate::motion::atan2::{BELOW_PI, COEFFICIENTS, LEAST};
+            use crate::motion::block::{BlockLists, RowList};
+            use crate::motion::pieces::{PieceLookup, REVERSE};
+            use crate::motion::profile::LAST_STEP;
+            use crate::motion::rows::Rows;
+            use crate::motion::scalar::METRES_PER_UNIT;
+            use crate::motion::time_step::TimeStep;
 
             #[inline]
-            #$feature
+            $(#[$feature])*
             fn load(from: &[f32; N]) -> F {
                 bytemuck::cast(*from)
             }
 
             #[inline]
-            #$feature
+            $(#[$feature])*
             fn store(to: &mut [f32; N], value: F) {
                 *to = bytemuck::cast(value);
             }
 
-            /// Stores past the cache if `PAST`, which takes columns that start on a cache line.
-            #[inline]
-            #$feature
-            fn put<const PAST: bool>(to: &mut [f32; N], value: F) {
-                if PAST {
-                    $stream(to, value);
-                } else {
-                    store(to, value);
+            /// A column of a frame. Nothing reads it before the frame's borrow ends.
+            struct OutputColumn<'frame, S> {
+                chunks: &'frame mut [F],
+                mode: S,
+            }
+
+            impl<'frame, S: StoreMode<'frame>> OutputColumn<'frame, S> {
+                /// Takes the first `count` chunks of a column.
+                ///
+                /// # Panics
+                /// If it isn't a whole number of aligned chunks, or there are fewer.
+                fn new<T: bytemuck::Pod>(column: &'frame mut [T], count: usize, mode: S) -> Self {
+                    Self { chunks: &mut bytemuck::cast_slice_mut(column)[..count], mode }
+                }
+
+                #[inline]
+                $(#[$feature])*
+                fn put(&mut self, chunk: usize, value: F) {
+                    let to = &mut self.chunks[chunk];
+                    match self.mode.fence() {
+                        // SAFETY: `chunks` is private and only written, and its memory stays borrowed for `'frame`,
+                        // which ends after the fence is dropped.
+                        Some(fence) => unsafe { $stream(fence, to, value) },
+                        None => *to = value,
+                    }
                 }
             }
 
-            /// See [`scalar::accelerate`].
-            #$feature
-            pub fn accelerate(rows: &mut Rows, pace: Pace, lists: &mut Lists) {
+            /// See [`scalar::accelerate`](crate::motion::scalar::accelerate).
+            $(#[$feature])*
+            pub fn accelerate(rows: &mut Rows, time_step: TimeStep, lists: &mut BlockLists) {
                 let Some(limits) = &rows.limits else { return };
                 let speed = rows.speed.as_chunks_mut::<N>().0;
                 let count = speed.len();
@@ -43,11 +71,11 @@ macro_rules! kernel {
                 let cruise = &limits.cruise.as_chunks::<N>().0[..count];
                 let brake = &limits.brake.as_chunks::<N>().0[..count];
                 let rest = &limits.rest.as_chunks::<N>().0[..count];
-                let (units, unit) = (splat(0.5 * pace.units), splat(METRES_PER_UNIT));
+                let (units, unit) = (splat(0.5 * time_step.units), splat(METRES_PER_UNIT));
                 for i in 0..count {
                     let (here, before, rest) = (bytemuck::cast(w[i]), load(&speed[i]), load(&rest[i]));
                     let a = load(&acceleration[i]);
-                    let change = mul(a, splat(pace.seconds));
+                    let change = mul(a, splat(time_step.seconds));
                     let wanted = max(min(add(before, change), load(&cruise[i])), sub(before, change));
                     let most = round(mul(add(before, wanted), units));
                     let near = reaches(mul(to_float(add_int(here, most)), unit), rest, most);
@@ -57,15 +85,15 @@ macro_rules! kernel {
                     let there = add_int(here, step);
                     store(&mut speed[i], select(near, before, now));
                     w[i] = bytemuck::cast(select_int(near, here, there));
-                    lists.stood.push_bits(i * N, stood(now, before) & !bits(near));
-                    lists.arrived.push_bits(i * N, arrived(there, step) & !bits(near));
-                    lists.near.push_bits(i * N, bits(near));
+                    lists.stopped.push_bits(i * N, stops(now, before) & !bits(near));
+                    lists.arrived.push_bits(i * N, arrives(there, step) & !bits(near));
+                    lists.near_leg_end.push_bits(i * N, bits(near));
                 }
             }
 
-            /// See [`brake_speed`](super::super::profile::brake_speed).
+            /// See [`brake_speed`](crate::motion::profile::brake_speed).
             #[inline]
-            #$feature
+            $(#[$feature])*
             fn brake_speed(brake: F, acceleration: F, change: F, before: F, ahead: F) -> F {
                 let spent = mul(change, sub(mul(splat(0.25), change), before));
                 let square = add(spent, sub(brake, mul(add(acceleration, acceleration), ahead)));
@@ -73,80 +101,85 @@ macro_rules! kernel {
                 max(speed, mul(splat(LAST_STEP), change))
             }
 
-            /// See [`scalar::advance`].
-            #$feature
-            pub fn advance(rows: &mut Rows, pace: Pace, listed: &mut Listed) {
+            /// See [`scalar::advance`](crate::motion::scalar::advance).
+            $(#[$feature])*
+            pub fn advance(rows: &mut Rows, time_step: TimeStep, arrived: &mut RowList) {
                 let w = rows.w.as_chunks_mut::<N>().0;
                 let count = w.len();
                 let speed = &rows.speed.as_chunks::<N>().0[..count];
                 for i in 0..count {
-                    let step = round(mul(load(&speed[i]), splat(pace.units)));
+                    let step = round(mul(load(&speed[i]), splat(time_step.units)));
                     let there = add_int(bytemuck::cast(w[i]), step);
                     w[i] = bytemuck::cast(there);
-                    listed.push_bits(i * N, arrived(there, step));
+                    arrived.push_bits(i * N, arrives(there, step));
                 }
             }
 
-            /// See [`scalar::write`].
-            #$feature
-            pub fn write<const PAST: bool>(rows: &Rows, pieces: &[Piece], columns: ColumnsMut) {
-                if PAST {
-                    fetch_pages_ahead(&columns);
+            /// See [`scalar::write`](crate::motion::scalar::write).
+            $(#[$feature])*
+            pub fn write<'frame, S: StoreMode<'frame>>(
+                rows: &Rows,
+                table: &[Piece],
+                columns: ColumnsMut<'frame>,
+                mode: S,
+            ) {
+                if mode.fence().is_some() {
+                    prefetch_next_pages(&columns);
                 }
-                let x = columns.x.as_chunks_mut::<N>().0;
-                let count = x.len();
-                let y = &mut columns.y.as_chunks_mut::<N>().0[..count];
-                let theta = &mut columns.theta.as_chunks_mut::<N>().0[..count];
-                let speed_out = &mut columns.speed.as_chunks_mut::<N>().0[..count];
-                let s_out = &mut columns.s.as_chunks_mut::<N>().0[..count];
-                let edge_out: &mut [f32] = bytemuck::cast_slice_mut(columns.edge);
-                let edge_out = &mut edge_out.as_chunks_mut::<N>().0[..count];
-                let piece = &rows.piece.as_chunks::<N>().0[..count];
+                let count = columns.x.len() / N;
+                let states = columns.state.len();
+                let mut x = OutputColumn::new(columns.x, count, mode);
+                let mut y = OutputColumn::new(columns.y, count, mode);
+                let mut theta = OutputColumn::new(columns.theta, count, mode);
+                let mut speed_out = OutputColumn::new(columns.speed, count, mode);
+                let mut s_out = OutputColumn::new(columns.s, count, mode);
+                let mut edge_out = OutputColumn::new(columns.edge, count, mode);
+                let piece: PieceLookup<N> = rows.piece.lookup(table, count);
                 let w = &rows.w.as_chunks::<N>().0[..count];
                 let speed = &rows.speed.as_chunks::<N>().0[..count];
                 let s_end = &rows.s_end.as_chunks::<N>().0[..count];
                 let edge = &rows.edge.as_chunks::<N>().0[..count];
                 for i in 0..count {
                     if (i * N).is_multiple_of(WORDS_PER_LINE) {
-                        fetch_ahead(piece[i].as_ptr());
-                        fetch_ahead(w[i].as_ptr());
-                        fetch_ahead(speed[i].as_ptr());
-                        fetch_ahead(s_end[i].as_ptr());
-                        fetch_ahead(edge[i].as_ptr());
+                        prefetch_next_block(piece.signs(i).as_ptr());
+                        prefetch_next_block(w[i].as_ptr());
+                        prefetch_next_block(speed[i].as_ptr());
+                        prefetch_next_block(s_end[i].as_ptr());
+                        prefetch_next_block(edge[i].as_ptr());
                     }
-                    let [cx, cy] = coefficients(table_rows(pieces, &piece[i]));
-                    let sign: I = bytemuck::cast(piece[i]);
+                    let [cx, cy] = coefficients(piece.pieces(i));
+                    let sign: I = bytemuck::cast(*piece.signs(i));
                     let metres = mul(to_float(bytemuck::cast(w[i])), splat(METRES_PER_UNIT));
-                    put::<PAST>(&mut x[i], place(cx, metres));
-                    put::<PAST>(&mut y[i], place(cy, metres));
+                    x.put(i, place(cx, metres));
+                    y.put(i, place(cy, metres));
                     let heading = atan2(flip(slope(cy, metres), sign), flip(slope(cx, metres), sign));
-                    put::<PAST>(&mut theta[i], heading);
-                    put::<PAST>(&mut speed_out[i], add(flip(load(&speed[i]), sign), splat(0.0)));
-                    put::<PAST>(&mut s_out[i], add(load(&s_end[i]), flip(metres, sign)));
-                    put::<PAST>(&mut edge_out[i], bytemuck::cast(edge[i]));
+                    theta.put(i, heading);
+                    speed_out.put(i, add(flip(load(&speed[i]), sign), splat(0.0)));
+                    s_out.put(i, add(load(&s_end[i]), flip(metres, sign)));
+                    edge_out.put(i, bytemuck::cast(edge[i]));
                 }
-                let state: &[f32] = bytemuck::cast_slice(&rows.state[..columns.state.len()]);
-                let state_out: &mut [f32] = bytemuck::cast_slice_mut(columns.state);
-                for (to, from) in state_out.as_chunks_mut::<N>().0.iter_mut().zip(state.as_chunks::<N>().0) {
-                    put::<PAST>(to, load(from));
+                let state: &[[u8; 4 * N]] = rows.state[..states].as_chunks().0;
+                let mut state_out = OutputColumn::new(columns.state, state.len(), mode);
+                for (i, from) in state.iter().enumerate() {
+                    state_out.put(i, bytemuck::cast(*from));
                 }
             }
 
             #[inline]
-            #$feature
+            $(#[$feature])*
             fn place(c: [F; 4], w: F) -> F {
                 add(c[0], mul(w, add(c[1], mul(w, add(c[2], mul(w, c[3]))))))
             }
 
             #[inline]
-            #$feature
+            $(#[$feature])*
             fn slope(c: [F; 4], w: F) -> F {
                 add(c[1], mul(w, add(add(c[2], c[2]), mul(w, mul(splat(3.0), c[3])))))
             }
 
-            /// See [`atan2`](super::super::atan2::atan2).
+            /// See [`atan2`](crate::motion::atan2::atan2).
             #[inline]
-            #$feature
+            $(#[$feature])*
             fn atan2(y: F, x: F) -> F {
                 let (ax, ay) = (abs(x), abs(y));
                 let t = div(min(ax, ay), max(max(ax, ay), splat(f32::MIN_POSITIVE)));

@@ -29,7 +29,7 @@ use crate::records::world::{EdgeRecord, NodeRecord, RobotTypeRecord, WorldHeader
 
 /// All ports of a producer. A fleet has one live producer at a time.
 ///
-/// What belongs to a tick is published before its frame: first [events](Self::publish_events), the [order
+/// Everything that belongs to a tick is published before its frame: first [events](Self::publish_events), the [order
 /// log](Self::publish_order_log) and [columns](Self::publish_column), then the frame. So a reader that has the frame has
 /// all of it. A [`Session`](crate::producer::Session) adds a clock, figures and the control service.
 ///

@@ -3,6 +3,7 @@
 use std::time::{Duration, Instant};
 
 use super::figures::resident_bytes;
+use super::pending::Pending;
 use super::session::Session;
 use super::speed::Speed;
 use super::{Producer, Refusal};
@@ -10,15 +11,6 @@ use crate::records::control::{ControlKind, ControlRequest, ControlResponse};
 
 /// The largest number of ticks that one request may step.
 const MAX_STEP: u64 = 1 << 40;
-
-/// A request that was carried out or refused, and waits for its answer.
-#[derive(Debug)]
-pub(super) struct Pending {
-    ticket: u64,
-    /// The number of steps in all after which it is answered.
-    due: u64,
-    refusal: Option<Refusal>,
-}
 
 impl Session {
     /// Carries out the requests that have arrived, and answers those that are due.

@@ -4,8 +4,8 @@ use std::time::{Duration, Instant};
 
 use super::Producer;
 use super::clock::Clock;
-use super::control::Pending;
 use super::figures::Figures;
+use super::pending::Pending;
 use super::speed::Speed;
 use crate::ports::error::{PublishError, ReadError};
 use crate::ports::lockstep::LockstepError;

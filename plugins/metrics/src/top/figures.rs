@@ -1,4 +1,4 @@
-//! Robots by state, and the run's figures.
+//! Robots by state, and the figures of the run.
 
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Flex, Layout, Rect};
@@ -6,31 +6,32 @@ use ratatui::style::{Color, Style};
 use ratatui::text::{Line, Span};
 use ratatui::widgets::Paragraph;
 
-use super::screen::{View, heading};
+use super::section::section;
+use super::view::View;
 use super::{format, theme};
-use crate::census::{Census, STATE_NAMES, STATES};
 use crate::snapshot::Run;
+use crate::state_counts::{STATE_NAMES, STATES, StateCounts};
 
-/// Colours of the states, in the order of their numbers: idle, driving, waiting, held, faulted.
+/// The colours of the states, in the order of their numbers: idle, driving, waiting, held, faulted.
 const STATE_COLOURS: [Color; STATES] = [theme::QUIET, theme::GOOD, theme::WAITING, theme::WARNING, theme::BAD];
 
-/// The states by what a person looks for first.
+/// The display order of the states, the most important first.
 const ORDER: [usize; STATES] = [1, 0, 2, 3, 4];
 
-/// Columns between the name of a figure and the end of its value: more, and the eye can't follow.
-const WIDEST: u16 = 34;
+/// The largest width of a figure with its name, in columns, at which the eye can follow.
+const MAX_FIGURE_WIDTH: u16 = 34;
 
-/// Ends of a bar, in eighths of a column.
+/// The ends of a bar, in eighths of a column.
 const EIGHTHS: [&str; 8] = ["", "▏", "▎", "▍", "▌", "▋", "▊", "▉"];
 
-/// A bar for each state.
-pub fn draw_robots(frame: &mut Frame<'_>, area: Rect, census: &Census) {
-    let robots = census.robots();
-    let area = heading(frame, area, "robots", Span::styled(format::count(robots), theme::strong()));
+/// Draws a bar for each state.
+pub fn draw_robots(frame: &mut Frame<'_>, area: Rect, state_counts: &StateCounts) {
+    let robots = state_counts.robots();
+    let area = section(frame, area, "robots", Span::styled(format::count(robots), theme::strong()));
     let digits = format::count(robots).len().max(3);
     let width = usize::from(area.width).saturating_sub(8 + digits + 2);
     let line = |state: usize| {
-        let count = census.by_state[state];
+        let count = state_counts.by_state[state];
         let style = if count > 0 { Style::new() } else { theme::quiet() };
         Line::from(vec![
             Span::styled(format!("{:<8}", STATE_NAMES[state]), theme::quiet()),
@@ -41,7 +42,7 @@ pub fn draw_robots(frame: &mut Frame<'_>, area: Rect, census: &Census) {
     frame.render_widget(Paragraph::new(ORDER.map(line).to_vec()), area);
 }
 
-/// A bar of that share of `width` columns. What isn't nothing shows.
+/// Formats a bar of that share of `width` columns. Shares above 0 are always visible.
 fn bar(share: f64, width: usize) -> String {
     let least = f64::from(u8::from(share > 0.0));
     let eighths = (share * width as f64 * 8.0).round().max(least).min(width as f64 * 8.0) as usize;
@@ -49,17 +50,18 @@ fn bar(share: f64, width: usize) -> String {
     format!("{bar:<width$}")
 }
 
-/// What a figure is called, and what it is.
+/// The name and the value of a figure.
 type Figure = (&'static str, Span<'static>);
 
-/// Two columns of figures.
+/// Draws two columns of figures.
 pub fn draw_figures(frame: &mut Frame<'_>, area: Rect, view: &View, run: &Run) {
-    let area = heading(frame, area, "run", Span::styled(format!("{:016x}", run.run_id), theme::quiet()));
-    let columns: [Rect; 2] = Layout::horizontal([Constraint::Max(WIDEST); 2]).spacing(3).flex(Flex::Start).areas(area);
-    for (area, figures) in columns.into_iter().zip([time_figures(view, run), way_figures(view, run)]) {
+    let area = section(frame, area, "run", Span::styled(format!("{:016x}", run.run_id), theme::quiet()));
+    let columns: [Rect; 2] =
+        Layout::horizontal([Constraint::Max(MAX_FIGURE_WIDTH); 2]).spacing(3).flex(Flex::Start).areas(area);
+    for (area, figures) in columns.into_iter().zip([time_figures(view, run), distance_figures(view, run)]) {
         let width = usize::from(area.width);
         let line = |(name, value): Figure| {
-            // Rather a name cut short than a number.
+            // The name is truncated rather than the value.
             let room = width.saturating_sub(value.width() + 1);
             Line::from(vec![Span::styled(format!("{name:<room$.room$} "), theme::quiet()), value])
         };
@@ -73,28 +75,31 @@ fn time_figures(view: &View, run: &Run) -> [Figure; 5] {
     let totals = &view.snapshot.totals;
     [
         ("tick period", format::seconds(run.tick_period.as_secs_f64()).into()),
-        ("late ticks", alarming(run.late_ticks, theme::WARNING)),
+        ("late ticks", problem_count(run.late_ticks, theme::WARNING)),
         ("jitter", time(mean)),
         ("worst jitter", time(max)),
         ("frames skipped", format::count(totals.frames_skipped).into()),
     ]
 }
 
-fn way_figures(view: &View, run: &Run) -> [Figure; 5] {
+fn distance_figures(view: &View, run: &Run) -> [Figure; 5] {
     let unknown = || Span::styled("–", theme::quiet());
     let collisions = &view.snapshot.collisions;
     let lag = collisions.tick().map(|tick| run.tick.saturating_sub(tick) as f64 * run.tick_period.as_secs_f64());
     [
-        ("mean speed", format!("{:.2} m/s", run.census.mean_speed()).into()),
+        ("mean speed", format!("{:.2} m/s", run.state_counts.mean_speed()).into()),
         ("driven", format::metres(view.snapshot.totals.driven_metres).into()),
         ("frames read", format::count(view.snapshot.totals.frames_read).into()),
-        ("collisions ever", collisions.pairs.map_or_else(unknown, |pairs| alarming(pairs.touching_ever, theme::BAD))),
+        (
+            "collisions ever",
+            collisions.pairs.map_or_else(unknown, |pairs| problem_count(pairs.touching_ever, theme::BAD)),
+        ),
         ("checker lag", lag.map_or_else(unknown, |lag| format::seconds(lag).into())),
     ]
 }
 
-/// A count that is best 0.
-fn alarming(count: u64, colour: Color) -> Span<'static> {
+/// Formats a count of problems, coloured unless it is 0.
+fn problem_count(count: u64, colour: Color) -> Span<'static> {
     Span::styled(format::count(count), if count > 0 { theme::text(colour) } else { Style::new() })
 }
 
@@ -103,7 +108,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn bars_are_as_long_as_their_share() {
+    fn bars_have_the_length_of_their_share() {
         assert_eq!(bar(0.0, 4), "    ");
         assert_eq!(bar(1.0, 4), "████");
         assert_eq!(bar(0.5, 4), "██  ");

@@ -1,15 +1,15 @@
-//! Numbers as people read them.
+//! Human-readable numbers.
 
 use std::time::Duration;
 
-/// A count, in groups of three digits: `12,345`.
+/// Formats a count in groups of three digits: `12,345`.
 pub fn count(count: u64) -> String {
     let digits = count.to_string();
     let groups: Vec<_> = digits.as_bytes().rchunks(3).rev().map(String::from_utf8_lossy).collect();
     groups.join(",")
 }
 
-/// Seconds, in the unit that gives them two or three digits: `12 µs`, `1.23 ms`.
+/// Formats seconds in the unit that gives two or three digits: `12 µs`, `1.23 ms`.
 pub fn seconds(seconds: f64) -> String {
     match seconds {
         s if s < 999.5e-6 => format!("{:.0} µs", s * 1e6),
@@ -20,7 +20,7 @@ pub fn seconds(seconds: f64) -> String {
     }
 }
 
-/// Simulated time: `12.34 s`, then `1:02:03.45`.
+/// Formats simulated time: `12.34 s`, then `1:02:03.45`.
 pub fn clock(time: Duration) -> String {
     let (whole, hundredths) = (time.as_secs(), time.subsec_millis() / 10);
     let (hours, minutes, seconds) = (whole / 3600, whole / 60 % 60, whole % 60);
@@ -31,7 +31,7 @@ pub fn clock(time: Duration) -> String {
     }
 }
 
-/// Bytes, as `34 MB`.
+/// Formats bytes: `34 MB`.
 pub fn bytes(bytes: u64) -> String {
     match bytes as f64 {
         b if b < 999.5e3 => format!("{:.0} kB", b * 1e-3),
@@ -41,7 +41,7 @@ pub fn bytes(bytes: u64) -> String {
     }
 }
 
-/// Metres: `12.3 m`, `4.56 km`.
+/// Formats metres: `12.3 m`, `4.56 km`.
 pub fn metres(metres: f64) -> String {
     match metres {
         m if m < 999.95 => format!("{m:.1} m"),
@@ -50,12 +50,12 @@ pub fn metres(metres: f64) -> String {
     }
 }
 
-/// A wanted speed: `×2`, or `max`.
+/// Formats a wanted speed: `×2`, or `max`.
 pub fn speed(speed: f32) -> String {
     if speed.is_finite() { format!("×{speed}") } else { "max".to_owned() }
 }
 
-/// A factor of real time, with as many digits as say something: `0.998`, `12.3`, `5,432`.
+/// Formats a real-time factor with three to four significant digits: `0.998`, `12.3`, `5,432`.
 pub fn factor(factor: f64) -> String {
     match factor {
         f if f < 9.9995 => format!("{f:.3}"),
@@ -69,7 +69,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_read_well() {
+    fn numbers_are_human_readable() {
         assert_eq!([0, 999, 1_000, 12_345_678].map(count), ["0", "999", "1,000", "12,345,678"]);
         let times = [0.0, 12.4e-6, 999.4e-6, 999.6e-6, 0.012_34, 0.5, 3.21].map(seconds);
         assert_eq!(times, ["0 µs", "12 µs", "999 µs", "1.00 ms", "12.3 ms", "500 ms", "3.2 s"]);

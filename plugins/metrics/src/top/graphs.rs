@@ -7,25 +7,25 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::{RenderDirection, Sparkline, SparklineBar};
 
 use super::history::{History, Slot};
-use super::screen::heading;
+use super::section::section;
 use super::{format, theme};
 use crate::snapshot::Run;
 
-/// Bars are whole numbers: so many make the highest one.
-const STEPS: f64 = 1e6;
+/// The value of the highest bar, as bars are integers.
+const MAX_BAR: f64 = 1e6;
 
-/// One sparkline.
+/// A sparkline.
 struct Graph<'a> {
     title: &'a str,
-    /// The newest figures in words: as many as there is room for.
+    /// The newest figures as text, from the longest to the shortest; the first that fits is shown.
     notes: Vec<Line<'a>>,
     /// Height and colour of the bar of a slot.
     bar: fn(&Slot) -> Option<(f64, Color)>,
-    /// What reaches the top, unless a bar is higher.
+    /// Height of the graph, unless a bar is higher.
     top: f64,
 }
 
-/// Draws all three side by side.
+/// Draws all three graphs side by side.
 pub fn draw(frame: &mut Frame<'_>, area: Rect, history: &History, run: &Run) {
     let areas: [Rect; 3] = Layout::horizontal([Constraint::Fill(1); 3]).spacing(2).areas(area);
     let newest = history.newest();
@@ -45,7 +45,7 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, history: &History, run: &Run) {
     }
 }
 
-/// The longest of the slot, by how much of its time it took.
+/// Returns the longest tick of the slot, coloured by the share of the tick period that it took.
 fn tick_cost(slot: &Slot) -> Option<(f64, Color)> {
     let (_, max) = slot.tick_cost?;
     let colour = match max {
@@ -63,14 +63,14 @@ fn real_time(slot: &Slot) -> Option<(f64, Color)> {
     Some((factor, if enough { theme::GOOD } else { theme::WARNING }))
 }
 
-/// The longest of the slot; a frame that is older than a tick was overtaken.
+/// Returns the oldest frame of the slot. A frame older than a tick has been superseded.
 fn frame_age(slot: &Slot) -> Option<(f64, Color)> {
     let (_, max) = slot.frame_age?;
-    let fresh = slot.budget <= 0.0 || max < slot.budget;
-    Some((max, if fresh { theme::NEUTRAL } else { theme::WARNING }))
+    let is_fresh = slot.budget <= 0.0 || max < slot.budget;
+    Some((max, if is_fresh { theme::NEUTRAL } else { theme::WARNING }))
 }
 
-/// Mean and longest in words, or the longest alone.
+/// Formats the mean and the maximum, or only the maximum.
 fn times<'a>(mean_and_max: Option<(f64, f64)>) -> Vec<Line<'a>> {
     let Some((mean, max)) = mean_and_max else { return Vec::new() };
     let mean = Span::styled(format::seconds(mean), theme::strong());
@@ -88,16 +88,16 @@ fn factor<'a>(run: &Run) -> Vec<Line<'a>> {
 fn draw_graph(frame: &mut Frame<'_>, area: Rect, history: &History, graph: Graph<'_>) {
     let room = usize::from(area.width).saturating_sub(graph.title.len() + 3);
     let note = graph.notes.into_iter().find(|note| note.width() <= room);
-    let area = heading(frame, area, graph.title, note.unwrap_or_default());
+    let area = section(frame, area, graph.title, note.unwrap_or_default());
     let bars: Vec<_> = history.newest_first().take(area.width.into()).map(graph.bar).collect();
     let top = bars.iter().flatten().map(|bar| bar.0).fold(graph.top, f64::max).max(f64::MIN_POSITIVE);
     let bar = |bar: Option<(f64, Color)>| match bar {
-        // Whatever was measured shows.
+        // Every measured value is visible.
         Some((value, colour)) => {
-            SparklineBar::from(Some(((value / top * STEPS) as u64).max(1))).style(theme::text(colour))
+            SparklineBar::from(Some(((value / top * MAX_BAR) as u64).max(1))).style(theme::text(colour))
         }
         None => SparklineBar::from(None),
     };
-    let sparkline = Sparkline::default().data(bars.into_iter().map(bar)).max(STEPS as u64);
+    let sparkline = Sparkline::default().data(bars.into_iter().map(bar)).max(MAX_BAR as u64);
     frame.render_widget(sparkline.direction(RenderDirection::RightToLeft).absent_value_symbol(" "), area);
 }

@@ -6,36 +6,38 @@ use ratatui::text::{Line, Span, Text};
 use ratatui::widgets::{Cell, Paragraph, Row, Scrollbar, ScrollbarOrientation, ScrollbarState, Table, Wrap};
 use regatta_plugin::contact::{ContactHeader, ContactLevel, ContactRecord};
 
-use super::screen::{View, heading};
+use super::section::section;
+use super::view::View;
 use super::{format, theme};
 use crate::snapshot::{Process, Run, Snapshot};
 
-/// Columns of text that a pair takes at most. A wide list has several pairs side by side.
-const COLUMN: u16 = 64;
+/// The largest width of a pair, in columns of text. A wide list shows several pairs side by side.
+const PAIR_WIDTH: u16 = 64;
 
-/// Pairs that touch or may touch, from the `scroll`th on, or from the last that fills the list. Gives which that is.
+/// Draws pairs that touch or may touch, from the `scroll`th on, or from the last one that fills the list. Returns the
+/// number of the first pair that is drawn.
 pub fn draw_collisions(frame: &mut Frame<'_>, area: Rect, snapshot: &Snapshot, run: &Run, scroll: usize) -> usize {
     let collisions = &snapshot.collisions;
     let note = collisions.pairs.as_ref().map(totals).unwrap_or_default();
-    let area = heading(frame, area, "collisions", note);
+    let area = section(frame, area, "collisions", note);
     if collisions.pairs.is_none() {
-        hint(frame, area, "Nobody checks: start `regatta plugin collision`.");
+        draw_hint(frame, area, "No checker runs: start `regatta plugin collision`.");
         return 0;
     }
     if collisions.list.is_empty() {
-        hint(frame, area, "No robots touch, or are about to.");
+        draw_hint(frame, area, "No robots touch, or are about to.");
         return 0;
     }
-    let columns = usize::from((area.width / COLUMN).max(1));
+    let columns = usize::from((area.width / PAIR_WIDTH).max(1));
     let rows = usize::from(area.height.saturating_sub(1));
-    let furthest = collisions.list.len().saturating_sub(rows * columns);
-    let scroll = scroll.min(furthest);
-    let places = Layout::horizontal(vec![Constraint::Fill(1); columns])
+    let max_scroll = collisions.list.len().saturating_sub(rows * columns);
+    let scroll = scroll.min(max_scroll);
+    let areas = Layout::horizontal(vec![Constraint::Fill(1); columns])
         .split(Rect { width: area.width.saturating_sub(2), ..area });
-    for (place, pairs) in places.iter().zip(collisions.list[scroll..].chunks(rows.max(1))) {
-        draw_column(frame, *place, pairs, run);
+    for (column, pairs) in areas.iter().zip(collisions.list[scroll..].chunks(rows.max(1))) {
+        draw_column(frame, *column, pairs, run);
     }
-    draw_scrollbar(frame, area, scroll, furthest);
+    draw_scrollbar(frame, area, scroll, max_scroll);
     scroll
 }
 
@@ -46,7 +48,7 @@ fn draw_column(frame: &mut Frame<'_>, area: Rect, pairs: &[ContactRecord], run: 
     frame.render_widget(Table::new(rows, widths).header(header.style(theme::quiet())).flex(Flex::Start), area);
 }
 
-/// How many there are.
+/// Formats the numbers of pairs.
 fn totals(pairs: &ContactHeader) -> Line<'static> {
     let touching = format!("{} touching", format::count(pairs.touching.into()));
     let capped = if pairs.capped != 0 { ", and more" } else { "" };
@@ -55,11 +57,11 @@ fn totals(pairs: &ContactHeader) -> Line<'static> {
     Line::from(vec![Span::styled(touching, style), Span::styled(possible, theme::quiet())])
 }
 
-/// Which part of a list is shown, at its right edge, if there is more.
-fn draw_scrollbar(frame: &mut Frame<'_>, area: Rect, scroll: usize, furthest: usize) {
-    if furthest > 0 {
+/// Draws a scrollbar at the right edge of a list, if it is longer than the area.
+fn draw_scrollbar(frame: &mut Frame<'_>, area: Rect, scroll: usize, max_scroll: usize) {
+    if max_scroll > 0 {
         let area = Rect { y: area.y + 1, height: area.height.saturating_sub(1), ..area };
-        let mut state = ScrollbarState::new(furthest + 1).position(scroll);
+        let mut state = ScrollbarState::new(max_scroll + 1).position(scroll);
         let bar = Scrollbar::new(ScrollbarOrientation::VerticalRight).begin_symbol(None).end_symbol(None);
         frame.render_stateful_widget(bar.style(theme::quiet()).track_symbol(Some("│")), area, &mut state);
     }
@@ -81,13 +83,13 @@ fn collision(pair: &ContactRecord, run: &Run) -> Row<'static> {
     ])
 }
 
-/// The processes of the fleet with their processor time and memory.
+/// Draws the processes of the fleet with their processor time and memory.
 pub fn draw_processes(frame: &mut Frame<'_>, area: Rect, view: &View) {
     let processes = &view.snapshot.processes;
     let count = Span::styled(format::count(processes.len() as u64), theme::strong());
-    let area = heading(frame, area, "processes", count);
+    let area = section(frame, area, "processes", count);
     if let Some(error) = &view.process_error {
-        return hint(frame, area, error);
+        return draw_hint(frame, area, error);
     }
     let header = Row::new([left("name"), right("pid"), right("cpu"), right("memory")]).style(theme::quiet());
     let widths = [Constraint::Fill(1), Constraint::Length(7), Constraint::Length(6), Constraint::Length(6)];
@@ -104,7 +106,7 @@ fn process(process: &Process) -> Row<'static> {
     Row::new([left(process.name.clone()), right(process.pid.to_string()), busy, right(memory)])
 }
 
-fn hint(frame: &mut Frame<'_>, area: Rect, text: &str) {
+fn draw_hint(frame: &mut Frame<'_>, area: Rect, text: &str) {
     frame.render_widget(Paragraph::new(text).style(theme::quiet()).wrap(Wrap { trim: true }), area);
 }
 

@@ -1,59 +1,19 @@
-//! The screen of `top`: everything fits into 80 columns and 24 lines; more room makes the graphs taller and the lists
+//! The screen of `top`. Everything fits into 80 columns and 24 lines; more space makes the graphs taller and the lists
 //! longer.
 
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::Stylize;
 use ratatui::text::{Line, Span};
-use ratatui::widgets::{Block, Borders, Clear, Padding, Paragraph, Wrap};
-use regatta_plugin::FleetName;
+use ratatui::widgets::{Block, Clear, Padding, Paragraph, Wrap};
 use regatta_plugin::frame::ClockState;
 
-use super::history::History;
-use super::steering::Outcome;
+use super::view::View;
 use super::{figures, format, graphs, lists, theme};
-use crate::snapshot::{Collisions, Run, Snapshot, Totals};
+use crate::snapshot::Run;
 
-/// What the screen shows.
-#[derive(Debug)]
-pub struct View {
-    /// The fleet.
-    pub snapshot: Snapshot,
-    /// Its last minutes.
-    pub history: History,
-    /// Why its processes can't be told.
-    pub process_error: Option<String>,
-    /// Collisions above the first line of the list.
-    pub scroll: usize,
-    /// Whether the keys are explained.
-    pub help: bool,
-    /// What came of the last key.
-    pub outcome: Option<Outcome>,
-}
-
-impl View {
-    /// A screen on which nothing has happened yet.
-    pub fn new(fleet: &FleetName) -> Self {
-        let snapshot = Snapshot {
-            fleet: fleet.clone(),
-            totals: Totals::default(),
-            run: None,
-            collisions: Collisions::default(),
-            processes: Vec::new(),
-        };
-        let history = History::default();
-        Self { snapshot, history, process_error: None, scroll: 0, help: false, outcome: None }
-    }
-
-    /// Scrolls the collisions by so many lines, not past their end.
-    pub fn scroll_by(&mut self, lines: isize) {
-        let last = self.snapshot.collisions.list.len().saturating_sub(1);
-        self.scroll = self.scroll.min(last).saturating_add_signed(lines).min(last);
-    }
-}
-
-/// Below this nothing can be told apart.
-const SMALLEST: (u16, u16) = (72, 20);
+/// The least size of the terminal, in columns and lines.
+const MIN_SIZE: (u16, u16) = (72, 20);
 
 const KEYS: [(&str, &str); 9] = [
     ("space", "pause or resume"),
@@ -64,13 +24,13 @@ const KEYS: [(&str, &str); 9] = [
     ("↑ ↓ PgUp PgDn", "scroll the collisions"),
     ("Home End", "first, last collision"),
     ("?", "this list"),
-    ("q  Esc  Ctrl-C", "end"),
+    ("q  Esc  Ctrl-C", "quit"),
 ];
 
-/// Draws all of it. Scrolls back what was scrolled too far for this screen.
+/// Draws the whole screen. Limits the scroll position to the length of the list.
 pub fn draw(frame: &mut Frame<'_>, view: &mut View) {
     let area = frame.area();
-    if area.width < SMALLEST.0 || area.height < SMALLEST.1 {
+    if area.width < MIN_SIZE.0 || area.height < MIN_SIZE.1 {
         return centred(frame, area, vec![Line::from("This window is too small."), Line::from("80 × 24 shows all.")]);
     }
     let [head, body, foot] =
@@ -86,7 +46,7 @@ pub fn draw(frame: &mut Frame<'_>, view: &mut View) {
     }
 }
 
-/// All of a fleet that has an engine. Gives how far its collisions are scrolled.
+/// Draws a fleet that has an engine. Returns the scroll position of its collisions.
 fn draw_run(frame: &mut Frame<'_>, area: Rect, view: &View, run: &Run) -> usize {
     let graphs = (area.height / 5).clamp(5, 14);
     let [above, middle, below] =
@@ -95,7 +55,7 @@ fn draw_run(frame: &mut Frame<'_>, area: Rect, view: &View, run: &Run) -> usize 
             .areas(inset(area));
     graphs::draw(frame, above, &view.history, run);
     let [left, right] = Layout::horizontal([Constraint::Fill(2), Constraint::Fill(3)]).spacing(2).areas(middle);
-    figures::draw_robots(frame, left, &run.census);
+    figures::draw_robots(frame, left, &run.state_counts);
     figures::draw_figures(frame, right, view, run);
     let processes = (area.width / 4).clamp(31, 60);
     let [left, right] =
@@ -104,7 +64,7 @@ fn draw_run(frame: &mut Frame<'_>, area: Rect, view: &View, run: &Run) -> usize 
     lists::draw_collisions(frame, left, &view.snapshot, run, view.scroll)
 }
 
-/// Without an engine there is nothing to show but who else waits for it.
+/// Draws a fleet without an engine: a hint, and the processes that wait for one.
 fn draw_waiting(frame: &mut Frame<'_>, area: Rect, view: &View) {
     let fleet = &view.snapshot.fleet;
     let flag = if fleet.as_str() == "default" { String::new() } else { format!(" --fleet {fleet}") };
@@ -112,7 +72,7 @@ fn draw_waiting(frame: &mut Frame<'_>, area: Rect, view: &View) {
         Line::from(format!("No engine runs the fleet '{fleet}'.")).style(theme::strong()),
         Line::default(),
         Line::from(vec!["Start one:  ".into(), Span::from(format!("regatta run{flag}")).bold()]),
-        Line::from("This view goes on as soon as there is one.").style(theme::quiet()),
+        Line::from("This view continues as soon as there is one.").style(theme::quiet()),
     ];
     let [above, below] = Layout::vertical([Constraint::Fill(1), Constraint::Fill(1)]).areas(inset(area));
     centred(frame, above, lines);
@@ -135,7 +95,7 @@ fn head_line(view: &View) -> Line<'_> {
     Line::from(spans)
 }
 
-/// The keys; or for a while what came of the last one.
+/// Returns the list of keys, or for some seconds the outcome of the last one.
 fn foot_line(view: &View) -> Line<'_> {
     match &view.outcome {
         Some(Ok(text)) => Line::from(format!(" {text}")).style(theme::text(theme::GOOD)),
@@ -153,32 +113,18 @@ fn foot_line(view: &View) -> Line<'_> {
 
 fn draw_help(frame: &mut Frame<'_>, area: Rect) {
     let lines = KEYS.into_iter().map(|(key, what)| Line::from(vec![format!("{key:<15}").bold(), what.into()]));
-    let place = area.centered(Constraint::Length(46), Constraint::Length(KEYS.len() as u16 + 4));
+    let popup = area.centered(Constraint::Length(46), Constraint::Length(KEYS.len() as u16 + 4));
     let block = Block::bordered()
         .border_style(theme::quiet())
         .title(Span::styled(" keys ", theme::strong()))
         .padding(Padding::new(2, 2, 1, 1));
-    frame.render_widget(Clear, place);
-    frame.render_widget(Paragraph::new(lines.collect::<Vec<_>>()).block(block), place);
+    frame.render_widget(Clear, popup);
+    frame.render_widget(Paragraph::new(lines.collect::<Vec<_>>()).block(block), popup);
 }
 
 fn centred(frame: &mut Frame<'_>, area: Rect, lines: Vec<Line<'_>>) {
-    let place = area.centered_vertically(Constraint::Length(lines.len() as u16));
-    frame.render_widget(Paragraph::new(lines).centered().wrap(Wrap { trim: true }), place);
-}
-
-/// A rule with a title at its left and a note at its right; gives what is below it.
-pub fn heading<'a>(frame: &mut Frame<'_>, area: Rect, title: impl Into<Span<'a>>, note: impl Into<Line<'a>>) -> Rect {
-    let title = Line::from(vec![title.into().style(theme::strong()), " ".into()]);
-    let mut note: Line<'_> = note.into();
-    if note.width() > 0 {
-        note.spans.insert(0, " ".into());
-    }
-    let block = Block::new().borders(Borders::TOP).border_style(theme::quiet());
-    let block = block.title_top(title).title_top(note.right_aligned());
-    let inside = block.inner(area);
-    frame.render_widget(block, area);
-    inside
+    let centre = area.centered_vertically(Constraint::Length(lines.len() as u16));
+    frame.render_widget(Paragraph::new(lines).centered().wrap(Wrap { trim: true }), centre);
 }
 
 fn inset(area: Rect) -> Rect {
@@ -186,5 +132,4 @@ fn inset(area: Rect) -> Rect {
 }
 
 #[cfg(test)]
-#[path = "screen_tests.rs"]
 mod tests;

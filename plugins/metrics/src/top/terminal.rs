@@ -1,4 +1,4 @@
-//! The terminal: taken over whole, and given back however the program ends.
+//! The terminal: switched to full screen, and restored however the program ends.
 
 use std::io::{self, IsTerminal, Stdout};
 
@@ -8,19 +8,19 @@ use ratatui::crossterm::cursor::Show;
 use ratatui::crossterm::execute;
 use regatta_plugin::{Error, Result};
 
-/// What is drawn on.
+/// The terminal to draw on.
 pub type Screen = Terminal<CrosstermBackend<Stdout>>;
 
-/// The terminal in raw mode, on its other screen. Dropping it gives the terminal back; a panic does so too.
-pub struct Taken {
-    /// To draw on.
+/// A guard of the terminal in raw mode, on its alternate screen. Dropping it restores the terminal, as does a panic.
+pub struct TerminalGuard {
+    /// The terminal to draw on.
     pub screen: Screen,
 }
 
-/// Makes sure that there is a terminal.
+/// Checks that there is a terminal.
 ///
 /// # Errors
-/// If standard input and output are none.
+/// Fails unless standard input and output are terminals.
 pub fn check() -> Result {
     match io::stdin().is_terminal() && io::stdout().is_terminal() {
         true => Ok(()),
@@ -28,24 +28,26 @@ pub fn check() -> Result {
     }
 }
 
-impl Taken {
-    /// Takes the terminal over.
+impl TerminalGuard {
+    /// Switches the terminal to full screen.
     ///
     /// # Errors
-    /// If it can't be.
-    pub fn take() -> Result<Self> {
+    /// Fails if the terminal can't be switched.
+    pub fn enter() -> Result<Self> {
         let screen = ratatui::try_init().map_err(|reason| {
             ratatui::restore();
-            Error::new(format_args!("can't take over this terminal ({reason}); is TERM set to what it is?"))
+            Error::new(format_args!(
+                "can't switch this terminal to full screen ({reason}); check that TERM names its type"
+            ))
         })?;
         Ok(Self { screen })
     }
 }
 
-impl Drop for Taken {
+impl Drop for TerminalGuard {
     fn drop(&mut self) {
-        // After a panic it was given back already, before the message: again would put the cursor on top of that.
-        // A terminal that was closed needs nothing back.
+        // After a panic, the terminal was already restored before the message: restoring it again would move the cursor
+        // onto that. A closed terminal needs no restoring.
         if !std::thread::panicking() {
             let _ = ratatui::try_restore();
         }

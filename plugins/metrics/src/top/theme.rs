@@ -1,32 +1,32 @@
-//! Colours. All lie in the middle between black and white, so that each can be told from either: nobody knows what
-//! colour a terminal has. The background stays as it is. With `NO_COLOR` set there are none.
+//! Colours. All have a medium brightness, so that they are legible on black and on white, as the terminal's background
+//! is unknown. The background stays as it is. With `NO_COLOR` set, there are no colours.
 
 use ratatui::style::{Color, Modifier, Style};
 
-/// What is as it should be.
+/// The colour of good values.
 pub const GOOD: Color = Color::Indexed(28);
-/// What deserves a look.
+/// The colour of values that deserve attention.
 pub const WARNING: Color = Color::Indexed(166);
-/// What is wrong.
+/// The colour of bad values.
 pub const BAD: Color = Color::Indexed(160);
-/// What waits.
+/// The colour of waiting robots.
 pub const WAITING: Color = Color::Indexed(33);
-/// What is neither good nor bad.
+/// The colour of values that are neither good nor bad.
 pub const NEUTRAL: Color = Color::Indexed(30);
-/// What explains the rest.
+/// The colour of labels.
 pub const QUIET: Color = Color::Indexed(243);
 
-/// Text of a colour.
+/// Returns the style of text of a colour.
 pub fn text(colour: Color) -> Style {
     Style::new().fg(colour)
 }
 
-/// Figures and titles.
+/// Returns the style of figures and titles.
 pub fn strong() -> Style {
     text(Color::Reset).add_modifier(Modifier::BOLD)
 }
 
-/// Names of figures.
+/// Returns the style of labels.
 pub fn quiet() -> Style {
     text(QUIET)
 }

@@ -1,4 +1,4 @@
-//! CSV: one file a robot, or one long table.
+//! CSV export: one file per robot, or one table of all robots.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -9,23 +9,23 @@ use std::path::{Path, PathBuf};
 use super::{ExportError, Record};
 use crate::output;
 
-/// Text that is kept in memory before it goes to the files, so that each is opened a few times only.
+/// The amount of text buffered in memory before it is written, so that each of the many files is opened only a few times.
 const BUFFER_BYTES: usize = 64 << 20;
-/// The one table of a long export.
+/// The file name of a table of all robots.
 const LONG: &str = "robots.csv";
 
-/// The tables under construction.
+/// The writer of all CSV files of an export.
 pub(super) struct Tables {
     folder: PathBuf,
     long: bool,
-    head: String,
+    header: String,
     columns: usize,
-    /// By robot; all under 0 in one long table.
+    /// The tables by robot. A table of all robots has the key 0.
     tables: BTreeMap<usize, Table>,
     buffered: usize,
 }
 
-/// One file's text that isn't written yet.
+/// The text of one file that isn't written yet.
 #[derive(Default)]
 struct Table {
     text: String,
@@ -33,13 +33,13 @@ struct Table {
 }
 
 impl Tables {
-    /// `titles` of all columns, the last ones of which are the plugins'.
+    /// Creates the folder. `titles` are those of all columns; the last `plugins` of them belong to plugins' columns.
     pub fn create(folder: &Path, long: bool, titles: &[String], plugins: usize) -> Result<Self, ExportError> {
         fs::create_dir_all(folder).map_err(|reason| ExportError::Write { path: folder.to_owned(), reason })?;
         Ok(Self {
             folder: folder.to_owned(),
             long,
-            head: titles.join(",") + "\n",
+            header: titles.join(",") + "\n",
             columns: plugins,
             tables: BTreeMap::new(),
             buffered: 0,
@@ -49,7 +49,7 @@ impl Tables {
     pub fn add(&mut self, record: &Record<'_>) -> Result<(), ExportError> {
         let table = self.tables.entry(if self.long { 0 } else { record.robot }).or_default();
         let before = table.text.len();
-        line(record, self.columns, &mut table.text).expect("a String takes all");
+        write_line(record, self.columns, &mut table.text).expect("writing to a String never fails");
         self.buffered += table.text.len() - before;
         if self.buffered > BUFFER_BYTES { self.write() } else { Ok(()) }
     }
@@ -61,12 +61,12 @@ impl Tables {
                 true => self.folder.join(LONG),
                 false => self.folder.join(format!("robot-{robot}.csv")),
             };
-            table.write(&path, &self.head).map_err(|reason| ExportError::Write { path, reason })?;
+            table.write(&path, &self.header).map_err(|reason| ExportError::Write { path, reason })?;
         }
         Ok(())
     }
 
-    /// Writes what is left, and says what there is.
+    /// Writes the buffered rest and returns a description of the files.
     pub fn finish(mut self) -> Result<String, ExportError> {
         self.write()?;
         let folder = self.folder.display();
@@ -75,12 +75,12 @@ impl Tables {
 }
 
 impl Table {
-    fn write(&mut self, path: &Path, head: &str) -> std::io::Result<()> {
+    fn write(&mut self, path: &Path, header: &str) -> std::io::Result<()> {
         let mut file = match self.is_created {
             true => OpenOptions::new().append(true).open(path)?,
             false => {
                 let mut file = output::create(path)?;
-                file.write_all(head.as_bytes())?;
+                file.write_all(header.as_bytes())?;
                 file
             }
         };
@@ -91,8 +91,8 @@ impl Table {
     }
 }
 
-/// Numbers are written so that they read back as they were, to the last bit.
-fn line(record: &Record<'_>, columns: usize, out: &mut String) -> std::fmt::Result {
+/// Appends a record's line. Numbers have enough digits to be read back bit for bit.
+fn write_line(record: &Record<'_>, columns: usize, out: &mut String) -> std::fmt::Result {
     let Record { snapshot, robot, row, .. } = record;
     let time = snapshot.time.as_secs_f64();
     write!(out, "{time},{},{},{},{robot},", snapshot.run, snapshot.header().tick, record.sim_time())?;

@@ -1,4 +1,4 @@
-//! Parquet: one table of all robots, sorted by time.
+//! Parquet export: one table of all robots, sorted by time.
 
 use std::fs::File;
 use std::io;
@@ -12,39 +12,40 @@ use parquet::file::properties::WriterProperties;
 use parquet::file::writer::{SerializedFileWriter, SerializedRowGroupWriter};
 use parquet::schema::types::Type;
 
-use super::{ExportError, HEAD, Record};
+use super::{COMMON_TITLES, ExportError, Record};
 use crate::output;
 
-/// Rows that are kept in memory and written as one group.
+/// The number of rows that are buffered in memory and written as one row group.
 const GROUP_ROWS: usize = 1 << 19;
 
-/// The table under construction.
+/// The writer of a Parquet file.
 pub(super) struct Table {
     path: PathBuf,
     writer: SerializedFileWriter<File>,
     group: Group,
 }
 
-/// Rows that aren't written yet, column by column.
+/// The rows that aren't written yet, as columns.
 #[derive(Default)]
 struct Group {
     rows: usize,
+    /// `time_s` and `sim_time_s`.
     times: [Vec<f64>; 2],
     ticks: Vec<i64>,
-    /// Run and robot.
+    /// `run` and `robot`.
     numbers: [Vec<i32>; 2],
-    /// x, y, theta, speed, s.
+    /// `x_m`, `y_m`, `theta_rad`, `speed_m_per_s` and `s_m`.
     motion: [Vec<f32>; 5],
     edges: Optional<i32>,
     states: Vec<ByteArray>,
     columns: Vec<Optional<f32>>,
 }
 
-/// Values of a column that doesn't have one in every row.
+/// A column of optional values.
 #[derive(Clone, Default)]
 struct Optional<T> {
     values: Vec<T>,
-    /// A 1 for each row that has a value, a 0 for each other.
+    /// Definition levels: 1 for each row that has a value, 0 for each other row.
     present: Vec<i16>,
 }
 
@@ -56,7 +57,7 @@ impl<T> Optional<T> {
 }
 
 impl Table {
-    /// `titles` of all columns, the last ones of which are the plugins'.
+    /// Creates the file. `titles` are those of all columns; the last `plugins` of them belong to plugins' columns.
     pub fn create(path: &Path, titles: &[String], plugins: usize) -> Result<Self, ExportError> {
         let failed = |reason: io::Error| ExportError::Write { path: path.to_owned(), reason };
         let zstd = ZstdLevel::try_new(1).map_err(|error| failed(error.into()))?;
@@ -80,7 +81,7 @@ impl Table {
         written.map_err(|error| ExportError::Write { path: self.path.clone(), reason: error.into() })
     }
 
-    /// Writes what is left, and says what there is.
+    /// Writes the buffered rest, closes the file and returns its path.
     pub fn finish(mut self) -> Result<String, ExportError> {
         self.write()?;
         let path = self.path;
@@ -91,25 +92,25 @@ impl Table {
     }
 }
 
-/// The columns of [`HEAD`](super::HEAD) and the plugins'.
+/// Returns the schema: [`COMMON_TITLES`], then the plugins' columns.
 fn schema(titles: &[String], plugins: usize) -> Result<Type, ParquetError> {
     use PhysicalType::{BYTE_ARRAY, DOUBLE, FLOAT, INT32, INT64};
-    let head = titles.len() - plugins;
-    let kinds = [DOUBLE, INT32, INT64, DOUBLE, INT32, FLOAT, FLOAT, FLOAT, FLOAT, FLOAT, INT32, BYTE_ARRAY];
-    let kinds = kinds.into_iter().take(head).chain(std::iter::repeat_n(FLOAT, plugins));
-    let field = |(title, kind): (&String, PhysicalType)| {
-        let (optional, converted) = match (kind, title.as_str()) {
+    let common = titles.len() - plugins;
+    let types = [DOUBLE, INT32, INT64, DOUBLE, INT32, FLOAT, FLOAT, FLOAT, FLOAT, FLOAT, INT32, BYTE_ARRAY];
+    let types = types.into_iter().take(common).chain(std::iter::repeat_n(FLOAT, plugins));
+    let field = |(title, physical): (&String, PhysicalType)| {
+        let (optional, converted) = match (physical, title.as_str()) {
             (INT32, "edge") => (true, ConvertedType::UINT_32),
             (INT32, _) => (false, ConvertedType::UINT_32),
             (INT64, _) => (false, ConvertedType::UINT_64),
             (BYTE_ARRAY, _) => (false, ConvertedType::UTF8),
-            _ => (!HEAD.contains(&title.as_str()), ConvertedType::NONE),
+            _ => (!COMMON_TITLES.contains(&title.as_str()), ConvertedType::NONE),
         };
         let repetition = if optional { Repetition::OPTIONAL } else { Repetition::REQUIRED };
-        let builder = Type::primitive_type_builder(title, kind);
+        let builder = Type::primitive_type_builder(title, physical);
         builder.with_repetition(repetition).with_converted_type(converted).build().map(Arc::new)
     };
-    let fields = titles.iter().zip(kinds).map(field).collect::<Result<Vec<_>, _>>()?;
+    let fields = titles.iter().zip(types).map(field).collect::<Result<Vec<_>, _>>()?;
     Type::group_type_builder("robots").with_fields(fields).build()
 }
 
@@ -132,7 +133,7 @@ impl Group {
         columns.for_each(|(i, column)| column.push(snapshot.column(i, *robot)));
     }
 
-    /// In the order of the schema.
+    /// Writes all columns in the order of the schema.
     fn write(self, mut writer: SerializedRowGroupWriter<'_, File>) -> Result<(), ParquetError> {
         let out = &mut writer;
         let ([time, sim_time], [run, robot]) = (&self.times, &self.numbers);

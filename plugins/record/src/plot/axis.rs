@@ -1,6 +1,6 @@
-//! Scales: from values to pixels, and where the round numbers are.
+//! Scales of axes: map values to pixels and place ticks at round numbers.
 
-/// Maps a range of values to a range of pixels.
+/// A linear map from a range of values to a range of pixels.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Scale {
     low: f64,
@@ -18,37 +18,37 @@ impl Scale {
         self.from + (value - self.low) / (self.high - self.low) * (self.to - self.from)
     }
 
-    /// Round numbers in the range, at least `distance` pixels apart.
+    /// Returns round numbers in the range, at least `distance` pixels apart.
     pub fn ticks(&self, distance: f64) -> Vec<f64> {
         self.multiples(step((self.high - self.low) * distance / (self.to - self.from).abs()))
     }
 
-    /// Multiples of `step` in the range.
+    /// Returns the multiples of `step` in the range.
     pub fn multiples(&self, step: f64) -> Vec<f64> {
         let (first, last) = ((self.low / step - 1e-6).ceil() as i64, (self.high / step + 1e-6).floor() as i64);
         (first..=last).map(|i| i as f64 * step).collect()
     }
 }
 
-/// The smallest of 1, 2, 5, 10, 20, 50 … (and their fractions) that is at least `wanted`.
-fn step(wanted: f64) -> f64 {
-    let magnitude = 10_f64.powf(wanted.max(1e-9).log10().floor());
+/// Returns the smallest number of 1, 2 or 5 times a power of ten that is at least `least`.
+fn step(least: f64) -> f64 {
+    let magnitude = 10_f64.powf(least.max(1e-9).log10().floor());
     [1.0, 2.0, 5.0]
         .iter()
         .map(|factor| factor * magnitude)
-        .find(|step| *step >= wanted * 0.999)
+        .find(|step| *step >= least * 0.999)
         .unwrap_or(10.0 * magnitude)
 }
 
-/// A tick's number, with as many decimals as it takes to tell ticks apart.
+/// Returns a tick's label, with as many decimals as needed to distinguish the ticks.
 pub(super) fn label(value: f64, ticks: &[f64]) -> String {
     let step = ticks.windows(2).map(|pair| pair[1] - pair[0]).fold(1.0, f64::min);
     let decimals = (-step.log10() - 1e-9).ceil().max(0.0) as usize;
-    // No negative zero.
+    // Adding zero turns a negative zero into zero.
     format!("{:.decimals$}", value + 0.0).replace('-', "−")
 }
 
-/// The range of some values with some room around, not narrower than `least`.
+/// Returns the range of the finite values with a margin. Its width without the margin is at least `least`.
 pub(super) fn range(values: impl Iterator<Item = f64>, least: f64) -> (f64, f64) {
     let finite = values.filter(|value| value.is_finite());
     let (low, high) = finite.fold((f64::MAX, f64::MIN), |(low, high), value| (low.min(value), high.max(value)));
@@ -65,7 +65,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn ticks_are_round_and_far_enough_apart() {
+    fn ticks_are_round_numbers_and_far_enough_apart() {
         let scale = Scale::new((-0.3, 10.2), (0.0, 500.0));
         assert_eq!(scale.ticks(80.0), [0.0, 2.0, 4.0, 6.0, 8.0, 10.0]);
         assert_eq!(scale.at(-0.3), 0.0);
@@ -74,14 +74,14 @@ mod tests {
     }
 
     #[test]
-    fn labels_have_the_decimals_that_they_need() {
+    fn labels_have_as_many_decimals_as_needed() {
         assert_eq!(label(-0.5, &[-0.5, 0.0, 0.5]), "−0.5");
         assert_eq!(label(20.0, &[0.0, 20.0]), "20");
         assert_eq!(label(-0.0, &[-0.25, 0.0]), "0.0");
     }
 
     #[test]
-    fn a_range_has_room_around_even_for_one_value() {
+    fn a_range_has_a_margin_even_for_one_value() {
         assert_eq!(range([5.0].into_iter(), 2.0), (5.0 - 1.12, 5.0 + 1.12));
         let (low, high) = range([0.0, 10.0, f64::NAN].into_iter(), 1.0);
         assert!((low + 0.6).abs() < 1e-9 && (high - 10.6).abs() < 1e-9);

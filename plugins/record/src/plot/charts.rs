@@ -1,25 +1,27 @@
-//! x, y, heading and speed over time, one below the other, and what the robot was doing.
+//! Charts of x, y, heading and speed over time, one below the other, and a band of the robot's states.
 
 use regatta_plugin::frame::RobotState;
 
 use super::axis::{Scale, label, range};
 use super::svg::{Area, Point, Svg};
-use super::{Sample, Track};
+use super::track::{Sample, Track};
 
-/// Between charts.
+/// The space between two charts, in pixels.
 const GAP: f64 = 34.0;
-/// Height of the band of states, and the room above it.
+/// The height of the band of states, in pixels.
 const BAND: f64 = 12.0;
+/// The space above the band of states, in pixels.
 const BAND_GAP: f64 = 26.0;
 
-/// One value over time. Colours stay apart for colour-blind readers (Okabe and Ito).
+/// A chart of one value over time.
 struct Chart {
     name: &'static str,
+    /// A colour that colour-blind readers can distinguish from the others (Okabe and Ito).
     colour: &'static str,
     value: fn(&Sample) -> f64,
-    /// Narrowest range to show.
+    /// The smallest range of values to show.
     least: f64,
-    /// An angle in degrees, which jumps from 180 to -180.
+    /// Whether the value is an angle in degrees, which wraps around from 180 to -180.
     is_angle: bool,
 }
 
@@ -49,7 +51,7 @@ pub(super) fn draw(svg: &mut Svg, area: Area, track: &Track) {
         let top = area.top + i as f64 * (height + GAP);
         chart.draw(svg, Area { top, bottom: top + height, ..area }, &times, track);
     }
-    states(svg, Area { top: area.bottom - BAND, ..area }, &times, track);
+    draw_states(svg, Area { top: area.bottom - BAND, ..area }, &times, track);
     let ticks = times.ticks(64.0);
     for tick in &ticks {
         svg.text((times.at(*tick), area.bottom + 18.0), "centre", &label(*tick, &ticks));
@@ -61,45 +63,45 @@ impl Chart {
     fn draw(&self, svg: &mut Svg, area: Area, times: &Scale, track: &Track) {
         let values = || track.samples().map(self.value);
         let (low, high) = range(values(), self.least);
-        // An angle that turns over goes all the way.
-        let around = self.is_angle && high - low > 300.0;
-        let bounds = if around { (-190.0, 190.0) } else { (low, high) };
+        // An angle that wraps around gets an axis of a full turn.
+        let wraps = self.is_angle && high - low > 300.0;
+        let bounds = if wraps { (-190.0, 190.0) } else { (low, high) };
         let scale = Scale::new(bounds, (area.bottom, area.top));
         let quarters = self.is_angle && bounds.1 - bounds.0 > 150.0;
         let ticks = if quarters { scale.multiples(90.0) } else { scale.ticks(26.0) };
         svg.rect(area, "panel");
         for tick in times.ticks(64.0) {
-            svg.segment((times.at(tick), area.top), (times.at(tick), area.bottom), "grid");
+            svg.line((times.at(tick), area.top), (times.at(tick), area.bottom), "grid");
         }
         for tick in &ticks {
             let y = scale.at(*tick);
-            svg.segment((area.left, y), (area.right, y), "grid");
+            svg.line((area.left, y), (area.right, y), "grid");
             svg.text((area.left - 8.0, y + 4.0), "right", &label(*tick, &ticks));
         }
         svg.rect(area, "frame");
         svg.text((area.left, area.top - 9.0), "name", self.name);
         let point = |sample: &Sample| (times.at(sample.time), scale.at((self.value)(sample)));
         let style = format!("stroke: {}", self.colour);
-        for piece in track.pieces.iter().flat_map(|piece| self.unbroken(piece)) {
-            let points: Vec<Point> = piece.iter().map(point).collect();
-            svg.line(&points, "line", &style);
+        for part in track.segments.iter().flat_map(|segment| self.unwrapped(segment)) {
+            let points: Vec<Point> = part.iter().map(point).collect();
+            svg.polyline(&points, "line", &style);
         }
     }
 
-    /// Parts of a piece between jumps of an angle.
-    fn unbroken<'p>(&self, piece: &'p [Sample]) -> impl Iterator<Item = &'p [Sample]> {
+    /// Splits a segment where an angle wraps around.
+    fn unwrapped<'s>(&self, segment: &'s [Sample]) -> impl Iterator<Item = &'s [Sample]> {
         let (value, is_angle) = (self.value, self.is_angle);
-        piece.chunk_by(move |one, next| !is_angle || (value(next) - value(one)).abs() < 180.0)
+        segment.chunk_by(move |one, next| !is_angle || (value(next) - value(one)).abs() < 180.0)
     }
 }
 
-/// A band that is tinted by what the robot was doing, and what the tints mean.
-fn states(svg: &mut Svg, area: Area, times: &Scale, track: &Track) {
-    for piece in &track.pieces {
-        for part in piece.chunk_by(|one, next| one.state == next.state) {
+/// Draws a band of the states' colours, with a legend.
+fn draw_states(svg: &mut Svg, area: Area, times: &Scale, track: &Track) {
+    for segment in &track.segments {
+        for part in segment.chunk_by(|one, next| one.state == next.state) {
             let [first, last] = [part[0], part[part.len() - 1]];
             if let Some((_, _, colour)) = STATES.iter().find(|(state, ..)| *state as u8 == first.state) {
-                // Two pixels at least, so that what is short is seen.
+                // At least two pixels wide, so that a short state is visible.
                 let (left, right) = (times.at(first.time), times.at(last.time));
                 svg.bar(Area { left, right: right.max(left + 2.0).min(area.right), ..area }, colour);
             }

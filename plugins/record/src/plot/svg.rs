@@ -1,8 +1,8 @@
-//! The few shapes that a plot is made of, as SVG.
+//! Writes the shapes of a plot as SVG.
 
 use std::fmt::Write;
 
-/// A place in pixels, from the top left corner.
+/// A point in pixels from the top left corner.
 pub(super) type Point = (f64, f64);
 
 /// A rectangle in pixels.
@@ -24,7 +24,7 @@ impl Area {
     }
 }
 
-/// A picture under construction. Classes are those of [`STYLE`].
+/// The writer of a picture. `class` arguments name classes of [`STYLE`].
 pub(super) struct Svg {
     text: String,
     clips: usize,
@@ -42,7 +42,7 @@ text { font-family: 'Inter', 'Helvetica Neue', Helvetica, Arial, 'DejaVu Sans', 
 .panel { fill: #fff; stroke: none; }
 .grid { stroke: #e9edf1; stroke-width: 1; fill: none; }
 .frame { stroke: #cbd2d9; stroke-width: 1; fill: none; }
-.road { stroke: #d5dbe1; stroke-width: 2; fill: none; stroke-linecap: round; }
+.edge { stroke: #d5dbe1; stroke-width: 2; fill: none; stroke-linecap: round; }
 .line { stroke-width: 1.6; fill: none; stroke-linejoin: round; stroke-linecap: round; }
 .path { stroke: #0072b2; stroke-width: 3; fill: none; stroke-linejoin: round; stroke-linecap: round; }
 .time { fill: #fff; stroke: #0072b2; stroke-width: 1.5; }
@@ -66,7 +66,7 @@ impl Svg {
     }
 
     fn push(&mut self, arguments: std::fmt::Arguments<'_>) {
-        self.text.write_fmt(arguments).expect("a String takes all");
+        self.text.write_fmt(arguments).expect("writing to a String never fails");
         self.text.push('\n');
     }
 
@@ -83,7 +83,7 @@ impl Svg {
         ));
     }
 
-    /// A rectangle of a colour of its own.
+    /// Draws a rectangle that is filled with the given colour.
     pub fn bar(&mut self, area: Area, colour: &str) {
         let Area { left, top, .. } = area;
         let (width, height) = (area.width(), area.height());
@@ -92,21 +92,21 @@ impl Svg {
         ));
     }
 
-    pub fn segment(&mut self, from: Point, to: Point, class: &str) {
+    pub fn line(&mut self, from: Point, to: Point, class: &str) {
         let [(x1, y1), (x2, y2)] = [from, to];
         self.push(format_args!(
             "<line x1=\"{x1:.1}\" y1=\"{y1:.1}\" x2=\"{x2:.1}\" y2=\"{y2:.1}\" class=\"{class}\"/>"
         ));
     }
 
-    /// A line through points, of a colour of its own if `style` says so. Points that wouldn't be seen are left out.
-    pub fn line(&mut self, points: &[Point], class: &str, style: &str) {
+    /// Draws a line through the points with an additional CSS style. Leaves out points that make no visible difference.
+    pub fn polyline(&mut self, points: &[Point], class: &str, style: &str) {
         let points = simplified(points, 0.15);
         let points: Vec<_> = points.iter().map(|(x, y)| format!("{x:.1},{y:.1}")).collect();
         self.push(format_args!("<polyline points=\"{}\" class=\"{class}\" style=\"{style}\"/>", points.join(" ")));
     }
 
-    /// A cubic Bézier curve.
+    /// Draws a cubic Bézier curve.
     pub fn curve(&mut self, [a, b, c, d]: [Point; 4], class: &str) {
         let part = |(x, y): Point| format!("{x:.1} {y:.1}");
         let (a, b, c, d) = (part(a), part(b), part(c), part(d));
@@ -117,7 +117,7 @@ impl Svg {
         self.push(format_args!("<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"{radius}\" class=\"{class}\"/>"));
     }
 
-    /// An arrow head at a place. `theta` is in radians, counter-clockwise.
+    /// Draws an arrow head that points to `theta`, in radians, counter-clockwise from east.
     pub fn arrow(&mut self, (x, y): Point, theta: f64, class: &str) {
         let turn = -theta.to_degrees();
         self.push(format_args!(
@@ -125,7 +125,7 @@ impl Svg {
         ));
     }
 
-    /// Draws what `draw` draws, but only within an area.
+    /// Calls `draw` and clips its shapes to an area.
     pub fn clipped(&mut self, area: Area, draw: impl FnOnce(&mut Self)) {
         self.clips += 1;
         let id = self.clips;
@@ -137,7 +137,7 @@ impl Svg {
     }
 }
 
-/// The points of a line that are needed for it to look the same to within `tolerance` (Ramer, Douglas and Peucker).
+/// Returns the points that approximate a line within `tolerance` (the algorithm of Ramer, Douglas and Peucker).
 fn simplified(points: &[Point], tolerance: f64) -> Vec<Point> {
     let mut keep = vec![false; points.len()];
     let Some(last) = points.len().checked_sub(1) else { return Vec::new() };
@@ -155,7 +155,7 @@ fn simplified(points: &[Point], tolerance: f64) -> Vec<Point> {
     points.iter().zip(keep).filter(|(_, keep)| *keep).map(|(point, _)| *point).collect()
 }
 
-/// Of a point from a straight piece.
+/// Returns a point's distance from a line segment.
 fn distance(point: Point, from: Point, to: Point) -> f64 {
     let (dx, dy) = (to.0 - from.0, to.1 - from.1);
     let (px, py) = (point.0 - from.0, point.1 - from.1);
@@ -168,7 +168,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_simplified_line_keeps_its_shape_with_fewer_points() {
+    fn a_simplified_line_keeps_its_shape() {
         let line: Vec<_> = (0..1000).map(|i| (f64::from(i), (f64::from(i) / 100.0).sin() * 50.0)).collect();
         let simple = simplified(&line, 0.15);
         assert!(simple.len() < 200 && simple[0] == line[0] && simple[simple.len() - 1] == line[999]);

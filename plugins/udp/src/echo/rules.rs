@@ -1,44 +1,45 @@
-//! What counts as the same pose.
+//! The rules for comparing answers with sent lines.
 
 use core::time::Duration;
 
-use super::Sent;
+use super::sent::SentLine;
 use crate::line::{AngleUnit, LineFormat, PoseLine};
 
-/// How answers are judged.
+/// The rules of an [`EchoCheck`](super::EchoCheck).
 #[derive(Clone, Copy, Debug)]
 pub struct EchoRules {
-    /// An answer may differ by so many metres, besides the rounding of an `f32`.
+    /// The largest accepted difference of x and y in metres, in addition to the rounding of an `f32`.
     pub tolerance: f64,
-    /// The same for theta, in `unit`.
+    /// The largest accepted difference of theta in `unit`, in addition to the rounding of an `f32`.
     pub theta_tolerance: f64,
     /// The unit of theta in sent lines and answers.
     pub unit: AngleUnit,
-    /// What the visualiser adds to x and y, in metres.
+    /// The offset that the visualiser adds to x and y, in metres.
     pub offset: [f64; 2],
-    /// How long an answer may take.
+    /// The time within which a line has to be answered.
     pub deadline: Duration,
 }
 
 impl EchoRules {
-    /// The rules for lines of that form, answered with so many decimals: one unit of the last decimal is allowed.
+    /// Creates the rules for sent lines with `format` and answers with `decimals` decimals. The tolerances are one unit of
+    /// the last decimal that both have.
     pub fn new(format: LineFormat, decimals: usize, unit: AngleUnit, offset: [f64; 2], deadline: Duration) -> Self {
         let last_decimal = |sent: usize| 10_f64.powi(-(sent.min(decimals) as i32));
         let (tolerance, theta_tolerance) = (last_decimal(format.decimals), last_decimal(format.theta_decimals));
         Self { tolerance, theta_tolerance, unit, offset, deadline }
     }
 
-    /// Whether an answer has the pose that was sent.
-    pub(super) fn matches(&self, sent: &Sent, answer: &PoseLine) -> bool {
+    /// Whether an answer has the pose of a sent line.
+    pub(super) fn matches(&self, sent: &SentLine, answer: &PoseLine) -> bool {
         let near = |sent: f32, answer: f32, offset: f64| {
             let rounding = f64::from(answer.abs().max(sent.abs())) * 2.0 * f64::from(f32::EPSILON);
             (f64::from(answer) - offset - f64::from(sent)).abs() <= self.tolerance * 1.001 + rounding
         };
-        let turned = (f64::from(answer.theta) - f64::from(sent.theta)).rem_euclid(self.unit.turn());
-        let turned = turned.min(self.unit.turn() - turned);
+        let turn = (f64::from(answer.theta) - f64::from(sent.theta)).rem_euclid(self.unit.turn());
+        let turn = turn.min(self.unit.turn() - turn);
         let rounding = f64::from(answer.theta.abs()) * 2.0 * f64::from(f32::EPSILON);
         near(sent.x, answer.x, self.offset[0])
             && near(sent.y, answer.y, self.offset[1])
-            && turned <= self.theta_tolerance * 1.001 + rounding
+            && turn <= self.theta_tolerance * 1.001 + rounding
     }
 }

@@ -1,4 +1,4 @@
-//! The check against a visualiser that loses, delays, repeats and falsifies.
+//! Checks of a visualiser that loses, delays, repeats and falsifies lines.
 
 use proptest::prelude::*;
 
@@ -15,7 +15,7 @@ fn check(offset: [f64; 2]) -> EchoCheck {
     EchoCheck::new(EchoRules::new(format, 9, AngleUnit::Degrees, offset, DEADLINE))
 }
 
-/// Where a robot is in a frame: each pose is another.
+/// Returns a robot's pose in a frame. No two frames have the same pose.
 fn pose(id: u32, frame: u32) -> PoseLine {
     PoseLine { id, x: id as f32 + frame as f32 * 0.01, y: -3.25, theta: 179.999 }
 }
@@ -27,7 +27,7 @@ fn send(check: &mut EchoCheck, lines: &[PoseLine], at: Instant) {
 }
 
 #[test]
-fn each_fate_is_counted_once() {
+fn each_line_is_counted_once() {
     let (mut check, start) = (check([0.0; 2]), Instant::now());
     let sent: Vec<_> = [1, 2, 3, 4, 6].map(|id| pose(id, 0)).to_vec();
     send(&mut check, &sent, start);
@@ -35,8 +35,8 @@ fn each_fate_is_counted_once() {
     check.judge(&sent[0], soon);
     check.judge(&sent[0], soon);
     check.judge(&PoseLine { y: 9.0, ..sent[1] }, soon);
-    for stranger in [0, 5, 7, u32::MAX] {
-        check.judge(&pose(stranger, 0), soon);
+    for unknown in [0, 5, 7, u32::MAX] {
+        check.judge(&pose(unknown, 0), soon);
     }
     assert_eq!(check.totals().open(), 3);
     let after = start + DEADLINE + PERIOD;
@@ -52,7 +52,7 @@ fn each_fate_is_counted_once() {
 }
 
 #[test]
-fn an_answer_is_late_even_if_nobody_has_looked_at_the_clock() {
+fn an_answer_is_late_even_if_deadlines_were_not_checked_before() {
     let (mut check, start) = (check([0.0; 2]), Instant::now());
     send(&mut check, &[pose(0, 0)], start);
     check.judge(&pose(0, 0), start + DEADLINE + PERIOD);
@@ -62,7 +62,7 @@ fn an_answer_is_late_even_if_nobody_has_looked_at_the_clock() {
 }
 
 #[test]
-fn the_visualisers_offset_and_a_turn_more_are_no_difference() {
+fn the_visualisers_offset_and_a_full_turn_make_no_difference() {
     let (mut check, start) = (check([10.0, -5.5]), Instant::now());
     send(&mut check, &[pose(3, 0)], start);
     check.judge(&PoseLine { x: 13.0, y: -8.75, theta: -180.001, id: 3 }, start);
@@ -73,7 +73,7 @@ fn the_visualisers_offset_and_a_turn_more_are_no_difference() {
 }
 
 #[test]
-fn standing_robots_are_answered_as_often_as_they_are_sent() {
+fn equal_lines_of_a_standing_robot_are_counted_separately() {
     let (mut check, start) = (check([0.0; 2]), Instant::now());
     for frame in 0..10 {
         send(&mut check, &[pose(0, 0)], start + PERIOD * frame);
@@ -88,7 +88,7 @@ fn standing_robots_are_answered_as_often_as_they_are_sent() {
 #[test]
 fn memory_is_bounded() {
     let (mut check, start) = (check([0.0; 2]), Instant::now());
-    check.most_lines = 1_000;
+    check.max_lines = 1_000;
     let lines: Vec<_> = (0..100).map(|id| pose(id, 0)).collect();
     for _ in 0..50 {
         send(&mut check, &lines, start);
@@ -98,19 +98,20 @@ fn memory_is_bounded() {
 }
 
 proptest! {
-    /// Whatever is lost, delayed or falsified on the way, every line meets the fate that it was given.
     #[test]
-    fn a_faulty_visualiser_is_seen_through(fates in prop::collection::vec(prop::collection::vec(0_u8..5, 1..30), 1..20)) {
+    fn losses_delays_and_repetitions_of_any_lines_are_counted(
+        behaviours in prop::collection::vec(prop::collection::vec(0_u8..5, 1..30), 1..20)
+    ) {
         let (mut check, start) = (check([0.0; 2]), Instant::now());
         let mut due = Vec::new();
         let mut expected = EchoTotals::default();
-        for (number, fates) in (0..).zip(&fates) {
+        for (number, behaviours) in (0..).zip(&behaviours) {
             let at = start + PERIOD * number;
-            let lines: Vec<_> = (0..fates.len() as u32).map(|id| pose(id, number)).collect();
+            let lines: Vec<_> = (0..behaviours.len() as u32).map(|id| pose(id, number)).collect();
             send(&mut check, &lines, at);
             expected.sent += lines.len() as u64;
-            for (line, fate) in lines.into_iter().zip(fates) {
-                match fate {
+            for (line, behaviour) in lines.into_iter().zip(behaviours) {
+                match behaviour {
                     0 => { expected.answered += 1; due.push((at + PERIOD / 2, line)); }
                     1 => { expected.missing += 1; }
                     2 => { expected.late += 1; due.push((at + DEADLINE + PERIOD / 2, line)); }
@@ -118,7 +119,7 @@ proptest! {
                         (expected.answered, expected.repeated) = (expected.answered + 1, expected.repeated + 1);
                         due.extend([(at, line), (at + PERIOD, line)]);
                     }
-                    // In time, and before anything later of this robot.
+                    // At the deadline, which is still in time.
                     _ => { expected.answered += 1; due.push((at + DEADLINE, line)); }
                 }
             }

@@ -1,4 +1,4 @@
-//! Lines and angles, against the standard library and against themselves.
+//! Compares lines and angles with the standard library, and checks that written lines are read back.
 
 use proptest::prelude::*;
 
@@ -9,7 +9,7 @@ fn parsed(text: &str) -> Result<PoseLine, LineFault> {
 }
 
 #[test]
-fn lines_of_the_dissertation_are_read() {
+fn lines_of_the_dissertation_are_parsed() {
     let pose = PoseLine { id: 7, x: 28.99, y: -15.54, theta: -90.0 };
     for text in ["7,28.99,-15.54,-90", " 7 , 28.99 , -15.54 , -90.00 ", "+7,2.899e1,-15.54,-90."] {
         assert_eq!(parsed(text), Ok(pose), "{text}");
@@ -20,7 +20,7 @@ fn lines_of_the_dissertation_are_read() {
 }
 
 #[test]
-fn each_fault_has_its_kind() {
+fn each_invalid_line_has_its_fault() {
     use LineFault::{IdTooLarge, Malformed, NegativeId, NotFinite};
     for (text, fault) in [
         ("", Malformed),
@@ -47,7 +47,7 @@ fn each_fault_has_its_kind() {
 }
 
 #[test]
-fn a_datagram_is_cut_into_its_lines() {
+fn a_datagram_is_split_into_its_lines() {
     let all: Vec<_> = lines(b"1,2,3,4\r\n\n  \n5,6,7,8\n9").collect();
     assert_eq!(all, [&b"1,2,3,4"[..], b"5,6,7,8", b"9"]);
     assert_eq!(lines(b"").count(), 0);
@@ -71,7 +71,7 @@ fn format() -> impl Strategy<Value = LineFormat> {
 
 proptest! {
     #[test]
-    fn what_is_written_is_read_back(
+    fn written_lines_are_read_back(
         id: u32, x in -1e6_f32..1e6, y in -1e6_f32..1e6, theta in -400.0_f32..400.0, format in format()
     ) {
         let line = PoseLine { id, x, y, theta };
@@ -90,7 +90,7 @@ proptest! {
     }
 
     #[test]
-    fn no_line_is_longer_than_the_longest(id: u32, x: u32, y: u32, theta: u32, format in format()) {
+    fn no_written_line_exceeds_the_maximum_length(id: u32, x: u32, y: u32, theta: u32, format in format()) {
         let [x, y, theta] = [x, y, theta].map(f32::from_bits);
         let mut text = Vec::new();
         PoseLine { id, x, y, theta }.write(&mut text, format);
@@ -98,7 +98,7 @@ proptest! {
     }
 
     #[test]
-    fn no_bytes_make_the_parser_panic(bytes: Vec<u8>) {
+    fn the_parser_never_panics(bytes: Vec<u8>) {
         for line in lines(&bytes) {
             for separator in [Separator::Comma, Separator::Space] {
                 if let Ok(line) = PoseLine::parse(line, separator) {
@@ -109,19 +109,19 @@ proptest! {
     }
 
     #[test]
-    fn commas_cut_as_the_standard_library_cuts(text in "[a,é ]{0,20}") {
+    fn lines_are_split_like_the_standard_library_does(text in "[a,é ]{0,20}") {
         prop_assert!(at_commas(&text).eq(text.split(',')));
     }
 
     #[test]
-    fn almost_lines_are_read_or_refused(text in "[-+0-9a-z.e]{0,12}(,[-+0-9a-z. ]{0,9}){2,4}") {
+    fn nearly_valid_lines_are_finite_or_rejected(text in "[-+0-9a-z.e]{0,12}(,[-+0-9a-z. ]{0,9}){2,4}") {
         if let Ok(line) = parsed(&text) {
             prop_assert!(line.x.is_finite() && line.y.is_finite() && line.theta.is_finite());
         }
     }
 
     #[test]
-    fn any_angle_comes_into_range(angle: f32) {
+    fn any_angle_is_wrapped_into_range(angle: f32) {
         prop_assume!(angle.is_finite());
         for unit in [AngleUnit::Degrees, AngleUnit::Radians] {
             let radians = unit.to_radians(angle);

@@ -1,11 +1,11 @@
-//! Sockets of this machine, one at either end.
+//! Tests with sockets of the loopback interface at both ends.
 
 use super::*;
 
-/// All datagrams that come within a moment.
-fn received(socket: &Socket, wanted: usize) -> Vec<Vec<u8>> {
+/// Receives `count` datagrams, or fewer if the socket is silent for 10 seconds.
+fn received(socket: &Socket, count: usize) -> Vec<Vec<u8>> {
     let (mut buffers, mut datagrams) = (Buffers::default(), Vec::new());
-    while datagrams.len() < wanted && socket.wait_to_receive(Duration::from_secs(10)) {
+    while datagrams.len() < count && socket.wait_to_receive(Duration::from_secs(10)) {
         socket.receive(&mut buffers, |datagram| datagrams.push(datagram.to_vec())).expect("received");
     }
     datagrams
@@ -25,21 +25,21 @@ fn round_trip(listen: &str, datagram_bytes: usize) {
 }
 
 #[test]
-fn datagrams_sent_together_arrive_apart() {
+fn datagrams_sent_in_one_call_arrive_separately() {
     round_trip("0", 1_400);
     round_trip("127.0.0.1:0", 200);
 }
 
 #[test]
-fn ipv6_works() {
-    // A machine may have none.
+fn ipv6_is_supported() {
+    // A machine may have no IPv6 address.
     if UdpSocket::bind("[::1]:0").is_ok() {
         round_trip("[::1]:0", 1_400);
     }
 }
 
 #[test]
-fn empty_datagrams_are_no_trouble() {
+fn empty_datagrams_are_skipped() {
     let receiver = Socket::listen(&Listen("127.0.0.1:0".into())).expect("a socket");
     let sender = UdpSocket::bind("127.0.0.1:0").expect("a socket");
     let to = receiver.local_address().expect("an address");
@@ -49,27 +49,27 @@ fn empty_datagrams_are_no_trouble() {
 }
 
 #[test]
-fn sending_to_nobody_is_told_and_survived() {
+fn an_unreachable_receiver_is_reported_and_can_appear_later() {
     let to = UdpSocket::bind("127.0.0.1:0").and_then(|socket| socket.local_addr()).expect("a free port");
     let sender = Socket::towards(to).expect("a socket");
-    let told = (0..1_000).any(|_| {
+    let reported = (0..1_000).any(|_| {
         std::thread::sleep(Duration::from_millis(1));
-        sender.send(to, b"1,2,3,4\n", 1_400).is_ok_and(|heard| !heard)
+        sender.send(to, b"1,2,3,4\n", 1_400).is_ok_and(|reachable| !reachable)
     });
-    assert!(told || !cfg!(target_os = "linux"));
+    assert!(reported || !cfg!(target_os = "linux"));
     let receiver = UdpSocket::bind(to).expect("the port is free");
     receiver.set_read_timeout(Some(Duration::from_secs(10))).expect("set");
-    sender.send(to, b"5,6,7,8\n", 1_400).expect("now somebody is there");
+    sender.send(to, b"5,6,7,8\n", 1_400).expect("a receiver exists now");
     let mut buffer = [0; 20];
     let length = receiver.recv(&mut buffer).expect("received");
     assert_eq!(&buffer[..length], b"5,6,7,8\n");
 }
 
 #[test]
-fn mistakes_in_addresses_are_one_line() {
-    for wrong in ["nonsense", "no.such.host.invalid:1", "127.0.0.1:99999", ""] {
-        let message = resolve(wrong).expect_err(wrong).to_string();
-        assert!(message.contains(&format!("'{wrong}'")) && message.lines().count() == 1, "{message}");
+fn errors_of_addresses_have_one_line() {
+    for invalid in ["nonsense", "no.such.host.invalid:1", "127.0.0.1:99999", ""] {
+        let message = resolve(invalid).expect_err(invalid).to_string();
+        assert!(message.contains(&format!("'{invalid}'")) && message.lines().count() == 1, "{message}");
     }
     let taken = Socket::listen(&Listen("127.0.0.1:0".into())).expect("a socket");
     let address = taken.local_address().expect("an address").to_string();

@@ -1,4 +1,4 @@
-//! Answers, as the dissertation's visualiser gives them.
+//! Answers received lines like the dissertation's visualiser.
 
 use std::net::SocketAddr;
 
@@ -7,30 +7,31 @@ use crate::outlet::Outlet;
 use crate::packer::Packer;
 use crate::socket::SocketError;
 
-/// Sends a line `id x y theta` back for each line that was used, with positions as drawn: the offset added.
+/// The sender of answers: a line `id x y theta` for each accepted line. Positions are those in the fleet, with the offset
+/// added.
 #[derive(Debug)]
 pub struct Answers {
     packer: Packer,
-    /// Where they go.
+    /// The sender of datagrams.
     pub outlet: Outlet,
 }
 
 impl Answers {
-    /// Answers to that address.
+    /// Opens a socket that sends answers to `to`.
     ///
     /// # Errors
-    /// [`SocketError::Send`].
+    /// Returns [`SocketError::Send`].
     pub fn open(to: SocketAddr, format: LineFormat, datagram_bytes: usize) -> Result<Self, SocketError> {
         Ok(Self { packer: Packer::new(format, datagram_bytes), outlet: Outlet::open("udp-source", to, 0.0)? })
     }
 
-    /// Answers a line, when there are enough of them or when [`flush`](Self::flush) is called.
+    /// Adds an answer. Answers are sent when a batch is full, or by [`flush`](Self::flush).
     pub fn push(&mut self, line: &PoseLine) {
         let Self { packer, outlet } = self;
         packer.push(line, |batch| outlet.send(batch));
     }
 
-    /// Sends what is left.
+    /// Sends the remaining answers.
     pub fn flush(&mut self) {
         let Self { packer, outlet } = self;
         packer.flush(|batch| outlet.send(batch));

@@ -1,4 +1,4 @@
-//! The robots that were heard of.
+//! The robots of which lines were received.
 
 use std::time::Duration;
 
@@ -6,12 +6,12 @@ use regatta_plugin::frame::{ColumnsMut, NO_EDGE, RobotState};
 
 use crate::line::{LineFault, PoseLine};
 
-/// Speeds are means over this time, or over the time between two lines if that is longer: datagrams come a
-/// millisecond or two early or late, which is much of the time between two frames.
+/// The time over which mean speeds are computed; longer if the time between two lines is. The jitter of datagrams is a
+/// millisecond or two, a large part of the time between two frames.
 const SPEED_WINDOW: Duration = Duration::from_millis(100);
-/// A robot not heard of for so long is taken to stand.
+/// The time without lines after which a robot is considered standing.
 const STANDS_AFTER: Duration = Duration::from_secs(2);
-/// A robot slower than this, in m/s, stands.
+/// The speed up to which a robot is considered standing, in metres per second.
 const STANDING: f32 = 0.01;
 
 #[derive(Clone, Copy, Debug, Default)]
@@ -20,39 +20,40 @@ struct Robot {
     y: f32,
     theta: f32,
     speed: f32,
-    /// Where the mean of its speed starts.
+    /// The position and the time at which the current mean of the speed starts.
     from: [f32; 2],
     from_at: Duration,
-    heard_at: Option<Duration>,
+    /// The time of the newest line; `None` if the robot is absent.
+    updated_at: Option<Duration>,
 }
 
-/// The newest pose of every robot that was heard of, and its speed. Times are since any one moment.
+/// The newest pose and the speed of every robot of which a line was received. Times are since any fixed instant.
 ///
-/// There is a row for each id up to the highest, so memory is bounded by the number of robots allowed.
+/// There is a row for each id up to the highest one, so that memory is bounded by the allowed number of robots.
 #[derive(Debug)]
 pub struct Robots {
     rows: Vec<Robot>,
-    most: u32,
+    max_robots: u32,
 }
 
 impl Robots {
-    /// Nobody yet, and `most` robots in the end.
-    pub fn new(most: u32) -> Self {
-        Self { rows: Vec::new(), most }
+    /// Creates an empty table for robots with ids below `max_robots`.
+    pub fn new(max_robots: u32) -> Self {
+        Self { rows: Vec::new(), max_robots }
     }
 
-    /// Takes a robot's pose, with theta in radians in (-π, π].
+    /// Sets a robot's pose, with theta in radians in (-π, π].
     ///
     /// # Errors
-    /// [`LineFault::IdTooLarge`] if there is no room for that id.
-    pub fn hear(&mut self, line: &PoseLine, now: Duration) -> Result<(), LineFault> {
-        if line.id >= self.most {
+    /// Returns [`LineFault::IdTooLarge`] if the id isn't allowed.
+    pub fn update(&mut self, line: &PoseLine, now: Duration) -> Result<(), LineFault> {
+        if line.id >= self.max_robots {
             return Err(LineFault::IdTooLarge);
         }
         let row = line.id as usize;
         self.rows.resize(self.rows.len().max(row + 1), Robot::default());
         let robot = &mut self.rows[row];
-        let new = robot.heard_at.replace(now).is_none();
+        let new = robot.updated_at.replace(now).is_none();
         (robot.x, robot.y, robot.theta) = (line.x, line.y, line.theta);
         if new {
             (robot.from, robot.from_at, robot.speed) = ([line.x, line.y], now, 0.0);
@@ -65,23 +66,23 @@ impl Robots {
         Ok(())
     }
 
-    /// Forgets robots that were not heard of for so long.
-    pub fn forget(&mut self, silence: Duration, now: Duration) {
-        let gone = |robot: &Robot| robot.heard_at.is_some_and(|heard| now.saturating_sub(heard) > silence);
-        self.rows.iter_mut().filter(|robot| gone(robot)).for_each(|robot| robot.heard_at = None);
+    /// Makes robots absent of which no line was received for longer than `timeout`.
+    pub fn forget(&mut self, timeout: Duration, now: Duration) {
+        let is_silent = |robot: &Robot| robot.updated_at.is_some_and(|updated| now.saturating_sub(updated) > timeout);
+        self.rows.iter_mut().filter(|robot| is_silent(robot)).for_each(|robot| robot.updated_at = None);
     }
 
-    /// Rows: one more than the highest id heard of.
+    /// Returns the number of rows: the highest id received so far, plus one.
     pub fn len(&self) -> usize {
         self.rows.len()
     }
 
-    /// Whether no robot was ever heard of.
+    /// Whether no line was received yet.
     pub fn is_empty(&self) -> bool {
         self.rows.is_empty()
     }
 
-    /// Robots that stand and robots that drive.
+    /// Returns the numbers of standing and of driving robots.
     pub fn standing_and_driving(&self, now: Duration) -> [u32; 2] {
         let mut counts = [0; 2];
         for state in self.rows.iter().map(|robot| robot.state(now)) {
@@ -94,7 +95,7 @@ impl Robots {
         counts
     }
 
-    /// Writes all rows into a frame.
+    /// Writes all rows to a frame.
     pub fn write(&self, columns: &mut ColumnsMut<'_>, now: Duration) {
         for (row, robot) in self.rows.iter().enumerate() {
             let state = robot.state(now);
@@ -110,19 +111,19 @@ impl Robots {
 }
 
 impl Robot {
-    /// The way since the mean started over the time; negative if it went backwards.
+    /// Returns the distance since the mean started divided by the elapsed time; negative if the robot moved backwards.
     fn mean_speed(&self, elapsed: Duration) -> f32 {
         let [dx, dy] = [self.x - self.from[0], self.y - self.from[1]].map(f64::from);
         let (sin, cos) = f64::from(self.theta).sin_cos();
         let speed = dx.hypot(dy).copysign(dx * cos + dy * sin) / elapsed.as_secs_f64();
-        // A robot can jump from one end of the numbers to the other.
+        // The speed can overflow if a robot jumps across the range of an `f32`.
         if speed.is_finite() { speed.clamp(f64::from(f32::MIN), f64::from(f32::MAX)) as f32 } else { 0.0 }
     }
 
     fn state(&self, now: Duration) -> RobotState {
-        match self.heard_at {
+        match self.updated_at {
             None => RobotState::Absent,
-            Some(heard) if now.saturating_sub(heard) <= STANDS_AFTER && self.speed.abs() > STANDING => {
+            Some(updated) if now.saturating_sub(updated) <= STANDS_AFTER && self.speed.abs() > STANDING => {
                 RobotState::Driving
             }
             Some(_) => RobotState::Idle,
@@ -142,57 +143,59 @@ mod tests {
         PoseLine { id, x, y: 2.0, theta }
     }
 
-    /// State and speed of each row, as a frame tells them.
-    fn told(robots: &Robots, now: Duration) -> Vec<(RobotState, f32)> {
+    /// Returns the state and the speed of each row in a frame.
+    fn rows(robots: &Robots, now: Duration) -> Vec<(RobotState, f32)> {
         let mut lines = vec![Line([7.0; 16]); frame_lines(robots.len())];
         robots.write(&mut ColumnsMut::split(&mut lines, robots.len()), now);
-        let columns = Columns::split(&lines, robots.len()).expect("lines enough");
+        let columns = Columns::split(&lines, robots.len()).expect("enough lines");
         assert!(columns.edge.iter().all(|&edge| edge == NO_EDGE) && columns.s.iter().all(|&s| s == 0.0));
         columns.state.iter().map(|&state| RobotState::from_number(state)).zip(columns.speed.iter().copied()).collect()
     }
 
     #[test]
-    fn rows_nobody_spoke_of_are_absent() {
+    fn robots_without_a_line_are_absent() {
         let mut robots = Robots::new(10);
-        robots.hear(&line(2, 1.0, 0.0), MILLI).expect("room");
-        assert_eq!(robots.hear(&line(10, 1.0, 0.0), MILLI), Err(LineFault::IdTooLarge));
-        let states: Vec<_> = told(&robots, MILLI).into_iter().map(|(state, _)| state).collect();
+        robots.update(&line(2, 1.0, 0.0), MILLI).expect("an allowed id");
+        assert_eq!(robots.update(&line(10, 1.0, 0.0), MILLI), Err(LineFault::IdTooLarge));
+        let states: Vec<_> = rows(&robots, MILLI).into_iter().map(|(state, _)| state).collect();
         assert_eq!(states, [RobotState::Absent, RobotState::Absent, RobotState::Idle]);
         assert_eq!(robots.standing_and_driving(MILLI), [1, 0]);
     }
 
     #[test]
-    fn speed_is_the_way_over_the_time_and_has_the_sign_of_the_gear() {
+    fn speed_is_distance_over_time_and_negative_backwards() {
         for (theta, speed) in [(0.0, 2.0), (core::f32::consts::PI, -2.0)] {
             let mut robots = Robots::new(1);
-            // Every 20 ms, give or take 2.
+            // Every 20 ms, with a jitter of up to 2 ms.
             let times = (0..30).map(|i| MILLI * (i * 20 + i % 3));
-            times.clone().for_each(|at| robots.hear(&line(0, at.as_secs_f32() * 2.0, theta), at).expect("room"));
-            let [(state, told)] = told(&robots, MILLI * 600)[..] else { panic!("one robot") };
-            assert!(state == RobotState::Driving && (told - speed).abs() < 1e-4, "{told}");
+            times.clone().for_each(|at| {
+                robots.update(&line(0, at.as_secs_f32() * 2.0, theta), at).expect("an allowed id");
+            });
+            let [(state, measured)] = rows(&robots, MILLI * 600)[..] else { panic!("one robot") };
+            assert!(state == RobotState::Driving && (measured - speed).abs() < 1e-4, "{measured}");
         }
     }
 
     #[test]
-    fn silence_means_standing_and_at_last_absence() {
+    fn a_robot_without_new_lines_stands_and_later_is_absent() {
         let mut robots = Robots::new(1);
-        (0..30).for_each(|i| robots.hear(&line(0, i as f32, 0.0), MILLI * 20 * i).expect("room"));
-        assert_eq!(told(&robots, MILLI * 600)[0].0, RobotState::Driving);
-        assert_eq!(told(&robots, MILLI * 3_000), [(RobotState::Idle, 0.0)]);
+        (0..30).for_each(|i| robots.update(&line(0, i as f32, 0.0), MILLI * 20 * i).expect("an allowed id"));
+        assert_eq!(rows(&robots, MILLI * 600)[0].0, RobotState::Driving);
+        assert_eq!(rows(&robots, MILLI * 3_000), [(RobotState::Idle, 0.0)]);
         robots.forget(MILLI * 5_000, MILLI * 5_000);
-        assert_eq!(told(&robots, MILLI * 5_000)[0].0, RobotState::Idle);
+        assert_eq!(rows(&robots, MILLI * 5_000)[0].0, RobotState::Idle);
         robots.forget(MILLI * 5_000, MILLI * 6_000);
-        assert_eq!(told(&robots, MILLI * 6_000)[0].0, RobotState::Absent);
-        robots.hear(&line(0, 900.0, 0.0), MILLI * 7_000).expect("room");
-        assert_eq!(told(&robots, MILLI * 7_000), [(RobotState::Idle, 0.0)], "where it was before doesn't count");
+        assert_eq!(rows(&robots, MILLI * 6_000)[0].0, RobotState::Absent);
+        robots.update(&line(0, 900.0, 0.0), MILLI * 7_000).expect("an allowed id");
+        assert_eq!(rows(&robots, MILLI * 7_000), [(RobotState::Idle, 0.0)], "its old position doesn't count");
     }
 
     #[test]
-    fn jumps_across_all_numbers_stay_finite() {
+    fn speeds_stay_finite_when_positions_jump() {
         let mut robots = Robots::new(1);
         for (i, x) in (0..).zip([f32::MIN, f32::MAX, f32::MIN_POSITIVE, f32::MIN, 0.0]) {
-            robots.hear(&PoseLine { id: 0, x, y: x, theta: x }, MILLI * i * 100).expect("room");
-            assert!(told(&robots, MILLI * i * 100)[0].1.is_finite());
+            robots.update(&PoseLine { id: 0, x, y: x, theta: x }, MILLI * i * 100).expect("an allowed id");
+            assert!(rows(&robots, MILLI * i * 100)[0].1.is_finite());
         }
     }
 }

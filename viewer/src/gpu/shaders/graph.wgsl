@@ -1,13 +1,14 @@
-// The route graph: edges as ribbons along their Bézier curves, arrows, nodes. What is drawn, and with how many
-// segments, is worked out first.
+// The route graph: edges as ribbons along their Bézier curves, arrows, and nodes. Compute shaders choose what is drawn,
+// and with how many segments.
 
-// Metres across: of edges, arrows and nodes when they are near.
+// Widths in metres of edges, arrows and nodes near the camera.
 const EDGE_METRES = 0.07;
 const ARROW_METRES = 0.34;
 const NODE_METRES = 0.11;
-// Pixels across, at least and at most.
+// The least and the greatest width of edges in pixels.
 const EDGE_PIXELS = vec2f(1.2, 5.0);
 
+// Whether a circle on the ground intersects the view frustum.
 fn inside(local: vec2f, radius: f32) -> bool {
     var all_inside = true;
     for (var side = 0; side < 4; side++) {
@@ -16,7 +17,7 @@ fn inside(local: vec2f, radius: f32) -> bool {
     return all_inside;
 }
 
-// --- What is drawn.
+// --- Sorting into draw lists.
 
 struct Draw {
     vertices: u32,
@@ -28,10 +29,11 @@ struct Draw {
 @group(2) @binding(0) var<storage, read_write> lists: array<u32>;
 @group(2) @binding(1) var<storage, read_write> draws: array<Draw, 7>;
 
-// Lists: far edges, straight ones, bent ones, more bent ones, most bent ones, arrows, nodes. Each as long as there are edges, or nodes.
-fn put(list: u32, index: u32) {
-    let place = atomicAdd(&draws[list].instances, 1u);
-    lists[list * arrayLength(&edges) + place] = index;
+// Appends an edge or a node to a list. The lists are: far edges, straight ones, then bent ones in three levels of
+// curvature, arrows, nodes. Each list has room for all edges, the last one for all nodes.
+fn append(list: u32, index: u32) {
+    let slot = atomicAdd(&draws[list].instances, 1u);
+    lists[list * arrayLength(&edges) + slot] = index;
 }
 
 @compute @workgroup_size(64)
@@ -57,12 +59,12 @@ fn sort_edges(@builtin(global_invocation_id) at: vec3u, @builtin(num_workgroups)
     let bent = bend * view.eye.w / nearest;
     if pixels > 0.4 {
         let near = 1u + u32(bent >= 0.5) + u32(bent >= 12.0) + u32(bent >= 120.0);
-        // Straight ones may be thin lines even when they are longer.
+        // Straight edges are thin lines up to a greater length.
         let thin = pixels < select(min(view.spacing.w, 8.0), view.spacing.w, near == 1u);
-        put(select(near, 0u, thin), i);
+        append(select(near, 0u, thin), i);
     }
     if pixels > 36.0 {
-        put(5u, i);
+        append(5u, i);
     }
 }
 
@@ -74,7 +76,7 @@ fn sort_nodes(@builtin(global_invocation_id) at: vec3u, @builtin(num_workgroups)
     }
     let local = vec2f(nodes[i].x, nodes[i].y) - view.origin.xy;
     if inside(local, 1.0) && metres_per_pixel(vec3f(local, 0.0)) < NODE_METRES {
-        put(6u, i);
+        append(6u, i);
     }
 }
 
@@ -84,21 +86,21 @@ fn edge_colour(edge: Edge) -> vec3f {
     return select(view.edge.rgb, view.two_way.rgb, edge.backwards > 0.0);
 }
 
-// Far away, where many edges share a pixel, each is fainter.
-fn faint(local: vec2f) -> f32 {
+// The opacity of edges: lower far away, where many edges share a pixel.
+fn edge_alpha(local: vec2f) -> f32 {
     return clamp(0.22 / metres_per_pixel(vec3f(local, 0.0)), 0.30, 1.0);
 }
 
 struct Ribbon {
     @builtin(position) clip: vec4f,
     @location(0) colour: vec4f,
-    // Pixels from the middle line, and half the width.
+    // Distance from the middle line and half the width, in pixels.
     @location(1) @interpolate(linear) across: f32,
     @location(2) half_width: f32,
     @location(3) @interpolate(flat) id: u32,
 }
 
-// A vertex of a strip: two for each of the curve's points.
+// A vertex of a strip that has two vertices for each of the curve's points.
 fn ribbon(index: u32, vertex: u32, points: u32, least: f32) -> Ribbon {
     let edge = edges[index];
     let at = f32(vertex / 2u) / f32(points - 1u);
@@ -106,7 +108,7 @@ fn ribbon(index: u32, vertex: u32, points: u32, least: f32) -> Ribbon {
     let local = spine.local;
     let half_width = max(clamp(EDGE_METRES / metres_per_pixel(vec3f(local, 0.0)), EDGE_PIXELS.x, EDGE_PIXELS.y), least) * 0.5;
     let across = select(-1.0, 1.0, (vertex & 1u) == 1u) * (half_width + 0.5);
-    let colour = vec4f(edge_colour(edge), faint(local));
+    let colour = vec4f(edge_colour(edge), edge_alpha(local));
     return Ribbon(beside(spine, across), colour, across, half_width, index);
 }
 
@@ -115,8 +117,8 @@ fn edge_far(@location(0) index: u32, @builtin(vertex_index) vertex: u32) -> Ribb
     let edge = edges[index];
     let local = select(edge.start, edge.end, vertex == 1u) - view.origin.xy;
     let clip = clip_from(vec3f(local, 0.0));
-    // A line has no soft rim, and looks stronger for it.
-    return Ribbon(framed(clip), vec4f(edge_colour(edge), faint(local) * 0.8), 0.0, 0.5, index);
+    // A line has no antialiased border and looks stronger than a ribbon, so it is fainter.
+    return Ribbon(cropped(clip), vec4f(edge_colour(edge), edge_alpha(local) * 0.8), 0.0, 0.5, index);
 }
 
 @vertex
@@ -145,7 +147,7 @@ fn ribbon_fill(in: Ribbon) -> @location(0) vec4f {
     return vec4f(in.colour.rgb, in.colour.a * cover);
 }
 
-// A wide ribbon is easier to hit.
+// Picking draws wider ribbons, which are easier to hit.
 @vertex
 fn edge_id(@location(0) index: u32, @builtin(vertex_index) vertex: u32) -> Ribbon {
     return ribbon(index, vertex, 33u, 7.0);
@@ -164,11 +166,11 @@ fn ribbon_id(in: Ribbon) -> @location(0) u32 {
 struct Flat {
     @builtin(position) clip: vec4f,
     @location(0) colour: vec4f,
-    @location(1) place: vec2f,
+    @location(1) position: vec2f,
     @location(2) @interpolate(flat) id: u32,
 }
 
-// One arrow ahead; where an edge is driven in reverse too, another one back.
+// Draws an arrow in the edge's direction, and a second one in the opposite direction on two-way edges.
 @vertex
 fn arrow(@location(0) index: u32, @builtin(vertex_index) vertex: u32) -> Flat {
     let edge = edges[index];
@@ -176,15 +178,15 @@ fn arrow(@location(0) index: u32, @builtin(vertex_index) vertex: u32) -> Flat {
     let back = vertex >= 3u;
     let at = select(0.5, select(0.56, 0.44, back), both);
     let local = curve(edge, at) - view.origin.xy;
-    let way = normalize(slope(edge, at)) * select(1.0, -1.0, back);
+    let direction = normalize(tangent(edge, at)) * select(1.0, -1.0, back);
     let pixel = metres_per_pixel(vec3f(local, 0.0));
     let size = clamp(ARROW_METRES, 6.0 * pixel, 16.0 * pixel) * select(1.0, 0.0, back && !both);
     let corner = vertex % 3u;
     let along = select(-0.5, 0.6, corner == 2u);
     let across = (f32(corner == 0u) - f32(corner == 1u)) * 0.42;
-    let ground = local + (way * along + vec2f(-way.y, way.x) * across) * size;
+    let ground = local + (direction * along + vec2f(-direction.y, direction.x) * across) * size;
     let colour = vec4f(mix(edge_colour(edge), view.node.rgb, 0.45), clamp(0.4 / pixel * 0.1, 0.55, 1.0));
-    return Flat(framed(clip_from(vec3f(ground, 0.0))), colour, vec2f(0.0), index);
+    return Flat(cropped(clip_from(vec3f(ground, 0.0))), colour, vec2f(0.0), index);
 }
 
 @fragment
@@ -201,7 +203,7 @@ fn disc(index: u32, corner: u32, least: f32) -> Flat {
     let outer = radius + pixel;
     let ground = local + unit * outer;
     let near = clamp((NODE_METRES / pixel - 1.0) * 0.5, 0.0, 1.0);
-    return Flat(framed(clip_from(vec3f(ground, 0.0))), vec4f(view.node.rgb, near), unit * outer / radius, index);
+    return Flat(cropped(clip_from(vec3f(ground, 0.0))), vec4f(view.node.rgb, near), unit * outer / radius, index);
 }
 
 @vertex
@@ -211,9 +213,9 @@ fn node(@location(0) index: u32, @builtin(vertex_index) corner: u32) -> Flat {
 
 @fragment
 fn disc_fill(in: Flat) -> @location(0) vec4f {
-    let away = length(in.place);
+    let away = length(in.position);
     let cover = clamp((1.0 - away) / max(fwidth(away), 1e-4) + 0.5, 0.0, 1.0);
-    // A ring with a darker middle.
+    // The middle of the disc has the floor's colour.
     let middle = clamp((0.55 - away) / max(fwidth(away), 1e-4) + 0.5, 0.0, 1.0);
     return vec4f(mix(in.colour.rgb, view.floor.rgb, middle), in.colour.a * cover);
 }
@@ -225,7 +227,7 @@ fn node_id(@location(0) index: u32, @builtin(vertex_index) corner: u32) -> Flat 
 
 @fragment
 fn disc_id(in: Flat) -> @location(0) u32 {
-    if dot(in.place, in.place) > 1.0 {
+    if dot(in.position, in.position) > 1.0 {
         discard;
     }
     return in.id | 0x80000000u;

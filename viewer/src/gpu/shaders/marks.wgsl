@@ -1,9 +1,9 @@
-// Marks as the sorting shader hands them on.
+// The output of the sorting shader for marks.
 
-// A corner of a mark's triangle: ready to be drawn, as instances of three corners keep a GPU's lanes idle and a
-// processor that draws busy. Of a mark that is put into pixels: its middle, in the place of its robot.
+// A corner of a mark's triangle in final coordinates: instances of three vertices would leave a GPU's lanes idle, and
+// cost a software adapter time. For splats the entry is the mark's centre, at the robot's index.
 struct Corner {
-    // Place in the whole picture, and depth.
+    // Normalized device coordinates and depth.
     x: f32,
     y: f32,
     depth: f32,
@@ -11,27 +11,28 @@ struct Corner {
     colour: u32,
 }
 
-// Pixels across of a tile.
+// Width and height of a tile in pixels.
 const TILE = 32u;
 
-// A mark in a pixel is one number, 0 for none, of which the highest is in front: how near and how high it is, in steps,
-// then whose it is. The more robots there are, the more bits their ids need, and the larger the steps are.
+// A splatted pixel holds a key, 0 for none; the highest key is in front. From its high bits to its low ones, a key is the
+// quantized nearness, the quantized height and the robot's id. The more robots there are, the more bits their ids need,
+// and the fewer remain for the quantized values.
 fn id_bits() -> u32 {
     return 32u - countLeadingZeros(view.robots);
 }
 
-// A part of 1 in steps of so many bits.
-fn step_of(part: f32, bits: u32) -> u32 {
-    return u32(clamp(part, 0.0, 0.9999) * f32(1u << bits));
+// Quantizes a value from 0 to 1.
+fn quantized(value: f32, bits: u32) -> u32 {
+    return u32(clamp(value, 0.0, 0.9999) * f32(1u << bits));
 }
 
-// Half of the steps are nearer than the camera's target, and half of them lower than a metre.
+// Half of the steps of nearness are nearer than the camera's target; half of the steps of height are below one metre.
 fn key_of(distance: f32, height: f32, id: u32) -> u32 {
     let target_distance = view.spacing.y * view.eye.w;
     let height_bits = (32u - id_bits()) / 2u;
     let near_bits = 32u - id_bits() - height_bits;
-    let near = max(step_of(target_distance / (target_distance + distance), near_bits), 1u);
-    let high = step_of(height / (height + 1.0), height_bits);
+    let near = max(quantized(target_distance / (target_distance + distance), near_bits), 1u);
+    let high = quantized(height / (height + 1.0), height_bits);
     return (((near << height_bits) | high) << id_bits()) | id;
 }
 

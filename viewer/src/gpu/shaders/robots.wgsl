@@ -1,4 +1,4 @@
-// Robots as meshes, blocks and flat marks, their shadows, and their ids for picking.
+// Draws robots as meshes, blocks and flat marks, their shadows, and their ids for picking.
 
 struct Vertex {
     @builtin(position) clip: vec4f,
@@ -12,7 +12,7 @@ struct Id {
     @location(0) @interpolate(flat) id: u32,
 }
 
-fn turned(heading: vec2f, point: vec2f) -> vec2f {
+fn rotated(heading: vec2f, point: vec2f) -> vec2f {
     return vec2f(heading.x * point.x - heading.y * point.y, heading.y * point.x + heading.x * point.y);
 }
 
@@ -27,18 +27,18 @@ struct Instance {
 
 fn placed(instance: Instance, point: vec3f) -> vec3f {
     let scaled = point * vec3f(instance.size, instance.height.x);
-    return vec3f(instance.at + turned(instance.heading, scaled.xy), scaled.z);
+    return vec3f(instance.at + rotated(instance.heading, scaled.xy), scaled.z);
 }
 
-// `paint`: red, green, blue and how much of the robot's own colour.
+// `paint` is red, green, blue, and the share of the robot's own colour.
 @vertex
 fn body(instance: Instance, @location(6) point: vec3f, @location(7) normal: vec4f, @location(8) paint: vec4f) -> Vertex {
     let local = placed(instance, point);
-    // Normals of a stretched mesh.
+    // A mesh that is scaled by a vector has its normals divided by it.
     let across = normal.xyz / vec3f(instance.size, instance.height.x);
-    let facing = normalize(vec3f(turned(instance.heading, across.xy), across.z));
+    let facing = normalize(vec3f(rotated(instance.heading, across.xy), across.z));
     let colour = mix(paint.rgb, instance.colour.rgb, paint.a);
-    return Vertex(framed(clip_from(local)), facing, colour, local);
+    return Vertex(cropped(clip_from(local)), facing, colour, local);
 }
 
 @fragment
@@ -53,16 +53,16 @@ fn shaded(in: Vertex) -> @location(0) vec4f {
 
 @vertex
 fn body_id(instance: Instance, @location(6) point: vec3f) -> Id {
-    return Id(framed(clip_from(placed(instance, point))), instance.id);
+    return Id(cropped(clip_from(placed(instance, point))), instance.id);
 }
 
-// Blocks are small: one colour for a side is enough.
+// Blocks are small, so lighting per vertex is enough.
 @vertex
 fn block(instance: Instance, @location(6) point: vec3f, @location(7) normal: vec4f, @location(8) paint: vec4f) -> Vertex {
     let local = placed(instance, point);
-    let facing = vec3f(turned(instance.heading, normal.xy), normal.z);
+    let facing = vec3f(rotated(instance.heading, normal.xy), normal.z);
     let colour = lit(mix(paint.rgb, instance.colour.rgb, paint.a), facing, local);
-    return Vertex(framed(clip_from(local)), facing, colour, local);
+    return Vertex(cropped(clip_from(local)), facing, colour, local);
 }
 
 @fragment
@@ -72,27 +72,27 @@ fn plain(in: Vertex) -> @location(0) vec4f {
 
 struct Shadow {
     @builtin(position) clip: vec4f,
-    // Place in the shadow's rectangle, in metres, and half its size.
-    @location(0) place: vec2f,
+    // Position in the shadow's rectangle and half the rectangle's size, in metres; half the width of the soft edge.
+    @location(0) position: vec2f,
     @location(1) half_size: vec2f,
     @location(2) soft: f32,
 }
 
 @vertex
 fn shadow(instance: Instance, @builtin(vertex_index) corner: u32) -> Shadow {
-    let height = min(instance.height.x, 1.0) ;
+    let height = min(instance.height.x, 1.0);
     let soft = 0.3 * height + 0.05;
     let half_size = instance.size * 0.5;
     let unit = vec2f(f32(corner & 1u), f32(corner >> 1u)) * 2.0 - 1.0;
-    let place = unit * (half_size + soft);
-    // Away from the sun.
-    let ground = instance.at - view.sun.xy / max(view.sun.z, 0.2) * height * 0.35 + turned(instance.heading, place);
-    return Shadow(framed(clip_from(vec3f(ground, 0.0))), place, half_size, soft);
+    let position = unit * (half_size + soft);
+    // Shadows are shifted away from the sun.
+    let ground = instance.at - view.sun.xy / max(view.sun.z, 0.2) * height * 0.35 + rotated(instance.heading, position);
+    return Shadow(cropped(clip_from(vec3f(ground, 0.0))), position, half_size, soft);
 }
 
 @fragment
 fn shadowed(in: Shadow) -> @location(0) vec4f {
-    let outside = abs(in.place) - in.half_size + in.soft;
+    let outside = abs(in.position) - in.half_size + in.soft;
     let distance = length(max(outside, vec2f(0.0))) / (2.0 * in.soft);
     let dark = 1.0 - smoothstep(0.0, 1.0, distance);
     return vec4f(0.0, 0.0, 0.0, dark * view.sun.w);
@@ -110,7 +110,7 @@ struct MarkVertex {
 
 @vertex
 fn mark(corner: Corner) -> MarkVertex {
-    return MarkVertex(framed(vec4f(corner.at, 1.0)), corner.colour.rgb * 1.25);
+    return MarkVertex(cropped(vec4f(corner.at, 1.0)), corner.colour.rgb * 1.25);
 }
 
 @fragment
@@ -122,7 +122,7 @@ fn mark_plain(in: MarkVertex) -> @location(0) vec4f {
 
 @vertex
 fn mark_id(corner: Corner, @builtin(vertex_index) vertex: u32) -> Id {
-    return Id(framed(vec4f(corner.at, 1.0)), mark_ids[vertex / 3u]);
+    return Id(cropped(vec4f(corner.at, 1.0)), mark_ids[vertex / 3u]);
 }
 
 @fragment
@@ -133,25 +133,25 @@ fn id_of(in: Id) -> @location(0) u32 {
 struct RoundVertex {
     @builtin(position) clip: vec4f,
     @location(0) @interpolate(flat) colour: vec3f,
-    // From the centre; the circle has radius 1. Beyond for darts: they are all inside.
-    @location(1) place: vec2f,
+    // Position relative to the centre of a circle with radius 1. For darts it is zero: all of a dart is drawn.
+    @location(1) position: vec2f,
 }
 
 @vertex
 fn round_mark(corner: Corner, @builtin(vertex_index) vertex: u32) -> RoundVertex {
     let number = vertex % 3u;
     let across = (f32(number == 0u) - f32(number == 1u)) * 1.7320508;
-    let place = vec2f(select(-1.0, 2.0, number == 2u), across) * corner.colour.a;
-    return RoundVertex(framed(vec4f(corner.at, 1.0)), corner.colour.rgb * 1.25, place);
+    let position = vec2f(select(-1.0, 2.0, number == 2u), across) * corner.colour.a;
+    return RoundVertex(cropped(vec4f(corner.at, 1.0)), corner.colour.rgb * 1.25, position);
 }
 
 @fragment
 fn mark_round(in: RoundVertex) -> @location(0) vec4f {
-    if dot(in.place, in.place) > 1.0 {
+    if dot(in.position, in.position) > 1.0 {
         discard;
     }
-    // A notch ahead shows the heading.
-    let ahead = in.place - vec2f(0.55, 0.0);
+    // A dark notch in front shows the heading.
+    let ahead = in.position - vec2f(0.55, 0.0);
     let tint = select(1.0, 0.45, dot(ahead, ahead) < 0.06);
     return vec4f(in.colour * tint, 1.0);
 }

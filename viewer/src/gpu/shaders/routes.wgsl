@@ -1,41 +1,40 @@
-// Routes of selected robots: wide ribbons along the edges that they have still to drive. What they may drive now is
-// solid, what is only planned is dashed.
+// The routes of selected robots: wide ribbons along the remaining edges. Released edges are solid, planned ones dashed.
 
-// Metres across when it is near; pixels across, at least and at most.
+// The width in metres near the camera; the least and the greatest width in pixels.
 const ROUTE_METRES = 0.34;
 const ROUTE_PIXELS = vec2f(5.0, 18.0);
-// Segments of a stretch; the same as in routes.rs.
-const SEGMENTS = 32u;
-// Metres and pixels of a dash and the gap after it, at least.
+// Parts of a segment's strip; the same as in routes.rs.
+const PARTS = 32u;
+// The least length of a dash with its gap, in metres and in pixels.
 const DASH_METRES = 1.2;
 const DASH_PIXELS = 18.0;
 
 struct Route {
     @builtin(position) clip: vec4f,
-    // Pixels from the middle line, and half the width.
+    // Distance from the middle line and half the width, in pixels.
     @location(0) @interpolate(linear) across: f32,
     @location(1) half_width: f32,
-    // In dashes from the edge's origin.
+    // Distance from the edge's origin, in dashes.
     @location(2) along: f32,
     @location(3) @interpolate(flat) released: u32,
 }
 
-// An instance is an edge's index, the part of its curve from and to, and whether it is released.
+// An instance is an edge's index, the curve parameters of the segment's start and end, and whether the edge is released.
 @vertex
 fn route(
     @location(0) index: u32,
-    @location(1) part: vec2f,
+    @location(1) range: vec2f,
     @location(2) released: u32,
     @builtin(vertex_index) vertex: u32,
 ) -> Route {
     let edge = edges[index];
-    let at = mix(part.x, part.y, f32(vertex / 2u) / f32(SEGMENTS));
+    let at = mix(range.x, range.y, f32(vertex / 2u) / f32(PARTS));
     let spine = spine(edge, at);
     let pixel = metres_per_pixel(vec3f(spine.local, 0.0));
     let half_width = clamp(ROUTE_METRES / pixel, ROUTE_PIXELS.x, ROUTE_PIXELS.y) * 0.5;
     let across = select(-1.0, 1.0, (vertex & 1u) == 1u) * (half_width + 0.5);
-    // Whole dashes to an edge, each with its middle at an end: so they go on from one edge to the next. By powers of two
-    // longer in larger views, so that they seldom change.
+    // An edge has a whole number of dashes, and begins and ends in the middle of one, so that dashes continue from edge to
+    // edge. Their length grows by powers of two as the camera moves away, so that it seldom changes.
     let dash = max(DASH_METRES, exp2(ceil(log2(DASH_PIXELS * view.spacing.y))));
     let dashes = max(round(edge.length / dash), 1.0);
     return Route(beside(spine, across), across, half_width, at * dashes, released);
@@ -45,7 +44,7 @@ fn route(
 fn route_fill(in: Route) -> @location(0) vec4f {
     let away = abs(in.across);
     let cover = clamp(in.half_width + 0.5 - away, 0.0, 1.0);
-    // Dashes per pixel; where there are too many to be told apart they run into an even, fainter ribbon.
+    // Dashes per pixel. Where dashes can't be told apart, they blend into an even, fainter ribbon.
     let fine = max(fwidth(in.along), 1e-5);
     let beside_gap = 0.29 - abs(fract(in.along + 0.5) - 0.5);
     let dash = mix(clamp(beside_gap / fine + 0.5, 0.0, 1.0), 0.5, clamp(fine * 4.0 - 0.6, 0.0, 1.0));

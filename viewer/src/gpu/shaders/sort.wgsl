@@ -1,4 +1,5 @@
-// For each robot: where it is now, its colour, and whether it is drawn as a mesh, a block, a flat mark or not at all.
+// Culls each robot, computes its pose and colour, and puts it into a draw list by its level of detail: mesh, block or
+// flat mark.
 
 struct Body {
     // Local position on the ground.
@@ -15,7 +16,7 @@ struct Body {
 }
 
 struct Draw {
-    // Of marks three corners for each, of tiles six: drawn as one instance.
+    // Marks count three vertices each and tiles six, all of one instance.
     indices: atomic<u32>,
     instances: atomic<u32>,
     first_index: u32,
@@ -25,7 +26,7 @@ struct Draw {
 
 const MESHES = 8u;
 const MESH_CAPACITY = 8192u;
-// After the meshes: boxes, round blocks, marks, tiles of the picture that have marks.
+// Lists after those of the meshes: boxes, round blocks, marks, tiles of the picture that have marks.
 const BLOCKS = 8u;
 const BLOCK_CAPACITY = 131072u;
 const MARKS = 10u;
@@ -35,26 +36,27 @@ const TILES = 11u;
 @group(2) @binding(1) var<storage, read_write> corners: array<Corner>;
 @group(2) @binding(2) var<storage, read_write> mark_ids: array<u32>;
 @group(2) @binding(3) var<storage, read_write> draws: array<Draw, 12>;
-// Pixels of the picture in rows, then tiles: see splats.wgsl.
+// Pixels of the picture row by row, then tiles; see splats.wgsl.
 @group(2) @binding(4) var<storage, read_write> pixels: array<atomic<u32>>;
 
-// Whether marks are put into the pixels here, rather than drawn as triangles: a processor that draws does that with all
-// its lanes.
+// Whether this shader splats marks into pixels instead of emitting triangles: a software adapter does that on all its
+// SIMD lanes.
 override SPLATS = false;
 
 // A mark in the picture, in pixels.
 struct Mark {
     middle: vec2f,
-    // From the middle to its front, and to its left.
+    // From the middle to the front, and to the left.
     axis: vec2f,
     side: vec2f,
     is_round: bool,
 }
 
-// Most pixels across of a mark: robots that are larger are blocks, unless there are too many of those.
+// The largest width and height of a mark in pixels. Larger robots are blocks, unless there are too many of those.
 const MARK_PIXELS = 64;
 
-// Whether a mark covers what is so far from its middle, in axes and sides; as robots.wgsl draws it.
+// Whether a mark covers the point `away` from its middle, in units of its axis and side. The same shapes as in
+// robots.wgsl.
 fn covers(is_round: bool, away: vec2f) -> bool {
     let from_notch = away - vec2f(0.55, 0.0);
     let in_circle = (dot(away, away) <= 1.0) & (dot(from_notch, from_notch) >= 0.06);
@@ -65,7 +67,7 @@ fn covers(is_round: bool, away: vec2f) -> bool {
 fn splat(mark: Mark, key: u32) {
     let size = vec2i(view.viewport.xy);
     let half_size = abs(mark.axis) + abs(mark.side);
-    // Of the pixels with a middle that it can cover, the first, and after the last.
+    // The first pixel whose centre the mark can cover, and one past the last.
     let low = max(vec2i(ceil(mark.middle - half_size - 0.5)), vec2i(0));
     let top = vec2i(ceil(mark.middle + half_size - 0.5));
     let high = min(min(top, size), low + MARK_PIXELS);
@@ -91,45 +93,44 @@ fn splat(mark: Mark, key: u32) {
             let flag = size.x * size.y + number;
             if atomicLoad(&pixels[flag]) == 0u {
                 if atomicExchange(&pixels[flag], 1u) == 0u {
-                    let place = i32(atomicAdd(&draws[TILES].indices, 6u) / 6u);
-                    atomicStore(&pixels[size.x * size.y + tiles.x * tiles.y + place], u32(number));
+                    let slot = i32(atomicAdd(&draws[TILES].indices, 6u) / 6u);
+                    atomicStore(&pixels[size.x * size.y + tiles.x * tiles.y + slot], u32(number));
                 }
             }
         }
     }
 }
 
-// Takes a place in a list, if there is one.
-fn place_in(list: u32, capacity: u32) -> u32 {
-    let place = atomicAdd(&draws[list].instances, 1u);
-    if place >= capacity {
+// Reserves a slot in a list; the result is not below `capacity` if the list is full.
+fn reserve(list: u32, capacity: u32) -> u32 {
+    let slot = atomicAdd(&draws[list].instances, 1u);
+    if slot >= capacity {
         atomicSub(&draws[list].instances, 1u);
     }
-    return place;
+    return slot;
 }
 
-// A flat mark for a robot: a dart, its two ends behind, its tip ahead; or a circle.
-fn mark(i: u32, at: vec2f, heading: vec2f, look: RobotType, depth: f32, colour: u32) {
-    // Each at a height of its own, so that which one is in front doesn't change from picture to picture; those with
-    // a higher colour's number above the others.
+// Emits the flat mark of a robot: a dart with its tip ahead, or a circle.
+fn mark(i: u32, at: vec2f, heading: vec2f, robot_type: RobotType, depth: f32, colour: u32) {
+    // Each robot has its own height, so that overlapping marks don't flicker. Higher categories are above lower ones.
     let rank = select(0.0, clamp((value_of(i) - view.low) * view.per_span, 0.0, 1.0), view.categories == 1u);
     let own = fract(f32(i) * 0.6180339887);
-    let layer = look.height * (0.2 + 0.3 * own + 0.5 * rank);
+    let layer = robot_type.height * (0.2 + 0.3 * own + 0.5 * rank);
     let clip = clip_from(vec3f(at, layer));
-    let tip = clip_from(vec3f(at + heading * 0.5 * look.length, layer));
-    let edge = clip_from(vec3f(at + vec2f(-heading.y, heading.x) * 0.5 * look.width, layer));
+    let tip = clip_from(vec3f(at + heading * 0.5 * robot_type.length, layer));
+    let edge = clip_from(vec3f(at + vec2f(-heading.y, heading.x) * 0.5 * robot_type.width, layer));
     let ndc = clip.xyz / clip.w;
     let half_size = view.viewport.xy * 0.5;
     var axis = (tip.xy / tip.w - ndc.xy) * half_size;
     let across = (edge.xy / edge.w - ndc.xy) * half_size;
-    // Robots that share pixels with many others are drawn finer.
-    let pixels_long = look.length * view.eye.w / depth;
+    // Where robots are smaller than pixels, smaller marks keep them apart.
+    let pixels_long = robot_type.length * view.eye.w / depth;
     let least = view.detail.z * mix(0.34, 0.5, clamp(pixels_long - 0.4, 0.0, 1.0));
     let reach = max(length(axis), 1e-6);
     let width = max(abs(axis.x * across.y - axis.y * across.x) / reach, least * 0.6);
     axis *= max(least / reach, 1.0);
     let side = vec2f(-axis.y, axis.x) / max(length(axis), 1e-6) * width;
-    let is_round = (look.look & 1u) != 0u;
+    let is_round = (robot_type.flags & 1u) != 0u;
     if !SPLATS {
         triangle(i, ndc, axis, side, is_round, colour);
         return;
@@ -142,7 +143,7 @@ fn mark(i: u32, at: vec2f, heading: vec2f, look: RobotType, depth: f32, colour: 
     }
 }
 
-// A mark's triangle; around a circle, one that holds it.
+// Emits a mark's triangle; for a circle, the triangle around it.
 fn triangle(i: u32, middle: vec3f, axis: vec2f, side: vec2f, is_round: bool, colour: u32) {
     let per_pixel = 2.0 * view.viewport.zw;
     let aside = side * select(1.0, 1.7320508, is_round);
@@ -150,15 +151,15 @@ fn triangle(i: u32, middle: vec3f, axis: vec2f, side: vec2f, is_round: bool, col
     let right = middle.xy - (aside + axis) * per_pixel;
     let front = middle.xy + axis * select(1.0, 2.0, is_round) * per_pixel;
     let paint = colour | select(0u, 0xff000000u, is_round);
-    let place = atomicAdd(&draws[MARKS].indices, 3u);
-    if place + 3u > arrayLength(&corners) {
+    let slot = atomicAdd(&draws[MARKS].indices, 3u);
+    if slot + 3u > arrayLength(&corners) {
         atomicSub(&draws[MARKS].indices, 3u);
         return;
     }
-    corners[place] = Corner(left.x, left.y, middle.z, paint);
-    corners[place + 1u] = Corner(right.x, right.y, middle.z, paint);
-    corners[place + 2u] = Corner(front.x, front.y, middle.z, paint);
-    mark_ids[place / 3u] = i;
+    corners[slot] = Corner(left.x, left.y, middle.z, paint);
+    corners[slot + 1u] = Corner(right.x, right.y, middle.z, paint);
+    corners[slot + 2u] = Corner(front.x, front.y, middle.z, paint);
+    mark_ids[slot / 3u] = i;
 }
 
 @compute @workgroup_size(64)
@@ -173,13 +174,13 @@ fn sort(@builtin(global_invocation_id) at: vec3u, @builtin(num_workgroups) group
     let pose = pose_of(i);
     let heading = vec2f(cos(pose.z), sin(pose.z));
     let local = vec3f(pose.xy, 0.0);
-    let look = types[min(kind_of(i), 63u)];
+    let robot_type = robot_types[min(robot_type_of(i), 63u)];
     let depth = dot(local - view.eye.xyz, view.forward.xyz);
     let scale = view.eye.w / max(depth, 0.05);
-    let pixels = max(look.length, look.width) * scale;
+    let pixels = max(robot_type.length, robot_type.width) * scale;
 
-    // Not a number compares false: such a robot is nowhere.
-    let radius = max(length(vec2f(look.length, look.width)) + look.height, view.detail.z / scale);
+    // A comparison with NaN is false: a robot without a position is not drawn.
+    let radius = max(length(vec2f(robot_type.length, robot_type.width)) + robot_type.height, view.detail.z / scale);
     for (var side = 0; side < 4; side++) {
         if !(dot(view.planes[side].xyz, local - view.eye.xyz) > -radius) {
             return;
@@ -190,26 +191,26 @@ fn sort(@builtin(global_invocation_id) at: vec3u, @builtin(num_workgroups) group
     if pixels >= max(view.detail.y, view.detail.z) {
         var body = Body(local.x, local.y, pack2x16snorm(heading), colour, 0u, 0u, i);
         if pixels >= view.detail.x {
-            let mesh = min(look.look >> 8u, MESHES - 1u);
-            let place = place_in(mesh, MESH_CAPACITY);
-            if place < MESH_CAPACITY {
-                let own = (look.look & 2u) != 0u;
-                body.size = pack2x16float(select(vec2f(look.length, look.width), vec2f(1.0), own));
-                body.height = pack2x16float(vec2f(select(look.height, 1.0, own), 0.0));
-                bodies[mesh * MESH_CAPACITY + place] = body;
+            let mesh = min(robot_type.flags >> 8u, MESHES - 1u);
+            let slot = reserve(mesh, MESH_CAPACITY);
+            if slot < MESH_CAPACITY {
+                let own = (robot_type.flags & 2u) != 0u;
+                body.size = pack2x16float(select(vec2f(robot_type.length, robot_type.width), vec2f(1.0), own));
+                body.height = pack2x16float(vec2f(select(robot_type.height, 1.0, own), 0.0));
+                bodies[mesh * MESH_CAPACITY + slot] = body;
                 return;
             }
         }
-        let is_round = look.look & 1u;
-        let place = place_in(BLOCKS + is_round, BLOCK_CAPACITY);
-        if place < BLOCK_CAPACITY {
-            body.size = pack2x16float(vec2f(look.length, look.width));
-            body.height = pack2x16float(vec2f(look.height, 0.0));
-            bodies[MESHES * MESH_CAPACITY + is_round * BLOCK_CAPACITY + place] = body;
+        let is_round = robot_type.flags & 1u;
+        let slot = reserve(BLOCKS + is_round, BLOCK_CAPACITY);
+        if slot < BLOCK_CAPACITY {
+            body.size = pack2x16float(vec2f(robot_type.length, robot_type.width));
+            body.height = pack2x16float(vec2f(robot_type.height, 0.0));
+            bodies[MESHES * MESH_CAPACITY + is_round * BLOCK_CAPACITY + slot] = body;
             return;
         }
     }
     if depth >= 0.05 {
-        mark(i, local.xy, heading, look, depth, colour);
+        mark(i, local.xy, heading, robot_type, depth, colour);
     }
 }

@@ -1,8 +1,8 @@
-// Marks that the sorting shader has put into pixels: drawn into the picture tile by tile.
+// Draws the marks that the sorting shader has splatted into pixels, tile by tile.
 
-// A pixel each, in rows; then whether there is a mark in a tile; then the numbers of the tiles with one.
+// The key of each pixel, row by row; then a flag per tile: whether it has marks; then the numbers of the tiles with marks.
 @group(1) @binding(0) var<storage, read> pixels: array<u32>;
-// Each robot's mark.
+// The mark of each robot.
 @group(1) @binding(1) var<storage, read> marks: array<Corner>;
 
 struct Tile {
@@ -16,18 +16,18 @@ fn tile(@builtin(vertex_index) vertex: u32) -> Tile {
     let size = vec2u(view.viewport.xy);
     let tiles = (size + TILE - 1u) / TILE;
     let number = pixels[size.x * size.y + tiles.x * tiles.y + vertex / 6u];
-    // Two triangles.
+    // The corners of two triangles, two bits each.
     let corner = (0xda4u >> ((vertex % 6u) * 2u)) & 3u;
-    let place = vec2u(number % tiles.x, number / tiles.x) + vec2u(corner & 1u, corner >> 1u);
-    let at = vec2f(place * TILE);
-    return Tile(framed(vec4f((at * view.viewport.zw * 2.0 - 1.0) * vec2f(1.0, -1.0), 0.0, 1.0)), at);
+    let tile_corner = vec2u(number % tiles.x, number / tiles.x) + vec2u(corner & 1u, corner >> 1u);
+    let at = vec2f(tile_corner * TILE);
+    return Tile(cropped(vec4f((at * view.viewport.zw * 2.0 - 1.0) * vec2f(1.0, -1.0), 0.0, 1.0)), at);
 }
 
 fn key_at(at: vec2f) -> u32 {
-    let place = vec2u(at);
+    let pixel = vec2u(at);
     let size = vec2u(view.viewport.xy);
-    let is_inside = all(place < size);
-    return select(0u, pixels[place.y * size.x + place.x], is_inside);
+    let is_inside = all(pixel < size);
+    return select(0u, pixels[pixel.y * size.x + pixel.x], is_inside);
 }
 
 struct Splat {

@@ -1,7 +1,7 @@
-// What every shader knows of the picture. The same as `ViewUniform` in view.rs.
+// The uniforms of the picture, which every shader shares. The layout is that of `ViewUniform` in view.rs.
 //
-// Local coordinates are the world's, counted from a point near the camera's target: single precision stays fine
-// far from the world's origin.
+// Local coordinates are world coordinates relative to a point near the camera's target, so that single precision
+// suffices far from the world's origin.
 
 struct Light {
     position: vec4f,
@@ -10,34 +10,37 @@ struct Light {
 
 struct View {
     clip_from_local: mat4x4f,
-    // Where the eye is; w: pixels that a metre covers at a distance of a metre.
+    // Position of the eye; w: pixels that a metre covers at a distance of one metre.
     eye: vec4f,
-    // w: nothing yet.
+    // The camera's axes. w of `right` and `up`: tangent of half the field of view, horizontal and vertical.
     forward: vec4f,
     right: vec4f,
     up: vec4f,
-    // Through the eye along the sides of the picture, pointing inwards.
+    // Inward normals of the frustum's four sides, which pass through the eye.
     planes: array<vec4f, 4>,
-    // Width and height in pixels, and one over them.
+    // Width and height in pixels, and their reciprocals.
     viewport: vec4f,
-    // Clip coordinates are multiplied by xy, and zw is added: a picture of a few pixels of this one.
-    window: vec4f,
-    // Position minus this is local: xy for robots and graph (their offset is in it), zw for the floor.
+    // Crops the picture to a few pixels for picking: clip coordinates are multiplied by xy, and zw is added.
+    crop: vec4f,
+    // The origin of local coordinates: xy for robots and graph (their offset is subtracted), zw for the floor.
     origin: vec4f,
-    // From the previous frame (0) to the current (1); longest way between the two that is driven rather than jumped.
+    // The moment to show, from the previous frame (0) to the current one (1); robots whose positions in the two are
+    // farther apart than `teleport_distance` metres are not interpolated.
     alpha: f32,
-    jump: f32,
+    teleport_distance: f32,
     robots: u32,
     previous_robots: u32,
-    // Colours: 0 by value, 1 by state, 2 by type; first value, one over the span of values, 1 for categories.
+    // Robots are coloured by 0: value, 1: state, 2: type. Then the lowest value, the reciprocal of the range of values, and
+    // 1 for categories.
     source: u32,
     low: f32,
     per_span: f32,
     categories: u32,
     unknown: vec4f,
-    // Sizes in pixels of a robot's length: mesh, block, mark; w: robots of which the value is known.
+    // Robot lengths in pixels from which on there are meshes (x) and blocks (y), and the least length of marks (z);
+    // w: robots that have a value.
     detail: vec4f,
-    // Towards the sun; w: how dark shadows are.
+    // Direction towards the sun; w: opacity of shadows.
     sun: vec4f,
     sun_colour: vec4f,
     ambient_above: vec4f,
@@ -45,9 +48,10 @@ struct View {
     sky: vec4f,
     floor: vec4f,
     grid: vec4f,
-    // Metres between two lines of the grid; metres per pixel at the target; lights; pixels of a thin edge.
+    // Metres between two lines of the grid; metres per pixel at the target; number of lights; length in pixels below which
+    // edges are thin.
     spacing: vec4f,
-    // The floor's rectangle: low and high corner.
+    // The floor's rectangle in local coordinates: low and high corner.
     floor_bounds: vec4f,
     edge: vec4f,
     two_way: vec4f,
@@ -64,32 +68,33 @@ fn clip_from(local: vec3f) -> vec4f {
     return view.clip_from_local * vec4f(local, 1.0);
 }
 
-// Last step of every vertex: the part of the picture that is wanted.
-fn framed(clip: vec4f) -> vec4f {
-    return vec4f(clip.xy * view.window.xy + view.window.zw * clip.w, clip.zw);
+// Crops clip coordinates for picking, as the last step of every vertex shader.
+fn cropped(clip: vec4f) -> vec4f {
+    return vec4f(clip.xy * view.crop.xy + view.crop.zw * clip.w, clip.zw);
 }
 
-// Metres that a pixel covers at a point.
+// The size of a pixel at a point, in metres.
 fn metres_per_pixel(local: vec3f) -> f32 {
     return max(dot(local - view.eye.xyz, view.forward.xyz), 0.05) / view.eye.w;
 }
 
-// Lamps that reach a point: none does beyond ten kilometres.
+// The number of lights that reach a point: none beyond ten kilometres.
 //
-// What is asked of the point as well as of the picture is no branch on a uniform alone: shaders with such a branch are
-// compiled anew for each picture by Mesa's software driver (22.3), which then keeps what it compiled.
-fn lamps(local: vec2f) -> u32 {
+// The count depends on the point as well as on a uniform, because Mesa's software driver (22.3) recompiles shaders that
+// branch on a uniform alone for each picture, and never frees them.
+fn light_count(local: vec2f) -> u32 {
     return select(0u, u32(view.spacing.z), dot(local, local) < 1e8);
 }
 
+// Diffuse and ambient lighting.
 fn lit(colour: vec3f, normal: vec3f, local: vec3f) -> vec3f {
     let ambient = mix(view.ambient_below.rgb, view.ambient_above.rgb, normal.z * 0.5 + 0.5);
     var light = ambient + view.sun_colour.rgb * max(dot(normal, view.sun.xyz), 0.0);
-    let count = lamps(local.xy);
+    let count = light_count(local.xy);
     for (var i = 0u; i < count; i++) {
-        let way = view.lights[i].position.xyz - local;
-        let square = dot(way, way);
-        light += view.lights[i].colour.rgb * max(dot(normal, way) * inverseSqrt(square), 0.0) * 4.0 / (1.0 + square);
+        let towards = view.lights[i].position.xyz - local;
+        let square = dot(towards, towards);
+        light += view.lights[i].colour.rgb * max(dot(normal, towards) * inverseSqrt(square), 0.0) * 4.0 / (1.0 + square);
     }
     return colour * light;
 }

@@ -23,9 +23,9 @@ impl<'sample> Frame<'sample> {
         Some(Self { header, columns: Columns::split(lines, robots)?, missed: 0 })
     }
 
-    /// The same frame, received after `missed` others that this reader didn't get.
+    /// The same frame, received after `missed` others that the reader didn't get.
     #[must_use]
-    pub(crate) fn after_missing(self, missed: u64) -> Self {
+    pub fn after_missing(self, missed: u64) -> Self {
         Self { missed, ..self }
     }
 

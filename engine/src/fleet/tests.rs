@@ -1,0 +1,8 @@
+//! Tests of whole fleets: ticks, orders and frames.
+
+mod drive;
+mod equality;
+mod limits;
+mod orders;
+mod portable;
+mod support;

@@ -1,0 +1,179 @@
+//! The validated route graph: its nodes, edges and legs.
+
+use std::collections::BTreeMap;
+
+use glam::DVec2;
+
+use super::bezier::CubicBezier;
+
+/// The index of a node in [`RouteGraph::nodes`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct NodeIndex(pub u32);
+
+/// The index of an edge in [`RouteGraph::edges`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct EdgeIndex(pub u32);
+
+/// A place with a heading.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Node {
+    /// The id in the file, unique among nodes.
+    pub id: u32,
+    /// Metres to the east and to the north.
+    pub position: DVec2,
+    /// The heading in radians, in (-π, π].
+    pub theta: f64,
+}
+
+/// A directed curve from one node to another.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Edge {
+    /// The id in the file, unique among edges.
+    pub id: u32,
+    /// The node where the edge starts.
+    pub origin: NodeIndex,
+    /// The node where the edge ends.
+    pub destination: NodeIndex,
+    /// The shape of the edge. Straight edges are cubics with evenly spaced control points.
+    pub curve: CubicBezier,
+    /// The speed from origin to destination in metres per second; above 0.
+    pub velocity_forward: f64,
+    /// The speed from destination to origin in reverse gear in metres per second; `None` if that isn't allowed.
+    pub velocity_backwards: Option<f64>,
+}
+
+/// The direction of travel along an edge, which also determines the way the robot faces.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Gear {
+    /// From origin to destination, facing in the direction of travel.
+    Forward,
+    /// From destination to origin with the heading of the edge: facing against the direction of travel.
+    Reverse,
+}
+
+/// An edge driven in one gear: an element of a route. Files write it as the edge's id, `-ID` in reverse gear.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Leg {
+    /// The edge.
+    pub edge: EdgeIndex,
+    /// The gear.
+    pub gear: Gear,
+}
+
+/// A validated route graph: every index and every number is in range, every number is finite, every id is unique,
+/// and there is at least one edge.
+#[derive(Clone, Debug)]
+pub struct RouteGraph {
+    nodes: Vec<Node>,
+    edges: Vec<Edge>,
+    node_by_id: BTreeMap<u32, NodeIndex>,
+    edge_by_id: BTreeMap<u32, EdgeIndex>,
+    /// The legs that leave node `n` are `departures[departures_start[n]..departures_start[n + 1]]`.
+    departures: Vec<Leg>,
+    departures_start: Vec<u32>,
+}
+
+impl RouteGraph {
+    /// Indexes nodes and edges that have been validated.
+    ///
+    /// # Panics
+    /// If an edge refers to a node that doesn't exist; `validate` rejects such files.
+    pub(crate) fn from_valid_parts(nodes: Vec<Node>, edges: Vec<Edge>) -> Self {
+        let node_by_id = (0..).map(NodeIndex).zip(&nodes).map(|(index, node)| (node.id, index)).collect();
+        let edge_by_id = (0..).map(EdgeIndex).zip(&edges).map(|(index, edge)| (edge.id, index)).collect();
+        let (departures, departures_start) = departures_by_node(nodes.len(), &edges);
+        Self { nodes, edges, node_by_id, edge_by_id, departures, departures_start }
+    }
+
+    /// Returns all nodes, by [`NodeIndex`].
+    pub fn nodes(&self) -> &[Node] {
+        &self.nodes
+    }
+
+    /// Returns all edges, by [`EdgeIndex`].
+    pub fn edges(&self) -> &[Edge] {
+        &self.edges
+    }
+
+    /// Returns the node at an index.
+    pub fn node(&self, index: NodeIndex) -> &Node {
+        &self.nodes[index.0 as usize]
+    }
+
+    /// Returns the edge at an index.
+    pub fn edge(&self, index: EdgeIndex) -> &Edge {
+        &self.edges[index.0 as usize]
+    }
+
+    /// Looks up a node by its id in the file.
+    pub fn node_by_id(&self, id: u32) -> Option<NodeIndex> {
+        self.node_by_id.get(&id).copied()
+    }
+
+    /// Looks up an edge by its id in the file.
+    pub fn edge_by_id(&self, id: u32) -> Option<EdgeIndex> {
+        self.edge_by_id.get(&id).copied()
+    }
+
+    /// Returns the legs that leave a node, in the order of the edges: forward legs on edges that start at the node,
+    /// reverse legs on edges that end there and allow reverse gear.
+    pub fn departures(&self, node: NodeIndex) -> &[Leg] {
+        let range =
+            self.departures_start[node.0 as usize] as usize..self.departures_start[node.0 as usize + 1] as usize;
+        &self.departures[range]
+    }
+
+    /// Returns the node where a leg starts.
+    pub fn leg_start(&self, leg: Leg) -> NodeIndex {
+        let edge = self.edge(leg.edge);
+        match leg.gear {
+            Gear::Forward => edge.origin,
+            Gear::Reverse => edge.destination,
+        }
+    }
+
+    /// Returns the node where a leg ends.
+    pub fn leg_end(&self, leg: Leg) -> NodeIndex {
+        let edge = self.edge(leg.edge);
+        match leg.gear {
+            Gear::Forward => edge.destination,
+            Gear::Reverse => edge.origin,
+        }
+    }
+
+    /// Returns the speed of a leg in metres per second; `None` if the edge can't be driven in that gear.
+    pub fn leg_velocity(&self, leg: Leg) -> Option<f64> {
+        let edge = self.edge(leg.edge);
+        match leg.gear {
+            Gear::Forward => Some(edge.velocity_forward),
+            Gear::Reverse => edge.velocity_backwards,
+        }
+    }
+}
+
+/// Sorts the legs by the node that they leave, by counting sort. Returns them with the start of each node's legs.
+fn departures_by_node(nodes: usize, edges: &[Edge]) -> (Vec<Leg>, Vec<u32>) {
+    let legs = || {
+        (0..).map(EdgeIndex).zip(edges).flat_map(|(index, edge)| {
+            let forward = (edge.origin, Leg { edge: index, gear: Gear::Forward });
+            let reverse = edge.velocity_backwards.map(|_| (edge.destination, Leg { edge: index, gear: Gear::Reverse }));
+            std::iter::once(forward).chain(reverse)
+        })
+    };
+    let mut start = vec![0u32; nodes + 1];
+    for (node, _) in legs() {
+        start[node.0 as usize + 1] += 1;
+    }
+    for node in 0..nodes {
+        start[node + 1] += start[node];
+    }
+    let placeholder = Leg { edge: EdgeIndex(0), gear: Gear::Forward };
+    let mut departures = vec![placeholder; start[nodes] as usize];
+    let mut next = start.clone();
+    for (node, leg) in legs() {
+        let slot = &mut next[node.0 as usize];
+        departures[*slot as usize] = leg;
+        *slot += 1;
+    }
+    (departures, start)
+}

@@ -1,0 +1,190 @@
+//! Routes: the legs that robots drive next.
+
+use std::sync::Arc;
+
+use bytemuck::{Pod, Zeroable};
+
+use super::leg_table::LegTable;
+use crate::graph::{Gear, Leg, NodeIndex};
+
+/// Whether a listed route is driven again.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Repeat {
+    /// Once; then the robot is idle.
+    Once,
+    /// For ever. The route has to end where it starts.
+    Loop,
+}
+
+/// A robot's position in its [`Plan`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
+#[repr(C)]
+pub(crate) struct Route {
+    /// Number of the plan, or that of one of the constants below.
+    plan: u32,
+    /// The plan's next leg; in a random walk, the number of choices made so far.
+    position: u32,
+}
+
+impl Route {
+    /// The route of a robot that stays where it is.
+    pub(crate) const PARKED: Self = Self { plan: u32::MAX, position: 0 };
+    /// The route of a robot that drives to the end of its leg.
+    pub(crate) const FINISH: Self = Self { plan: u32::MAX - 1, position: 0 };
+    /// The start of a random walk.
+    pub(crate) const WALK: Self = Self { plan: u32::MAX - 2, position: 0 };
+}
+
+/// A position on a robot's route from which its next legs can be read, one after the other.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct RouteCursor {
+    pub robot: u32,
+    pub route: Route,
+    /// The node that the next leg leaves.
+    pub node: NodeIndex,
+    /// The leg that leads to `node`.
+    pub leg: Option<Leg>,
+}
+
+/// The reason why a robot's released base has no next leg.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum BaseEnd {
+    /// The route ends.
+    Done,
+    /// The released base ends, but the route goes on.
+    Unreleased,
+    /// No edge leaves this node.
+    DeadEnd,
+}
+
+/// Legs in order.
+#[derive(Clone, Debug)]
+enum Plan {
+    /// Unused; its number goes to the next plan that is added.
+    Free,
+    /// From a scenario.
+    Listed { legs: Arc<[Leg]>, repeat: Repeat },
+    /// From orders, for one robot: the first `released` legs are its base, the others its horizon.
+    Ordered { legs: Vec<Leg>, released: usize },
+}
+
+/// All plans, by number.
+#[derive(Debug)]
+pub(crate) struct Plans {
+    plans: Vec<Plan>,
+    free: Vec<u32>,
+    /// The mixed seed of the random walks.
+    seed: u64,
+}
+
+impl Plans {
+    pub(crate) fn new(seed: u64) -> Self {
+        Self { plans: Vec::new(), free: Vec::new(), seed: mix(seed) }
+    }
+
+    /// Returns the next leg of a route and moves the route past it.
+    pub(super) fn next(&self, table: &LegTable, cursor: &mut RouteCursor) -> Result<Leg, BaseEnd> {
+        let Route { plan, position } = cursor.route;
+        let (leg, place) = match self.plans.get(plan as usize) {
+            Some(Plan::Listed { legs, repeat }) => next_listed(legs, *repeat, position)?,
+            Some(Plan::Ordered { legs, released }) => next_ordered(legs, *released, position)?,
+            None if plan == Route::WALK.plan => (self.random_leg(table, cursor)?, position),
+            Some(Plan::Free) | None => return Err(BaseEnd::Done),
+        };
+        cursor.route.position = place.wrapping_add(1);
+        Ok(leg)
+    }
+
+    fn random_leg(&self, table: &LegTable, cursor: &RouteCursor) -> Result<Leg, BaseEnd> {
+        let counter = u64::from(cursor.robot) << 32 | u64::from(cursor.route.position);
+        let random = (mix(self.seed ^ counter) >> 32) as u32;
+        let edge = table.random_exit(cursor.node, cursor.leg, random).ok_or(BaseEnd::DeadEnd)?;
+        Ok(Leg { edge, gear: Gear::Forward })
+    }
+
+    /// Adds a list of legs and returns the route at its start. Robots with the same list share its plan, unless many
+    /// others were added in between.
+    pub(crate) fn list(&mut self, legs: Arc<[Leg]>, repeat: Repeat) -> Route {
+        const RECENT: usize = 64;
+        let is_same = |plan: &Plan| match plan {
+            Plan::Listed { legs: other, repeat: again } => Arc::ptr_eq(other, &legs) && *again == repeat,
+            Plan::Free | Plan::Ordered { .. } => false,
+        };
+        let recent = self.plans.len().saturating_sub(RECENT);
+        match self.plans[recent..].iter().position(is_same) {
+            Some(place) => Route { plan: (recent + place) as u32, position: 0 },
+            None => self.add(Plan::Listed { legs, repeat }),
+        }
+    }
+
+    /// Adds ordered legs and returns the route at their start.
+    pub(crate) fn order(&mut self, legs: Vec<Leg>, released: usize) -> Route {
+        self.add(Plan::Ordered { legs, released })
+    }
+
+    fn add(&mut self, plan: Plan) -> Route {
+        let number = match self.free.pop() {
+            Some(number) => {
+                self.plans[number as usize] = plan;
+                number
+            }
+            None => {
+                self.plans.push(plan);
+                self.plans.len() as u32 - 1
+            }
+        };
+        Route { plan: number, position: 0 }
+    }
+
+    /// Legs of a route's released base that are still to be entered. A loop's base ends with its lap, a random
+    /// walk's with the leg that the robot is on.
+    pub(crate) fn base(&self, route: Route) -> &[Leg] {
+        match self.plans.get(route.plan as usize) {
+            Some(Plan::Listed { legs, .. }) => &legs[route.position as usize..],
+            Some(Plan::Ordered { legs, released }) => &legs[route.position as usize..*released],
+            Some(Plan::Free) | None => &[],
+        }
+    }
+
+    /// Legs of a route that come after its base: an order's horizon; of a loop, the rest of one lap, counted from the
+    /// leg that the robot is on.
+    pub(crate) fn horizon(&self, route: Route) -> &[Leg] {
+        match self.plans.get(route.plan as usize) {
+            Some(Plan::Listed { legs, repeat: Repeat::Loop }) => &legs[..(route.position as usize).saturating_sub(1)],
+            Some(Plan::Ordered { legs, released }) => &legs[*released..],
+            Some(Plan::Free | Plan::Listed { .. }) | None => &[],
+        }
+    }
+
+    /// Frees the plan of a robot that gives up its route, if no other robot can share it.
+    pub(crate) fn release(&mut self, route: Route) {
+        if let Some(plan @ Plan::Ordered { .. }) = self.plans.get_mut(route.plan as usize) {
+            *plan = Plan::Free;
+            self.free.push(route.plan);
+        }
+    }
+}
+
+fn next_listed(legs: &[Leg], repeat: Repeat, position: u32) -> Result<(Leg, u32), BaseEnd> {
+    match (legs.get(position as usize), repeat) {
+        (Some(&leg), _) => Ok((leg, position)),
+        (None, Repeat::Loop) => Ok((legs[0], 0)),
+        (None, Repeat::Once) => Err(BaseEnd::Done),
+    }
+}
+
+fn next_ordered(legs: &[Leg], released: usize, position: u32) -> Result<(Leg, u32), BaseEnd> {
+    match legs.get(position as usize) {
+        Some(&leg) if (position as usize) < released => Ok((leg, position)),
+        Some(_) => Err(BaseEnd::Unreleased),
+        None => Err(BaseEnd::Done),
+    }
+}
+
+/// The finaliser of SplitMix64 (Steele, Lea, Flood 2014), after one step of its sequence: random bits for any counter.
+fn mix(counter: u64) -> u64 {
+    let z = counter.wrapping_add(0x9E37_79B9_7F4A_7C15);
+    let z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+    let z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+    z ^ (z >> 31)
+}

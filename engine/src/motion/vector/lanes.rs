@@ -1,0 +1,11 @@
+//! SIMD registers of each instruction set, as the same operations on lanes.
+
+#[cfg(target_arch = "x86_64")]
+pub(super) mod avx2;
+#[cfg(target_arch = "x86_64")]
+pub(super) mod avx512;
+mod ops;
+#[cfg(any(test, not(target_arch = "x86_64")))]
+pub(super) mod portable;
+#[cfg(target_arch = "x86_64")]
+pub(super) mod sse2;

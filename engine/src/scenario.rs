@@ -1,0 +1,146 @@
+//! Scenarios: a route graph, the robots on it and their routes, the tick rate, and the plugins to start.
+
+mod read;
+mod resolve;
+pub mod yaml;
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::Duration;
+
+use crate::fleet::{Repeat, RobotType};
+use crate::graph::{GraphError, Handles, Leg, NodeIndex, RouteGraph};
+pub use yaml::{LegName, LightEntry, PluginCommand, Viewer};
+
+/// The largest number of robots of a scenario: ids and columns stay far below the limits of `u32`.
+pub const MAX_ROBOTS: u32 = 16_000_000;
+/// The largest number of lights besides the sun: as many as the viewer supports.
+pub const MAX_LIGHTS: usize = 8;
+/// The size of the largest scenario file that is read.
+const MAX_FILE_BYTES: u64 = 64 << 20;
+
+/// A validated scenario: all names are resolved, all routes are connected.
+#[derive(Clone, Debug)]
+pub struct Scenario {
+    /// The route graph.
+    pub graph: Arc<RouteGraph>,
+    /// The simulated time per tick.
+    pub tick_period: Duration,
+    /// The number of ticks between two published frames.
+    pub ticks_per_frame: u32,
+    /// The seed of the random walks.
+    pub seed: u64,
+    /// The robot types; at least one.
+    pub robot_types: Vec<RobotType>,
+    /// The robots by ascending id; at least one group.
+    pub groups: Vec<RobotGroup>,
+    /// The plugins to start.
+    pub plugins: Vec<PluginCommand>,
+    /// Whether to open the viewer.
+    pub viewer: Viewer,
+    /// The lights of the viewer besides the sun; at most [`MAX_LIGHTS`], with finite numbers.
+    pub lights: Vec<LightEntry>,
+    /// Warnings about the scenario and its graph, one line each.
+    pub warnings: Vec<String>,
+}
+
+/// Robots of one type that start in the same way.
+#[derive(Clone, Debug)]
+pub struct RobotGroup {
+    /// The number of robots; at least one.
+    pub count: u32,
+    /// The index of their type in [`Scenario::robot_types`].
+    pub robot_type: u16,
+    /// The place where they start, and their route.
+    pub start: Start,
+}
+
+/// The place where a robot starts, and its route.
+#[derive(Clone, Debug)]
+pub enum Start {
+    /// At the beginning of a route.
+    Route {
+        /// The connected legs of the route; at least one.
+        legs: Arc<[Leg]>,
+        /// The action at the end of the route.
+        repeat: Repeat,
+    },
+    /// At a random place, on a random walk.
+    Random,
+    /// On a node, waiting for orders.
+    Node(NodeIndex),
+}
+
+/// Settings of a command line that override those of the scenario.
+#[derive(Clone, Debug, Default)]
+pub struct Overrides {
+    /// The handle convention of the route graph.
+    pub handles: Option<Handles>,
+    /// The number of ticks per simulated second.
+    pub rate: Option<f64>,
+    /// The number of frames per simulated second.
+    pub publish_rate: Option<f64>,
+    /// The seed of the random walks.
+    pub seed: Option<u64>,
+}
+
+/// The error of reading a scenario.
+#[derive(Debug, thiserror::Error)]
+pub enum ScenarioError {
+    /// The file can't be read.
+    #[error("{}: {source}: check the path", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// The system's error.
+        source: std::io::Error,
+    },
+    /// The file is larger than any reasonable scenario.
+    #[error("{}: too large for a scenario (at most {MAX_FILE_BYTES} bytes)", path.display())]
+    TooLarge {
+        /// The file.
+        path: PathBuf,
+    },
+    /// The file is not a scenario.
+    #[error("{}: {source}", path.display())]
+    Yaml {
+        /// The file.
+        path: PathBuf,
+        /// The YAML reader's error, with the line.
+        source: serde_yaml::Error,
+    },
+    /// The route graph can't be read or has errors.
+    #[error(transparent)]
+    Graph(#[from] GraphError),
+    /// A value in the file is invalid.
+    #[error("{}: {place}: {message}", path.display())]
+    Invalid {
+        /// The file.
+        path: PathBuf,
+        /// The invalid entry.
+        place: String,
+        /// The problem and what to do about it.
+        message: String,
+    },
+}
+
+impl Scenario {
+    /// Returns the number of robots.
+    pub fn robots(&self) -> u32 {
+        self.groups.iter().map(|group| group.count).sum()
+    }
+
+    /// Returns the group of the robot with an id. Beyond the robots that the scenario lists, the groups repeat, so that
+    /// a fleet can grow while it runs.
+    pub fn group_of(&self, robot: u32) -> &RobotGroup {
+        let mut rest = robot % self.robots();
+        self.groups
+            .iter()
+            .find(|group| {
+                let found = rest < group.count;
+                rest = rest.wrapping_sub(group.count);
+                found
+            })
+            .expect("the remainder is less than the sum of the counts")
+    }
+}

@@ -1,0 +1,67 @@
+//! Continuous collision detection against sampling: every pair of segments at many instants.
+
+use proptest::prelude::*;
+
+use super::*;
+use crate::bounds::Bounds;
+use crate::geometry_reference::{HORIZON, bodies, distance, outline_at, timed};
+use crate::heading::heading;
+use crate::swept_path::{Approach, SweptPath};
+
+proptest! {
+    #[test]
+    fn the_proximity_agrees_with_sampling(
+        (a, b) in (bodies(), bodies()),
+        (legs_a, legs_b) in (legs(), legs()),
+    ) {
+        let (segments_a, segments_b) = (trajectory(&a, &legs_a), trajectory(&b, &legs_b));
+        let found = closest_proximity((&a, &segments_a), (&b, &segments_b), ALWAYS, 0.05);
+        let [swept_a, swept_b] = [(&a, &segments_a), (&b, &segments_b)]
+            .map(|(body, segments)| SweptPath::new(body, segments, 0, Bounds::NOTHING));
+        let approach = Approach::of((&a, &swept_a), (&b, &swept_b));
+        let in_window = closest_proximity((&a, &segments_a), (&b, &segments_b), approach.when_near(0.1), 0.05);
+        prop_assert!(found == in_window && (found == Proximity::Apart || approach.comes_near(0.1, HORIZON)));
+        // Every two segments that share some time, at instants at most 5 ms apart. Where one segment follows another,
+        // both count.
+        let mut nearest = f64::INFINITY;
+        for (from_a, segment_a) in timed(&segments_a) {
+            for (from_b, segment_b) in timed(&segments_b) {
+                let (from, until) = (from_a.max(from_b), f64::from(segment_a.until.min(segment_b.until)));
+                let instants = if from <= until { 2 + ((until - from) * 200.0) as u32 } else { 0 };
+                for instant in 0..instants {
+                    let time = from + (until - from) * f64::from(instant) / f64::from(instants - 1);
+                    let outline_a = outline_at(&a, segment_a, time - from_a);
+                    let outline_b = outline_at(&b, segment_b, time - from_b);
+                    nearest = nearest.min(distance(&outline_a, &outline_b));
+                }
+            }
+        }
+        // Between two instants they move up to 7 cm.
+        match found {
+            Proximity::Overlap => prop_assert!(nearest < 0.04, "overlap, but {nearest} m apart"),
+            Proximity::Near => prop_assert!(nearest > 0.0 && nearest < 0.2, "near, but {nearest} m apart"),
+            Proximity::Apart => prop_assert!(nearest > 0.09, "apart, but {nearest} m apart"),
+        }
+    }
+}
+
+/// The legs of a trajectory: the fraction of the remaining time, the velocity, and the turn after it.
+type Legs = Vec<(f32, [f32; 2], f32)>;
+
+fn legs() -> impl Strategy<Value = Legs> {
+    let speed = prop_oneof![Just(0.0_f32), -5.0_f32..5.0];
+    prop::collection::vec((0.0_f32..1.0, [speed.clone(), speed], -0.3_f32..0.3), 1..5)
+}
+
+fn trajectory(body: &Body, legs: &Legs) -> Vec<Segment> {
+    let (mut now, mut position, mut theta) = (0.0, body.position, body.heading[1].atan2(body.heading[0]));
+    let mut segments = Vec::new();
+    for (number, (part, velocity, turn)) in legs.iter().enumerate() {
+        let until = if number + 1 == legs.len() { HORIZON } else { now + part * (HORIZON - now) };
+        let heading = if number == 0 { body.heading } else { heading(theta) };
+        segments.push(Segment { until, position, velocity: *velocity, heading });
+        position = [position[0] + velocity[0] * (until - now), position[1] + velocity[1] * (until - now)];
+        (now, theta) = (until, theta + turn);
+    }
+    segments
+}

@@ -1,0 +1,78 @@
+//! The criteria by which a pair enters and leaves a level.
+
+use regatta_plugin::contact::ContactLevel;
+
+use crate::body::{Body, gap};
+use crate::continuous::Proximity;
+use crate::settings::{HYSTERESIS, Settings};
+
+/// The inflation of both footprints, on all sides, at which a predicted pair stays possible, in metres.
+pub(crate) const INFLATION: f64 = 0.5 * HYSTERESIS;
+
+/// The criteria that a pair meets in a frame by itself, as bit flags.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Criteria(u8);
+
+impl Criteria {
+    /// The footprints overlap: the pair enters the level touching.
+    const ENTERS_TOUCHING: u8 = 1;
+    /// The footprints overlap but for the hysteresis: the pair keeps the level touching.
+    const KEEPS_TOUCHING: u8 = 2;
+    /// The footprints are within the margin, or will overlap within the horizon: the pair enters the level possible.
+    const ENTERS_POSSIBLE: u8 = 4;
+    /// The same but for the hysteresis: the pair keeps the level possible.
+    const KEEPS_POSSIBLE: u8 = 8;
+
+    /// Whether the pair may have a level at all.
+    pub(crate) fn any(self) -> bool {
+        self.0 != 0
+    }
+
+    fn has(self, flag: u8) -> bool {
+        self.0 & flag != 0
+    }
+
+    /// Returns the level of a pair, given its level in the frame before.
+    pub(crate) fn level(self, before: Option<ContactLevel>) -> Option<ContactLevel> {
+        let was_touching = before == Some(ContactLevel::Touching);
+        if self.has(Self::ENTERS_TOUCHING) || was_touching && self.has(Self::KEEPS_TOUCHING) {
+            Some(ContactLevel::Touching)
+        } else if self.has(Self::ENTERS_POSSIBLE) || before.is_some() && self.has(Self::KEEPS_POSSIBLE) {
+            Some(ContactLevel::Possible)
+        } else {
+            None
+        }
+    }
+
+    /// Whether the present alone makes a collision possible, so that the prediction doesn't matter.
+    pub(crate) fn is_possible_now(self) -> bool {
+        self.has(Self::ENTERS_POSSIBLE)
+    }
+
+    pub(crate) fn or(self, other: Self) -> Self {
+        Self(self.0 | other.0)
+    }
+
+    /// Returns the criteria that the present footprints of two robots meet. The robot with the lower id comes first, so
+    /// that the result doesn't depend on the order.
+    pub(crate) fn now(settings: Settings, a: &Body, b: &Body) -> Self {
+        let margin = f64::from(settings.margin());
+        let gap = gap(a, b, margin + HYSTERESIS);
+        let flag = |holds: bool, flag: u8| if holds { flag } else { 0 };
+        Self(
+            flag(gap <= 0.0, Self::ENTERS_TOUCHING)
+                | flag(gap <= HYSTERESIS, Self::KEEPS_TOUCHING)
+                | flag(gap <= margin, Self::ENTERS_POSSIBLE)
+                | flag(gap <= margin + HYSTERESIS, Self::KEEPS_POSSIBLE),
+        )
+    }
+
+    /// Returns the criteria that a predicted proximity meets, with an inflation of [`INFLATION`].
+    pub(crate) fn predicted(proximity: Proximity) -> Self {
+        match proximity {
+            Proximity::Apart => Self(0),
+            Proximity::Near => Self(Self::KEEPS_POSSIBLE),
+            Proximity::Overlap => Self(Self::KEEPS_POSSIBLE | Self::ENTERS_POSSIBLE),
+        }
+    }
+}

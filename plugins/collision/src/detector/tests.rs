@@ -1,0 +1,5 @@
+//! Tests of the detector.
+
+mod behaviour;
+mod fleet;
+mod oracle;

@@ -1,0 +1,207 @@
+//! The edges of the route graph as polylines of chords, which predictions follow.
+
+use regatta_plugin::world::EdgeRecord;
+
+use crate::body::Vector;
+
+/// The largest turn of an edge along one chord, in radians.
+const MAX_TURN: f64 = 0.2;
+/// The largest distance of an edge from a chord, in metres.
+const MAX_DEVIATION: f64 = 0.02;
+/// The number of curve samples that chords are built from. A chord may span a single step even if that turns more, as a
+/// cusp has no smooth heading.
+const STEPS: usize = 32;
+
+/// A straight line between two points of an edge.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Chord {
+    /// Distance along the edge at which the chord ends, in metres; infinity for the last chord.
+    pub end: f32,
+    /// Displacement east and north per metre along the edge.
+    pub step: [f32; 2],
+    /// Unit vector along the chord.
+    pub heading: [f32; 2],
+    /// Unit tangent of the edge where the chord starts.
+    pub tangent: [f32; 2],
+}
+
+/// All edges as chords. Before its origin and beyond its destination, an edge continues along its tangent.
+#[derive(Debug, Default)]
+pub(crate) struct EdgeTable {
+    chords: Vec<Chord>,
+    /// Index of each edge's first chord, and the end of the last edge's chords.
+    starts: Vec<usize>,
+}
+
+impl EdgeTable {
+    pub(crate) fn new(edges: &[EdgeRecord]) -> Self {
+        let mut edge_table = Self { chords: Vec::new(), starts: vec![0] };
+        for edge in edges {
+            edge_table.chords.extend(chords(edge));
+            edge_table.starts.push(edge_table.chords.len());
+        }
+        edge_table
+    }
+
+    /// Returns the chords of an edge by its index; empty if there is no such edge, or it isn't a curve.
+    pub(crate) fn chords(&self, edge: u32) -> &[Chord] {
+        let index = edge as usize;
+        match (self.starts.get(index), self.starts.get(index.wrapping_add(1))) {
+            (Some(&start), Some(&end)) => &self.chords[start..end],
+            _ => &[],
+        }
+    }
+}
+
+/// A point of the curve at which a chord starts or ends.
+#[derive(Clone, Copy)]
+struct Knot {
+    point: Vector,
+    tangent: Vector,
+}
+
+fn chords(edge: &EdgeRecord) -> Vec<Chord> {
+    let points = edge.control_points.map(|point| point.map(f64::from));
+    let valid =
+        points.iter().flatten().all(|metres| metres.is_finite()) && edge.length > 0.0 && edge.length.is_finite();
+    let knots = if valid { knots(&points) } else { Vec::new() };
+    let total: f64 = knots.windows(2).map(|pair| length(minus(pair[1].point, pair[0].point))).sum();
+    let (Some(first), Some(last)) = (knots.first(), knots.last()) else { return Vec::new() };
+    if total <= 0.0 {
+        return Vec::new();
+    }
+    // Arcs are slightly longer than their chords. None may be shorter, or robots would exceed their speed.
+    let scale = (f64::from(edge.length) / total).max(1.0);
+    let mut end = 0.0;
+    let mut chords = vec![straight_on(first.tangent, 0.0)];
+    for pair in knots.windows(2) {
+        let along = minus(pair[1].point, pair[0].point);
+        let chord = length(along);
+        if chord > 0.0 {
+            end += chord * scale;
+            let (step, heading) = (along.map(|part| part / (chord * scale)), along.map(|part| part / chord));
+            chords.push(Chord {
+                end: end as f32,
+                step: narrow(step),
+                heading: narrow(heading),
+                tangent: narrow(pair[0].tangent),
+            });
+        }
+    }
+    chords.push(straight_on(last.tangent, f32::INFINITY));
+    if is_straight(&chords) { vec![Chord { end: f32::INFINITY, ..chords[1] }] } else { chords }
+}
+
+fn straight_on(tangent: Vector, end: f32) -> Chord {
+    let tangent = narrow(tangent);
+    Chord { end, step: tangent, heading: tangent, tangent }
+}
+
+fn is_straight(chords: &[Chord]) -> bool {
+    let [before, only, after] = chords else { return false };
+    let turns = |a: &Chord, b: &Chord| (a.heading[0] - b.heading[0]).abs().max((a.heading[1] - b.heading[1]).abs());
+    turns(before, only).max(turns(only, after)) < 1e-5
+}
+
+/// Returns few points of the curve, such that the chords between them stay within [`MAX_TURN`] and [`MAX_DEVIATION`].
+fn knots(points: &[Vector; 4]) -> Vec<Knot> {
+    let ends = [knot(points, 0.0), knot(points, 1.0)];
+    if is_straight_line(points) {
+        return ends.to_vec();
+    }
+    let all: Vec<_> = (0..=STEPS).map(|step| knot(points, step as f64 / STEPS as f64)).collect();
+    let mut knots = vec![all[0]];
+    let mut start = 0;
+    while start < STEPS {
+        let mut turned = turn(all[start].tangent, all[start + 1].tangent);
+        let mut end = start + 1;
+        while end < STEPS {
+            turned += turn(all[end].tangent, all[end + 1].tangent);
+            if turned > MAX_TURN || deviates(&all[start..=end + 1]) {
+                break;
+            }
+            end += 1;
+        }
+        knots.push(all[end]);
+        start = end;
+    }
+    knots
+}
+
+/// Whether the control points lie on a straight line, in order.
+fn is_straight_line(points: &[Vector; 4]) -> bool {
+    let along = minus(points[3], points[0]);
+    let along_and_aside =
+        |point: Vector| (dot(along, minus(point, points[0])), cross(along, minus(point, points[0])).abs());
+    let [(first, aside), (second, aside_too)] = [along_and_aside(points[1]), along_and_aside(points[2])];
+    let square = dot(along, along);
+    aside.max(aside_too) <= 1e-6 * square && 0.0 <= first && first <= second && second <= square
+}
+
+/// Whether this part of a curve deviates too much from the chord between its ends.
+fn deviates(part: &[Knot]) -> bool {
+    let [first, .., last] = part else { return false };
+    let along = minus(last.point, first.point);
+    let most = MAX_DEVIATION * length(along);
+    part.iter().any(|knot| cross(along, minus(knot.point, first.point)).abs() > most)
+}
+
+fn knot(points: &[Vector; 4], at: f64) -> Knot {
+    let mix = |a: Vector, b: Vector| [a[0] + at * (b[0] - a[0]), a[1] + at * (b[1] - a[1])];
+    let [p0, p1, p2, p3] = *points;
+    let [a, b, c] = [mix(p0, p1), mix(p1, p2), mix(p2, p3)];
+    let (d, e) = (mix(a, b), mix(b, c));
+    // Where a handle has no length, later control points give the direction.
+    let directions = [minus(e, d), minus(c, a), minus(p3, p0)];
+    let shortest = 1e-9 * length(minus(p3, p0)).max(length(minus(p2, p1)));
+    let direction = directions.into_iter().find(|direction| length(*direction) > shortest).unwrap_or([1.0, 0.0]);
+    Knot { point: mix(d, e), tangent: direction.map(|part| part / length(direction)) }
+}
+
+/// Returns the angle between two unit vectors, in radians.
+fn turn(a: Vector, b: Vector) -> f64 {
+    cross(a, b).abs().atan2(dot(a, b))
+}
+
+fn minus(a: Vector, b: Vector) -> Vector {
+    [a[0] - b[0], a[1] - b[1]]
+}
+
+fn dot(a: Vector, b: Vector) -> f64 {
+    a[0] * b[0] + a[1] * b[1]
+}
+
+fn cross(a: Vector, b: Vector) -> f64 {
+    a[0] * b[1] - a[1] * b[0]
+}
+
+fn length(vector: Vector) -> f64 {
+    (vector[0] * vector[0] + vector[1] * vector[1]).sqrt()
+}
+
+fn narrow(vector: Vector) -> [f32; 2] {
+    vector.map(|part| part as f32)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn edges_that_are_no_curves_have_no_chords() {
+        let good = EdgeRecord {
+            control_points: [[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [3.0, 0.0]],
+            length: 3.0,
+            ..EdgeRecord::default()
+        };
+        let edges = [
+            EdgeRecord { length: f32::NAN, ..good },
+            EdgeRecord { length: 0.0, ..good },
+            EdgeRecord { control_points: [[0.0, f32::INFINITY]; 4], ..good },
+            EdgeRecord { control_points: [[1.0, 1.0]; 4], ..good },
+            good,
+        ];
+        let edge_table = EdgeTable::new(&edges);
+        assert_eq!([0, 1, 2, 3, 4, 5, u32::MAX].map(|edge| edge_table.chords(edge).len()), [0, 0, 0, 0, 1, 0, 0]);
+    }
+}

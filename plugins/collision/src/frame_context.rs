@@ -1,0 +1,129 @@
+//! The input of the checks: a frame with the world and the settings.
+
+use std::ops::Range;
+
+use regatta_plugin::frame::{Columns, RobotState};
+
+use crate::chunk::Chunk;
+use crate::heading::MAX_HEADING;
+use crate::prediction::{EdgeMotion, MAX_SPEED, predict};
+use crate::settings::{HYSTERESIS, Settings};
+use crate::world_model::WorldModel;
+
+/// The largest distance from the origin, east or north, of a valid pose, in metres. Beyond it, poses in single
+/// precision are coarser than a robot's margin.
+pub const MAX_DISTANCE: f32 = 1e6;
+
+/// A frame with everything that the checks need to interpret it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct FrameContext<'frame> {
+    pub columns: Columns<'frame>,
+    /// The column `type`; robots beyond its end are of the first type.
+    pub robot_types: &'frame [f32],
+    pub world: &'frame WorldModel,
+    pub settings: Settings,
+}
+
+impl FrameContext<'_> {
+    /// Fills a chunk with a range of robots. Returns the number of robots that are present but left out, because their
+    /// pose or their type's footprint is invalid.
+    pub(crate) fn fill(&self, robots: Range<usize>, chunk: &mut Chunk) -> usize {
+        let invalid_robots = if self.fill_all(robots.clone(), chunk) { 0 } else { self.fill_valid(robots, chunk) };
+        self.finish(chunk);
+        invalid_robots
+    }
+
+    /// Fills a chunk with a pseudo-random sample of the robots, the same in each call.
+    pub(crate) fn sample(&self, chunk: &mut Chunk) {
+        let robots = self.columns.x.len();
+        let numbers = 0..Chunk::ROBOTS.min(robots);
+        self.fill_valid(numbers.map(|number| number.wrapping_mul(0x9E37_79B9_7F4A_7C15) % robots), chunk);
+        self.finish(chunk);
+    }
+
+    /// Returns the padding around each footprint, in metres: half of the largest distance of two robots that have a
+    /// level.
+    pub(crate) fn padding(&self) -> f32 {
+        0.5 * (self.settings.margin() + HYSTERESIS as f32)
+    }
+
+    /// Whether a pose can be checked.
+    fn is_valid_pose(x: f32, y: f32, theta: f32) -> bool {
+        (x.abs() <= MAX_DISTANCE) & (y.abs() <= MAX_DISTANCE) & (theta.abs() <= MAX_HEADING)
+    }
+
+    /// Fills a chunk with a whole range of robots at once, which is several times as fast as one by one. Returns
+    /// `false` if one of them is absent or invalid.
+    fn fill_all(&self, robots: Range<usize>, chunk: &mut Chunk) -> bool {
+        let Columns { x, y, theta, speed, state, .. } = self.columns;
+        let [x, y, theta, speed] = [x, y, theta, speed].map(|column| &column[robots.clone()]);
+        let present = state[robots.clone()].iter().fold(true, |all, state| all & (*state <= RobotState::Faulted as u8));
+        let poses = x.iter().zip(y).zip(theta);
+        let valid = poses.fold(present, |all, ((x, y), theta)| all & Self::is_valid_pose(*x, *y, *theta));
+        if !valid || !self.fill_types(robots.clone(), chunk) {
+            return false;
+        }
+        chunk.len = robots.len();
+        chunk.x[..robots.len()].copy_from_slice(x);
+        chunk.y[..robots.len()].copy_from_slice(y);
+        chunk.theta[..robots.len()].copy_from_slice(theta);
+        chunk.speed.iter_mut().zip(speed).for_each(|(here, speed)| *here = assumed_speed(*speed));
+        chunk.id.iter_mut().zip(robots).for_each(|(here, robot)| *here = robot as u32);
+        true
+    }
+
+    /// Fills in the robot types. Returns `false` if one is invalid.
+    fn fill_types(&self, robots: Range<usize>, chunk: &mut Chunk) -> bool {
+        let footprints = self.world.footprints();
+        if let [only] = footprints {
+            chunk.robot_type.fill(0);
+            return only.is_valid();
+        }
+        let Some(types) = self.robot_types.get(robots) else { return false };
+        let entries = chunk.robot_type.iter_mut().zip(types);
+        entries.fold(true, |all, (robot_type, value)| {
+            *robot_type = self.world.robot_type(*value);
+            all & footprints[*robot_type as usize].is_valid()
+        })
+    }
+
+    /// Fills a chunk with the valid ones of these robots, one by one. Returns the number of invalid robots.
+    fn fill_valid(&self, robots: impl Iterator<Item = usize>, chunk: &mut Chunk) -> usize {
+        chunk.len = 0;
+        let columns = &self.columns;
+        let mut invalid_robots = 0;
+        for robot in robots.filter(|&robot| columns.state[robot] <= RobotState::Faulted as u8) {
+            let (x, y, theta, number) = (columns.x[robot], columns.y[robot], columns.theta[robot], chunk.len);
+            let robot_type = self.world.robot_type(self.robot_types.get(robot).copied().unwrap_or(0.0));
+            if !self.world.footprints()[robot_type as usize].is_valid() || !Self::is_valid_pose(x, y, theta) {
+                invalid_robots += 1;
+                continue;
+            }
+            chunk.robot_type[number] = robot_type;
+            (chunk.id[number], chunk.x[number], chunk.y[number]) = (robot as u32, x, y);
+            (chunk.theta[number], chunk.speed[number]) = (theta, assumed_speed(columns.speed[robot]));
+            chunk.len += 1;
+        }
+        invalid_robots
+    }
+
+    /// Computes headings, bounds and trajectories of a filled chunk.
+    fn finish(&self, chunk: &mut Chunk) {
+        chunk.finish(self.world.footprints(), self.padding());
+        let horizon = self.settings.horizon();
+        let trajectories = if horizon > 0.0 { chunk.len } else { 0 };
+        for number in 0..trajectories {
+            let robot = chunk.id[number] as usize;
+            let is_held = self.columns.state[robot] == RobotState::Held as u8;
+            let speed = if is_held { 0.0 } else { chunk.speed[number] };
+            let motion =
+                EdgeMotion { speed, s: self.columns.s[robot], chords: self.world.chords(self.columns.edge[robot]) };
+            chunk.add_trajectory(|body, segments| predict(body, motion, horizon, segments));
+        }
+    }
+}
+
+/// Returns the speed that a robot is assumed to have, in metres per second, given its published speed.
+fn assumed_speed(speed: f32) -> f32 {
+    if speed.is_nan() { 0.0 } else { speed.clamp(-MAX_SPEED, MAX_SPEED) }
+}

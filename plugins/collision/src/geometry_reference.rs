@@ -1,0 +1,97 @@
+//! A slow reference implementation of the geometry for tests: footprints as polygons, compared side by side.
+
+use proptest::prelude::*;
+
+use crate::body::Body;
+use crate::footprint::CIRCLE;
+use crate::heading::heading;
+use crate::prediction::Segment;
+
+pub(crate) type Point = [f64; 2];
+
+/// The horizon of the trajectories in tests, in seconds.
+pub(crate) const HORIZON: f32 = 2.0;
+
+/// A polygon, and the radius of the disc that is swept around it: a circle is a point with a radius.
+pub(crate) type RoundedPolygon = (Vec<Point>, f64);
+
+pub(crate) fn bodies() -> impl Strategy<Value = Body> {
+    let size = prop_oneof![0.0_f32..0.1, 0.1_f32..2.0, 5.0_f32..20.0];
+    let position = prop_oneof![-3.0_f32..3.0, -15.0_f32..15.0];
+    let axis = (0_u32..8).prop_map(|eighth| eighth as f32 * std::f32::consts::FRAC_PI_4);
+    let theta = prop_oneof![-3.2_f32..3.2, axis];
+    ([position.clone(), position], theta, size.clone(), prop_oneof![size, Just(CIRCLE)]).prop_map(
+        |(position, theta, half_length, half_width)| {
+            let heading = heading(theta);
+            Body { position, heading, half_length, half_width }
+        },
+    )
+}
+
+/// Returns the outline of a body at some position and heading.
+pub(crate) fn outline(body: &Body, position: Point, [cos, sin]: [f32; 2]) -> RoundedPolygon {
+    let (cos, sin, length, width) =
+        (f64::from(cos), f64::from(sin), f64::from(body.half_length), f64::from(body.half_width));
+    if body.half_width == CIRCLE {
+        return (vec![position], length);
+    }
+    let corners = [[length, width], [-length, width], [-length, -width], [length, -width]];
+    (corners.map(|[x, y]| [position[0] + x * cos - y * sin, position[1] + x * sin + y * cos]).to_vec(), 0.0)
+}
+
+fn sides(polygon: &[Point]) -> impl Iterator<Item = (Point, Point)> {
+    polygon.iter().zip(polygon.iter().cycle().skip(1)).map(|(from, to)| (*from, *to))
+}
+
+/// Returns the distance of a point from a side, in metres.
+fn to_side(point: Point, (from, to): (Point, Point)) -> f64 {
+    let ([x, y], [u, v]) = ([point[0] - from[0], point[1] - from[1]], [to[0] - from[0], to[1] - from[1]]);
+    let part = ((x * u + y * v) / (u * u + v * v).max(1e-300)).clamp(0.0, 1.0);
+    (x - part * u).hypot(y - part * v)
+}
+
+/// Returns the depth of a point inside a convex polygon that runs counter-clockwise; negative outside.
+fn depth(point: Point, polygon: &[Point]) -> f64 {
+    let inward = |(from, to): (Point, Point)| {
+        let [u, v] = [to[0] - from[0], to[1] - from[1]];
+        (u * (point[1] - from[1]) - v * (point[0] - from[0])) / u.hypot(v).max(1e-300)
+    };
+    sides(polygon).map(inward).fold(f64::INFINITY, f64::min)
+}
+
+/// Whether two line segments cross.
+fn cross(a: (Point, Point), b: (Point, Point)) -> bool {
+    let side = |(from, to): (Point, Point), point: Point| {
+        (to[0] - from[0]) * (point[1] - from[1]) - (to[1] - from[1]) * (point[0] - from[0])
+    };
+    side(a, b.0) * side(a, b.1) < 0.0 && side(b, a.0) * side(b, a.1) < 0.0
+}
+
+/// Returns the distance between two outlines, in metres: 0 if sides cross or one holds a corner of the other.
+pub(crate) fn distance((a, radius_a): &RoundedPolygon, (b, radius_b): &RoundedPolygon) -> f64 {
+    let holds =
+        |inner: &[Point], outer: &[Point]| outer.len() > 2 && inner.iter().any(|point| depth(*point, outer) >= 0.0);
+    if holds(a, b) || holds(b, a) || sides(a).any(|one| sides(b).any(|other| cross(one, other))) {
+        return 0.0;
+    }
+    let nearest = |from: &[Point], to: &[Point]| {
+        from.iter().flat_map(|point| sides(to).map(|side| to_side(*point, side))).fold(f64::INFINITY, f64::min)
+    };
+    (nearest(a, b).min(nearest(b, a)) - radius_a - radius_b).max(0.0)
+}
+
+pub(crate) fn position(body: &Body) -> Point {
+    body.position.map(f64::from)
+}
+
+/// Returns each segment with the time at which it starts, in seconds from now.
+pub(crate) fn timed(segments: &[Segment]) -> impl Iterator<Item = (f64, &Segment)> {
+    let starts = std::iter::once(0.0).chain(segments.iter().map(|segment| f64::from(segment.until)));
+    starts.zip(segments)
+}
+
+/// Returns the outline of a body some seconds after a segment has started.
+pub(crate) fn outline_at(body: &Body, segment: &Segment, elapsed: f64) -> RoundedPolygon {
+    let here = |axis: usize| f64::from(segment.position[axis]) + f64::from(segment.velocity[axis]) * elapsed;
+    outline(body, [here(0), here(1)], segment.heading)
+}

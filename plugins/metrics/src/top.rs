@@ -1,0 +1,178 @@
+//! `regatta top`: shows a fleet live in a terminal, with keys to control it.
+
+mod commands;
+mod figures;
+mod format;
+mod graphs;
+mod history;
+mod lists;
+mod screen;
+mod section;
+mod terminal;
+mod theme;
+mod view;
+
+use std::time::{Duration, Instant};
+
+use ratatui::crossterm::event::{self, Event, KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
+use regatta_plugin::{FleetName, Participant, Result, Subscriber, Termination};
+
+use crate::aggregator::{Aggregator, wall_time_nanos};
+use crate::collisions::CollisionReader;
+use crate::processes::ProcessMonitor;
+use commands::{Command, CommandQueue};
+use history::SLOT;
+use terminal::TerminalGuard;
+use view::View;
+
+/// The name under which this process joins its fleet.
+const NAME: &str = "top";
+/// The longest time between two drawings, unless a key is pressed.
+const REDRAW: Duration = Duration::from_millis(100);
+/// The longest sleep between two checks for a key.
+const MAX_WAIT: Duration = Duration::from_millis(30);
+/// The time without frames after which top checks whether there is an engine at all.
+const LIVENESS_CHECK_DELAY: Duration = Duration::from_secs(1);
+/// The time for which the outcome of a key is shown.
+const OUTCOME_DURATION: Duration = Duration::from_secs(4);
+/// The number of lines that Page Up and Page Down scroll.
+const PAGE: isize = 10;
+
+/// Shows a fleet until `q`, Esc, Ctrl-C or `SIGTERM`.
+///
+/// # Errors
+/// Fails if there is no terminal, if shared memory can't be used, or if the fleet uses another version of the contract.
+pub fn run(fleet: &FleetName) -> Result {
+    let termination = Termination::watch()?;
+    terminal::check()?;
+    let mut reader = Reader::open(fleet)?;
+    let mut input = Input { commands: CommandQueue::start(fleet, NAME)?, shown_until: Instant::now(), ended: false };
+    let mut view = View::new(fleet);
+    let mut terminal = TerminalGuard::enter()?;
+    let mut next_drawing = Instant::now();
+    while !termination.requested() && !input.ended {
+        let changed = input.read(&mut view)?;
+        reader.read(next_drawing.saturating_duration_since(Instant::now()))?;
+        if changed || Instant::now() >= next_drawing {
+            reader.show(&mut view);
+            terminal.screen.draw(|frame| screen::draw(frame, &mut view))?;
+            next_drawing = Instant::now() + REDRAW;
+        }
+    }
+    Ok(())
+}
+
+/// The reader of the fleet.
+struct Reader {
+    fleet: FleetName,
+    frames: Subscriber,
+    collisions: CollisionReader,
+    processes: ProcessMonitor,
+    aggregator: Aggregator,
+    /// End of the current slot of the history.
+    slot_end: Instant,
+    /// Time of the next check for an engine, unless a frame arrives.
+    next_check: Instant,
+}
+
+impl Reader {
+    fn open(fleet: &FleetName) -> Result<Self> {
+        let participant = Participant::join(fleet, NAME)?;
+        Ok(Self {
+            fleet: fleet.clone(),
+            frames: Subscriber::open_on(&participant)?,
+            collisions: CollisionReader::open_on(&participant)?,
+            processes: ProcessMonitor::start(fleet)?,
+            aggregator: Aggregator::default(),
+            slot_end: Instant::now() + SLOT,
+            next_check: Instant::now(),
+        })
+    }
+
+    /// Reads a frame, if one arrives within `time` or [`MAX_WAIT`].
+    fn read(&mut self, time: Duration) -> Result {
+        let frame = self.frames.wait(time.min(MAX_WAIT))?;
+        let now = wall_time_nanos();
+        if let Some(frame) = frame {
+            self.aggregator.add_frame(&frame, now);
+            self.next_check = Instant::now() + LIVENESS_CHECK_DELAY;
+        } else if Instant::now() >= self.next_check {
+            self.frames.forget_dead();
+            self.aggregator.note_idle(self.frames.has_producer());
+            self.next_check = Instant::now() + LIVENESS_CHECK_DELAY;
+        }
+        self.frames.release();
+        self.collisions.update(&mut self.aggregator, now);
+        Ok(())
+    }
+
+    /// Updates the view.
+    fn show(&mut self, view: &mut View) {
+        let collisions = self.collisions.collisions(self.aggregator.newest());
+        let (processes, error) = match self.processes.newest() {
+            Ok(processes) => (processes, None),
+            Err(error) => (Vec::new(), Some(error)),
+        };
+        view.process_error = error;
+        view.snapshot = self.aggregator.snapshot(self.fleet.clone(), collisions, processes, wall_time_nanos());
+        if Instant::now() >= self.slot_end {
+            view.history.add(&self.aggregator.take_interval(), &view.snapshot);
+            // After this process was stopped, no empty slots are added.
+            self.slot_end = (self.slot_end + SLOT).max(Instant::now());
+        }
+    }
+}
+
+/// The keyboard input.
+struct Input {
+    commands: CommandQueue,
+    /// Time at which the list of keys replaces the outcome of the last key.
+    shown_until: Instant,
+    ended: bool,
+}
+
+impl Input {
+    /// Handles pressed keys and outcomes of commands. Returns whether they change the screen.
+    fn read(&mut self, view: &mut View) -> Result<bool> {
+        let mut changed = false;
+        while event::poll(Duration::ZERO)? {
+            changed = true;
+            match event::read()? {
+                Event::Key(key) if key.kind != KeyEventKind::Release => self.press(key, view),
+                _ => {}
+            }
+        }
+        if let Some(outcome) = self.commands.outcome() {
+            view.outcome = Some(outcome);
+            self.shown_until = Instant::now() + OUTCOME_DURATION;
+            changed = true;
+        } else if Instant::now() >= self.shown_until {
+            view.outcome = None;
+        }
+        Ok(changed)
+    }
+
+    fn press(&mut self, key: KeyEvent, view: &mut View) {
+        let control = key.modifiers.contains(KeyModifiers::CONTROL);
+        let listed = view.snapshot.collisions.list.len();
+        match key.code {
+            KeyCode::Char('c') if control => self.ended = true,
+            KeyCode::Esc if view.help => view.help = false,
+            KeyCode::Char('q') | KeyCode::Esc => self.ended = true,
+            KeyCode::Char('?' | 'h') => view.help = !view.help,
+            KeyCode::Char(' ') => self.commands.send(Command::PauseOrResume),
+            KeyCode::Char('s') => self.commands.send(Command::Step),
+            KeyCode::Char('+' | '=') => self.commands.send(Command::Faster),
+            KeyCode::Char('-' | '_') => self.commands.send(Command::Slower),
+            KeyCode::Char('m') => self.commands.send(Command::FullSpeed),
+            KeyCode::Char('1') => self.commands.send(Command::RealTime),
+            KeyCode::Up | KeyCode::Char('k') => view.scroll_by(-1),
+            KeyCode::Down | KeyCode::Char('j') => view.scroll_by(1),
+            KeyCode::PageUp => view.scroll_by(-PAGE),
+            KeyCode::PageDown => view.scroll_by(PAGE),
+            KeyCode::Home => view.scroll = 0,
+            KeyCode::End => view.scroll = listed,
+            _ => {}
+        }
+    }
+}

@@ -1,0 +1,107 @@
+use proptest::prelude::*;
+use ratatui::Terminal;
+use ratatui::backend::TestBackend;
+
+use super::*;
+use crate::histogram::{DurationRecorder, DurationStats};
+use crate::snapshot::{Collisions, IntervalStats, Snapshot};
+use crate::testing;
+
+fn stats(seconds: f64) -> DurationStats {
+    let mut recorder = DurationRecorder::default();
+    recorder.observe(seconds);
+    recorder.take_stats()
+}
+
+/// Returns the view of a fleet that has run for a while.
+fn view(snapshot: Snapshot) -> View {
+    let mut view = View::new(&snapshot.fleet);
+    for k in 0..200 {
+        let cost = 50e-6 * (1.0 + (f64::from(k) * 0.3).sin());
+        let interval = IntervalStats { tick_cost: stats(cost), jitter: stats(2e-3), frame_age: stats(70e-6) };
+        view.history.add(&interval, &snapshot);
+    }
+    view.snapshot = snapshot;
+    view
+}
+
+/// Returns the screen as text.
+fn drawn(view: &mut View, width: u16, height: u16) -> String {
+    let mut terminal = Terminal::new(TestBackend::new(width, height)).expect("a terminal");
+    terminal.draw(|frame| draw(frame, view)).expect("drawn");
+    let buffer = terminal.backend().buffer();
+    let rows = buffer.content.chunks(usize::from(width.max(1)));
+    rows.map(|row| row.iter().map(|cell| cell.symbol()).collect::<String>() + "\n").collect()
+}
+
+fn shows(screen: &str, wanted: &[&str]) {
+    for text in wanted {
+        assert!(screen.contains(text), "{text} in\n{screen}");
+    }
+}
+
+#[test]
+fn everything_is_visible_at_80_by_24() {
+    let screen = drawn(&mut view(testing::snapshot()), 80, 24);
+    shows(&screen, &["running", "×1", "t 20:34.56", "tick 123,456", "tick cost", "real time", "frame age", "█"]);
+    shows(
+        &screen,
+        &["0.998 of ×1", "70 µs", "robots", "1,000", "driving", "812", "idle", "waiting", "held", "faulted"],
+    );
+    shows(&screen, &["late ticks", "2.00 ms", "mean speed", "1.23 m/s", "98.77 km", "12,345"]);
+    shows(&screen, &["12 touching, 30 possible", "touching", "0 10000", "0.0, -1.5", "0.8", "4.6 s"]);
+    shows(&screen, &["processes", "engine", "4000000", "12 %", "34 MB", "metrics"]);
+    shows(&screen, &["space pause", "q quit"]);
+}
+
+#[test]
+fn the_list_of_collisions_scrolls_only_to_its_end() {
+    let mut view = view(testing::snapshot());
+    view.scroll_by(10);
+    let screen = drawn(&mut view, 80, 24);
+    shows(&screen, &["10 10010", "possible"]);
+    assert!(!screen.contains("9 10009"), "{screen}");
+    view.scroll_by(isize::MAX);
+    shows(&drawn(&mut view, 80, 24), &["41 10041"]);
+    view.scroll_by(-1);
+    let screen = drawn(&mut view, 80, 24);
+    assert!(!screen.contains("41 10041"), "scrolling up by one line moves one line:\n{screen}");
+    view.snapshot.collisions = testing::collisions(1, 0);
+    shows(&drawn(&mut view, 80, 24), &["0 10000"]);
+    assert_eq!(view.scroll, 0);
+}
+
+#[test]
+fn missing_parts_are_reported_with_advice() {
+    let mut lonely = view(testing::without_engine());
+    shows(&drawn(&mut lonely, 80, 24), &["No engine runs the fleet 'default'", "regatta run ", "engine"]);
+    lonely.process_error = Some("can't list processes".to_owned());
+    shows(&drawn(&mut lonely, 80, 24), &["can't list processes"]);
+    let mut unchecked = view(testing::snapshot());
+    unchecked.snapshot.collisions = Collisions::default();
+    shows(&drawn(&mut unchecked, 80, 24), &["No checker runs", "regatta plugin"]);
+    unchecked.snapshot.collisions = testing::collisions(0, 0);
+    shows(&drawn(&mut unchecked, 80, 24), &["0 touching, 0 possible", "No robots touch"]);
+    shows(&drawn(&mut unchecked, 60, 12), &["too small"]);
+}
+
+#[test]
+fn outcomes_and_help_are_shown() {
+    let mut view = view(testing::snapshot());
+    view.outcome = Some(Err("the engine has not answered".to_owned()));
+    view.help = true;
+    let screen = drawn(&mut view, 80, 24);
+    shows(&screen, &["the engine has not answered", "pause or resume", "scroll the collisions"]);
+}
+
+proptest! {
+    #[test]
+    fn no_terminal_size_panics(width in 1_u16..260, height in 1_u16..80, help in any::<bool>(), touching in 0_u32..60, waits in any::<bool>()) {
+        let snapshot = if waits { testing::without_engine() } else { testing::snapshot() };
+        let mut view = view(snapshot);
+        view.help = help;
+        view.snapshot.collisions = testing::collisions(touching, 5);
+        view.scroll = 40;
+        drawn(&mut view, width, height);
+    }
+}

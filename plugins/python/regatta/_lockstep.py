@@ -1,0 +1,71 @@
+"""A program's part in lockstep: it waits for the programs that it comes after, and reports each tick."""
+
+from __future__ import annotations
+
+import logging
+import os
+import time
+from collections.abc import Iterable
+
+from regatta._contract import FrameHeader
+from regatta._node import Node
+from regatta._reports import DoneReports, Reporter
+from regatta._silence import SILENCE
+from regatta._termination import Termination
+
+log = logging.getLogger("regatta")
+
+AFTER_VARIABLE = "REGATTA_PLUGIN_AFTER"
+"""The environment variable with the names of the programs that this one comes after, separated by commas. ``regatta
+run`` sets it to the names in the scenario."""
+
+
+class Lockstep:
+    """A program's part in lockstep. Does nothing while frames are not in lockstep."""
+
+    def __init__(self, node: Node, after: Iterable[str]) -> None:
+        given = (name.strip() for name in os.environ.get(AFTER_VARIABLE, "").split(","))
+        self._after = list(dict.fromkeys([*after, *(name for name in given if name)]))
+        if node.name in self._after:
+            raise ValueError(f"'{node.name}' can't come after itself; see `after`, --after and {AFTER_VARIABLE}")
+        self._node = node
+        self._reporter: Reporter | None = None
+        self._reports: DoneReports | None = None
+        self._last = (0, -1)
+
+    def is_new(self, header: FrameHeader) -> bool:
+        """Registers a frame, and returns whether it is to be handed out. In lockstep each tick counts once: whether a
+        frame that is published again is seen would depend on who is faster."""
+        this = (header.run_id, header.tick)
+        is_new = this != self._last or not header.lockstep
+        self._last = this
+        return is_new
+
+    def wait_for_turn(self, header: FrameHeader, termination: Termination) -> bool:
+        """Waits until the programs that this one comes after have finished a frame's tick. Returns ``False`` if the
+        process is asked to end."""
+        if not header.lockstep or not self._after:
+            return True
+        self._reports = self._reports or self._node.done_reports()
+        start: float | None = time.monotonic()
+        while not termination.requested:
+            missing = self._reports.missing(self._after, header.run_id, header.tick)
+            if not missing:
+                return True
+            if start is not None and time.monotonic() - start >= SILENCE:
+                log.warning("%s: waiting for %s to finish tick %d", self._node.name, ", ".join(missing), header.tick)
+                start = None
+            self._reports.sleep(SILENCE)
+        return False
+
+    def report(self, header: FrameHeader) -> None:
+        """Reports that a frame's tick is finished."""
+        if header.lockstep:
+            self._reporter = self._reporter or self._node.reporter()
+            self._reporter.done(header.run_id, header.tick)
+
+    def update(self) -> None:
+        """Gives the last report to programs that have joined since. Must be called every now and then while no frame
+        comes."""
+        if self._reporter is not None:
+            self._reporter.update()

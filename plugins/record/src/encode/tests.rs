@@ -1,0 +1,160 @@
+//! Encoded messages are decoded bit for bit, both by this crate and by prost's generated decoder.
+
+use proptest::prelude::*;
+use prost::Message;
+use regatta_plugin::column::ColumnHeader;
+use regatta_plugin::contact::{ContactEvent, ContactEventHeader, ContactHeader, ContactRecord};
+use regatta_plugin::event::{EventHeader, EventRecord};
+use regatta_plugin::frame::{ColumnsMut, FrameHeader, Line, frame_lines, stride_lines};
+use regatta_plugin::order::OrderRecord;
+use regatta_plugin::order_log::OrderLogHeader;
+use regatta_plugin::{ColumnValues, ContactEvents, Contacts, Events, Frame, OrderLog};
+
+use crate::decode::{self, MessageError};
+use crate::encode;
+use crate::recorded::{RecordedColumn, RecordedFrame};
+use crate::schema::regatta;
+
+/// Returns a header, lines with arbitrary bits (including NaN), and the message of their frame.
+fn recorded(words: &[u32], robots: usize) -> (FrameHeader, Vec<Line>, Vec<u8>) {
+    let mut lines = vec![Line::default(); frame_lines(robots)];
+    let target: &mut [u32] = bytemuck::cast_slice_mut(&mut lines);
+    target
+        .iter_mut()
+        .zip(words.iter().cycle())
+        .enumerate()
+        .for_each(|(i, (to, word))| *to = word.rotate_left(i as u32));
+    let header = FrameHeader {
+        run_id: 7,
+        tick: 123_456,
+        sim_time_nanos: 9,
+        late_ticks: 1,
+        speed: f32::INFINITY,
+        clock: 1,
+        robots: robots as u32,
+        stride_lines: stride_lines(robots) as u32,
+        ..FrameHeader::default()
+    };
+    let message = encode::frame(&Frame::new(&header, &lines).expect("a frame"));
+    (header, lines, message)
+}
+
+fn bits(values: &[f32]) -> Vec<u32> {
+    values.iter().map(|value| value.to_bits()).collect()
+}
+
+proptest! {
+    #[test]
+    fn frames_are_decoded_bit_for_bit(words in prop::collection::vec(any::<u32>(), 1..200), robots in 0_usize..500) {
+        let (header, lines, message) = recorded(&words, robots);
+        let frame = RecordedFrame::parse(&message).unwrap();
+        prop_assert_eq!(FrameHeader { stride_lines: header.stride_lines, ..frame.header }, header);
+        let mut copied = vec![Line::default(); frame_lines(robots)];
+        frame.copy_to(&mut ColumnsMut::split(&mut copied, robots));
+        let (original, copy) = (Frame::new(&header, &lines).unwrap(), Frame::new(&header, &copied).unwrap());
+        for (one, other) in [
+            (original.x(), copy.x()),
+            (original.y(), copy.y()),
+            (original.theta(), copy.theta()),
+            (original.speed(), copy.speed()),
+            (original.s(), copy.s()),
+        ] {
+            prop_assert_eq!(bits(one), bits(other));
+        }
+        prop_assert_eq!((original.edge(), original.state()), (copy.edge(), copy.state()));
+        for robot in 0..robots {
+            let row = frame.row(robot).unwrap();
+            prop_assert_eq!([row.x.to_bits(), row.s.to_bits()], [original.x()[robot].to_bits(), original.s()[robot].to_bits()]);
+            prop_assert_eq!((row.edge, row.state), (original.edge()[robot], original.state()[robot]));
+        }
+        prop_assert!(frame.row(robots).is_none());
+    }
+
+    #[test]
+    fn frames_follow_their_schema(words in prop::collection::vec(any::<u32>(), 1..200), robots in 0_usize..100) {
+        let (header, lines, message) = recorded(&words, robots);
+        let frame = Frame::new(&header, &lines).unwrap();
+        let plain = regatta::Frame::decode(&message[..]).unwrap();
+        prop_assert_eq!((plain.tick, plain.robots as usize, plain.clock), (123_456, robots, 1));
+        prop_assert_eq!(bits(&plain.theta), bits(frame.theta()));
+        prop_assert_eq!((&plain.edge[..], &plain.state[..]), (frame.edge(), frame.state()));
+    }
+
+    #[test]
+    fn damaged_frames_are_rejected_or_complete(robots in 1_usize..60, cut in any::<prop::sample::Index>(), bit in 0..8) {
+        let (_, _, mut message) = recorded(&[1, 2, 3], robots);
+        let at = cut.index(message.len());
+        // A message that is cut off before its number of robots decodes as a frame without robots.
+        prop_assert!(RecordedFrame::parse(&message[..at]).map_or(true, |frame| frame.len() == 0));
+        message[at] ^= 1_u8 << bit;
+        if let Ok(frame) = RecordedFrame::parse(&message) {
+            let mut lines = vec![Line::default(); frame_lines(frame.len())];
+            frame.copy_to(&mut ColumnsMut::split(&mut lines, frame.len()));
+        }
+    }
+
+    #[test]
+    fn columns_are_decoded_bit_for_bit(words in prop::collection::vec(any::<u32>(), 0..300)) {
+        let values: Vec<_> = words.iter().map(|word| f32::from_bits(*word)).collect();
+        let header = ColumnHeader { run_id: 3, tick: 8, robots: values.len() as u32, ..ColumnHeader::default() };
+        let message = encode::column(&ColumnValues { header: &header, values: &values, missed: 0 });
+        let column = RecordedColumn::parse(&message).unwrap();
+        prop_assert_eq!((column.tick, bits(&column.values())), (8, words.clone()));
+        prop_assert_eq!(bits(&regatta::Column::decode(&message[..]).unwrap().values), words);
+    }
+}
+
+#[test]
+fn a_column_whose_length_differs_from_the_frame_is_rejected() {
+    let (_, _, mut message) = recorded(&[5], 3);
+    // A later field replaces an earlier one: this is a second column x, with one value.
+    message.extend_from_slice(&[0x82, 0x01, 4, 0, 0, 0, 0]);
+    assert_eq!(RecordedFrame::parse(&message).unwrap_err(), MessageError::ColumnLength { bytes: 4, robots: 3 });
+}
+
+#[test]
+fn events_and_orders_are_decoded_as_they_were_encoded() {
+    let records = [EventRecord { token: 1, kind: 7, robot: 2, id: 3, detail: 5 }, EventRecord::default()];
+    let header = EventHeader { run_id: 1, tick: 40, dropped: 2, sequence: 9 };
+    let message = encode::events(&Events { header: &header, records: &records, missed: 4 });
+    let (decoded, events) = decode::events(&message).unwrap();
+    assert_eq!((decoded.tick, decoded.dropped, &events[..]), (40, 2, &records[..]));
+
+    let record = OrderRecord {
+        token: u64::MAX,
+        kind: 1,
+        robot: 4,
+        legs: 1,
+        id: 5,
+        reverse: 1,
+        released: 1,
+        robot_type: 6,
+        s: 0.5,
+    };
+    let header = OrderLogHeader { run_id: 1, tick: 41, sequence: 1 };
+    let message = encode::orders(&OrderLog { header: &header, records: &[record], missed: 0 });
+    assert_eq!(decode::orders(&message).unwrap(), (41, vec![record]));
+}
+
+#[test]
+fn contacts_are_decoded_as_they_were_encoded() {
+    let pair = ContactRecord {
+        since_tick: 1,
+        since_nanos: 2,
+        robots: [3, 4],
+        level: 2,
+        edge: 5,
+        x: 0.25,
+        y: -1.0,
+        relative_speed: 3.0,
+        reserved: 0,
+    };
+    let header = ContactHeader { tick: 9, touching_ever: 8, touching: 1, capped: 1, ..ContactHeader::default() };
+    let message = encode::contacts(&Contacts { header: &header, pairs: &[pair], missed: 0 });
+    assert_eq!(decode::contacts(&message).unwrap(), (header, vec![pair]));
+
+    let event = ContactEvent { tick: 9, robots: [3, 4], level: 1, change: 2, x: 7.0, ..ContactEvent::default() };
+    let header = ContactEventHeader { run_id: 1, tick: 9, sequence: 2 };
+    let message = encode::contact_events(&ContactEvents { header: &header, records: &[event], missed: 0 });
+    assert_eq!(decode::contact_events(&message).unwrap(), (9, vec![event]));
+}

@@ -1,0 +1,36 @@
+//! `regatta report`: measures accuracy and speed on a real engine process with a reader attached. Every report writes
+//! Markdown and JSON; most also draw an SVG plot.
+
+mod accuracy;
+mod experiment;
+mod output;
+mod plot;
+mod published;
+mod scaling;
+mod udp;
+
+use std::process::ExitCode;
+
+use clap::Subcommand;
+
+use crate::failure::Failure;
+use output::Output;
+
+/// A subcommand of `regatta report`.
+#[derive(Subcommand)]
+pub enum ReportCommand {
+    /// Drive the routes of the dissertation's tables 5.1 and 5.3, and compare the end poses.
+    Accuracy(Output),
+    /// Repeat the dissertation's tables 5.5 to 5.7, and continue to a million robots.
+    Scaling(scaling::ScalingArgs),
+    /// Send fleets over UDP into a second fleet: lines per second, losses, processor time.
+    Udp(udp::UdpArgs),
+}
+
+pub fn run(command: ReportCommand) -> Result<ExitCode, Failure> {
+    match command {
+        ReportCommand::Accuracy(output) => accuracy::run(&output),
+        ReportCommand::Scaling(args) => scaling::run(&args),
+        ReportCommand::Udp(args) => udp::run(&args),
+    }
+}

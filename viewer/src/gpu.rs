@@ -1,0 +1,23 @@
+//! GPU rendering: uploads of the fleet's columns, and the compute and render passes that draw a picture.
+
+mod attachments;
+mod bindings;
+mod columns;
+pub mod device;
+mod floor;
+mod graph;
+mod highlights;
+pub mod painter;
+pub mod pick;
+mod pipeline;
+pub mod renderer;
+pub mod resources;
+mod robots;
+mod routes;
+mod shaders;
+mod splats;
+mod timer;
+mod view;
+
+pub use pipeline::TargetConfig;
+pub use shaders::SHADERS;

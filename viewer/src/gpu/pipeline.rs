@@ -1,0 +1,130 @@
+//! Render and compute pipelines, and the formats that they draw into.
+
+use wgpu::{
+    BindGroupLayout, BlendState, ColorTargetState, ColorWrites, CompareFunction, ComputePipeline, DepthStencilState,
+    FragmentState, PrimitiveTopology, RenderPipeline, ShaderModule, TextureFormat, VertexBufferLayout, VertexState,
+};
+
+use super::device::Gpu;
+
+/// The format of the depth buffer. Depth is reversed: 1 is near.
+pub const DEPTH_FORMAT: TextureFormat = TextureFormat::Depth32Float;
+/// The format of the id buffer that picking draws into.
+pub const ID_FORMAT: TextureFormat = TextureFormat::R32Uint;
+
+/// The properties of a render target.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TargetConfig {
+    /// Format of the colours.
+    pub format: TextureFormat,
+    /// Samples per pixel.
+    pub samples: u32,
+    /// From this number of robots on, marks are splatted into pixels one by one rather than drawn as triangles. Their
+    /// edges are not smoothed.
+    pub splats_from: u32,
+}
+
+impl TargetConfig {
+    /// The id buffer of picking.
+    pub const IDS: Self = Self { format: ID_FORMAT, samples: 1, splats_from: u32::MAX };
+
+    /// Chooses whether to splat by what is faster on the adapter.
+    pub fn new(gpu: &Gpu, format: TextureFormat, samples: u32) -> Self {
+        // A software adapter splats on all SIMD lanes of all cores but sets up triangles on a single core. Splatting
+        // costs a pass over all pixels, so it pays off only for many robots.
+        let splats_from = if gpu.is_software() && samples == 1 { 30_000 } else { u32::MAX };
+        Self { format, samples, splats_from }
+    }
+}
+
+/// How a pipeline uses the depth buffer.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum DepthMode {
+    /// No depth test, no depth write: draws over everything drawn earlier. For things that lie on the ground.
+    Ignored,
+    /// Depth test and depth write: the nearest fragment wins.
+    Tested,
+}
+
+/// The properties in which the viewer's render pipelines differ.
+pub struct PipelineDescriptor<'a> {
+    /// The shader module.
+    pub module: &'a ShaderModule,
+    /// Entry point of the vertex shader.
+    pub vertex: &'a str,
+    /// Entry point of the fragment shader.
+    pub fragment: &'a str,
+    /// Bind group layouts by group number.
+    pub groups: &'a [&'a BindGroupLayout],
+    /// Vertex buffer layouts by slot.
+    pub buffers: &'a [VertexBufferLayout<'a>],
+    /// The primitives that the vertices form.
+    pub topology: PrimitiveTopology,
+    /// How the depth buffer is used.
+    pub depth: DepthMode,
+    /// Whether fragments are alpha-blended with the target.
+    pub blend: bool,
+}
+
+/// Creates a render pipeline.
+pub fn render_pipeline(gpu: &Gpu, target: TargetConfig, descriptor: &PipelineDescriptor<'_>) -> RenderPipeline {
+    let buffers: Vec<_> = descriptor.buffers.iter().cloned().map(Some).collect();
+    let is_tested = descriptor.depth == DepthMode::Tested;
+    gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+        label: Some(descriptor.vertex),
+        layout: Some(&pipeline_layout(gpu, descriptor.vertex, descriptor.groups)),
+        vertex: VertexState {
+            module: descriptor.module,
+            entry_point: Some(descriptor.vertex),
+            compilation_options: wgpu::PipelineCompilationOptions::default(),
+            buffers: &buffers,
+        },
+        primitive: wgpu::PrimitiveState { topology: descriptor.topology, ..wgpu::PrimitiveState::default() },
+        depth_stencil: Some(DepthStencilState {
+            format: DEPTH_FORMAT,
+            depth_write_enabled: Some(is_tested),
+            depth_compare: Some(if is_tested { CompareFunction::GreaterEqual } else { CompareFunction::Always }),
+            stencil: wgpu::StencilState::default(),
+            bias: wgpu::DepthBiasState::default(),
+        }),
+        multisample: wgpu::MultisampleState { count: target.samples, ..wgpu::MultisampleState::default() },
+        fragment: Some(FragmentState {
+            module: descriptor.module,
+            entry_point: Some(descriptor.fragment),
+            compilation_options: wgpu::PipelineCompilationOptions::default(),
+            targets: &[Some(ColorTargetState {
+                format: target.format,
+                blend: descriptor.blend.then_some(BlendState::ALPHA_BLENDING),
+                write_mask: ColorWrites::ALL,
+            })],
+        }),
+        multiview_mask: None,
+        cache: None,
+    })
+}
+
+/// Creates a compute pipeline. `constants` are the values of the shader's `override` declarations.
+pub fn compute_pipeline(
+    gpu: &Gpu,
+    module: &ShaderModule,
+    entry: &str,
+    groups: &[&BindGroupLayout],
+    constants: &[(&str, f64)],
+) -> ComputePipeline {
+    gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+        label: Some(entry),
+        layout: Some(&pipeline_layout(gpu, entry, groups)),
+        module,
+        entry_point: Some(entry),
+        compilation_options: wgpu::PipelineCompilationOptions { constants, ..Default::default() },
+        cache: None,
+    })
+}
+
+/// Creates the layout of a pipeline from its bind group layouts.
+pub fn pipeline_layout(gpu: &Gpu, label: &str, groups: &[&BindGroupLayout]) -> wgpu::PipelineLayout {
+    let groups: Vec<_> = groups.iter().map(|group| Some(*group)).collect();
+    let descriptor =
+        wgpu::PipelineLayoutDescriptor { label: Some(label), bind_group_layouts: &groups, immediate_size: 0 };
+    gpu.device.create_pipeline_layout(&descriptor)
+}

@@ -1,0 +1,327 @@
+//! The renderer: takes the fleet's data, and records the passes of a picture in order.
+
+use glam::{UVec2, Vec2};
+use regatta_plugin::world::{EdgeRecord, NodeRecord, RobotTypeRecord};
+use regatta_plugin::{Frame, World};
+use wgpu::{BindGroup, Buffer, BufferUsages, CommandEncoder, ShaderStages, TextureView};
+
+use super::attachments::Attachments;
+use super::bindings::{Binding, bind_group, bind_group_layout};
+use super::columns::{Columns, RobotTypeUniform};
+use super::device::Gpu;
+use super::floor::Floor;
+use super::graph::Graph;
+use super::highlights::Highlights;
+use super::pick::{Pick, Picked};
+use super::pipeline::TargetConfig;
+use super::resources::buffer;
+use super::robots::Robots;
+use super::routes::Routes;
+use super::timer::Timer;
+use super::view::ViewUniform;
+use crate::camera::Camera;
+use crate::floor_picture::FloorPicture;
+use crate::mesh::Mesh;
+use crate::palette::Legend;
+use crate::route::RouteSegment;
+use crate::scene::{Layers, Scene};
+
+/// The parameters of a picture.
+#[derive(Clone, Copy, Debug)]
+pub struct Picture<'a> {
+    /// The camera.
+    pub camera: &'a Camera,
+    /// The content and the style of pictures.
+    pub scene: &'a Scene,
+    /// The colours of the robots.
+    pub legend: &'a Legend,
+    /// Width and height in pixels.
+    pub size: UVec2,
+    /// The picture's top left corner in a larger target, and the size of that target; `None` if the picture fills it.
+    pub within: Option<(UVec2, UVec2)>,
+    /// The moment to show, from the previous frame (0) to the newest (1).
+    pub alpha: f32,
+}
+
+/// Draws a fleet into any texture view.
+#[derive(Debug)]
+pub struct Renderer {
+    gpu: Gpu,
+    target: TargetConfig,
+    columns: Columns,
+    view: Buffer,
+    view_group: BindGroup,
+    pick: Pick,
+    pick_view: Buffer,
+    pick_group: BindGroup,
+    /// View and layers of the last picture, which picking draws again.
+    drawn: Option<(ViewUniform, Layers)>,
+    attachments: Option<Attachments>,
+    floor: Floor,
+    graph: Graph,
+    routes: Routes,
+    robots: Robots,
+    highlights: Highlights,
+    robot_types: Vec<RobotTypeRecord>,
+    assignments: Vec<MeshAssignment>,
+    timer: Option<Timer>,
+}
+
+/// A mesh that replaces the built-in one for a robot type.
+#[derive(Debug)]
+struct MeshAssignment {
+    /// Name of the type; `None` for all types without a mesh of their own.
+    robot_type: Option<String>,
+    /// The mesh's number in [`Robots`].
+    mesh: usize,
+    is_shown: bool,
+}
+
+impl Renderer {
+    /// Creates the pipelines for a target.
+    pub fn new(gpu: &Gpu, target: TargetConfig) -> Self {
+        let stages = ShaderStages::VERTEX_FRAGMENT | ShaderStages::COMPUTE;
+        let layout = bind_group_layout(gpu, "view", stages, &[Binding::Uniform]);
+        let [view, pick_view] =
+            ["view", "pick view"].map(|label| buffer(gpu, label, size_of::<ViewUniform>(), BufferUsages::UNIFORM));
+        let columns = Columns::new(gpu);
+        let graph = Graph::new(gpu, target, &layout);
+        Self {
+            gpu: gpu.clone(),
+            target,
+            view_group: bind_group(gpu, &layout, &[(0, &view)]),
+            view,
+            pick: Pick::new(gpu),
+            pick_group: bind_group(gpu, &layout, &[(0, &pick_view)]),
+            pick_view,
+            drawn: None,
+            attachments: None,
+            floor: Floor::new(gpu, target, &layout),
+            routes: Routes::new(gpu, target, &layout, graph.records_layout()),
+            graph,
+            robots: Robots::new(gpu, target, &layout, &columns),
+            highlights: Highlights::new(gpu, target, &layout, &columns),
+            columns,
+            robot_types: Vec::new(),
+            assignments: Vec::new(),
+            timer: None,
+        }
+    }
+
+    /// Measures the GPU time of pictures from now on, if the adapter has timestamp queries.
+    pub fn enable_timer(&mut self) {
+        self.timer = Timer::new(&self.gpu);
+    }
+
+    /// Waits for the picture that was submitted last, and returns its GPU time in seconds.
+    pub fn gpu_seconds(&mut self) -> Option<f64> {
+        let timer = self.timer.as_mut()?;
+        timer.request();
+        self.gpu.wait();
+        timer.take_result(&self.gpu)
+    }
+
+    /// Returns the GPU time in seconds of a picture that was finished since the last call, without waiting. Call this
+    /// after each submitted picture; not all of them are measured.
+    pub fn poll_gpu_seconds(&mut self) -> Option<f64> {
+        let timer = self.timer.as_mut()?;
+        if timer.is_free() {
+            timer.request();
+        }
+        self.gpu.poll();
+        timer.take_result(&self.gpu)
+    }
+
+    /// The adapter's largest texture size, in pixels in either direction.
+    pub fn max_texture_size(&self) -> u32 {
+        self.gpu.device.limits().max_texture_dimension_2d
+    }
+
+    /// Sets or removes the picture on the floor.
+    pub fn set_floor_picture(&mut self, picture: Option<&FloorPicture>) {
+        self.floor.set_picture(&self.gpu, picture);
+    }
+
+    /// Sets or removes the mesh of a robot type, or with `None` of all types that have no mesh of their own.
+    /// Returns false if there are too many meshes.
+    pub fn set_mesh(&mut self, robot_type: Option<&str>, mesh: Option<&Mesh>) -> bool {
+        let existing = self.assignments.iter_mut().find(|assignment| assignment.robot_type.as_deref() == robot_type);
+        match (existing, mesh) {
+            (Some(assignment), Some(mesh)) => {
+                self.robots.replace_mesh(&self.gpu, assignment.mesh, mesh);
+                assignment.is_shown = true;
+            }
+            (Some(assignment), None) => assignment.is_shown = false,
+            (None, Some(mesh)) => {
+                let Some(mesh) = self.robots.add_mesh(&self.gpu, mesh) else { return false };
+                self.assignments.push(MeshAssignment {
+                    robot_type: robot_type.map(str::to_owned),
+                    mesh,
+                    is_shown: true,
+                });
+            }
+            (None, None) => {}
+        }
+        self.upload_robot_types();
+        true
+    }
+
+    /// Sets the graph and the robot types.
+    pub fn set_world(&mut self, world: &World<'_>) {
+        self.set_robot_types(world.robot_types());
+        self.set_graph(world.nodes(), world.edges());
+    }
+
+    /// Sets the route graph.
+    pub fn set_graph(&mut self, nodes: &[NodeRecord], edges: &[EdgeRecord]) {
+        self.graph.load(&self.gpu, nodes, edges);
+    }
+
+    /// Replaces the routes that are drawn along the graph.
+    pub fn set_routes(&mut self, segments: &[RouteSegment]) {
+        self.routes.set(&self.gpu, segments);
+    }
+
+    /// Sets the records of the robot types.
+    pub fn set_robot_types(&mut self, robot_types: &[RobotTypeRecord]) {
+        self.robot_types = robot_types.to_vec();
+        self.upload_robot_types();
+    }
+
+    fn upload_robot_types(&mut self) {
+        let find = |name: Option<&str>| {
+            self.assignments.iter().find(|assignment| assignment.is_shown && assignment.robot_type.as_deref() == name)
+        };
+        let uniform = |record: &RobotTypeRecord| {
+            let assignment = find(Some(record.name())).or_else(|| find(None));
+            let uniform = RobotTypeUniform::new(record);
+            assignment.map_or(uniform, |assignment| uniform.with_mesh(assignment.mesh))
+        };
+        let uniforms: Vec<_> = self.robot_types.iter().map(uniform).collect();
+        self.robots.set_any_round(uniforms.iter().any(|uniform| uniform.is_round()));
+        self.columns.set_robot_types(&self.gpu, &uniforms);
+    }
+
+    /// Uploads a new frame; the newest one so far becomes the previous one.
+    pub fn push_frame(&mut self, frame: &Frame<'_>) {
+        self.columns.push(&self.gpu, frame);
+        self.highlights.push(frame.run_id(), frame.header().sim_time_nanos);
+    }
+
+    /// Uploads the column of robot types: each robot's index into the records.
+    pub fn set_robot_type_column(&mut self, robot_type: &[f32]) {
+        self.columns.set_robot_type_column(&self.gpu, robot_type);
+    }
+
+    /// Points of each trail: as many as requested, or fewer if the adapter lacks the memory.
+    pub fn trail_points(&self) -> u32 {
+        self.highlights.trail_points()
+    }
+
+    /// Whether the column of robot types has to be uploaded, at first or after the buffers were replaced.
+    pub fn lacks_robot_type_column(&self) -> bool {
+        self.columns.lacks_robot_type_column()
+    }
+
+    /// Whether no robot has a value.
+    pub fn lacks_values(&self) -> bool {
+        self.columns.values() == 0
+    }
+
+    /// Sets or removes the values that robots are coloured by.
+    pub fn set_values(&mut self, values: Option<&[f32]>) {
+        match values {
+            Some(values) => self.columns.set_values(&self.gpu, values),
+            None => self.columns.clear_values(),
+        }
+    }
+
+    /// Records the commands that draw a picture into `target`.
+    pub fn draw(&mut self, encoder: &mut CommandEncoder, target: &TextureView, picture: &Picture<'_>) {
+        let view = self.view_uniform(picture);
+        self.gpu.queue.write_buffer(&self.view, 0, bytemuck::bytes_of(&view));
+        self.floor.prepare(&self.gpu, Vec2::new(view.origin.z, view.origin.w));
+        self.drawn = Some((view, picture.scene.layers));
+        self.fit_attachments(picture.within.map_or(picture.size, |(_, target)| target));
+        let timer = self.timer.as_ref().filter(|timer| timer.is_free());
+        self.robots.sort(&self.gpu, encoder, picture.size, &self.view_group, &mut self.columns, timer);
+        let (trails, selected) = (picture.scene.trails, &picture.scene.selected);
+        self.highlights.update(&self.gpu, encoder, &self.view_group, &mut self.columns, trails, selected);
+        let (poses, robots) = (self.columns.group(&self.gpu), view.robots);
+        let layers = picture.scene.layers;
+        if layers.edges || layers.arrows || layers.nodes {
+            self.graph.sort(encoder, &self.view_group);
+        }
+        let Some(attachments) = &self.attachments else { return };
+        let mut pass = attachments.begin_pass(encoder, target, view.sky, timer);
+        if let Some((at, _)) = picture.within {
+            let (at, size) = (at.as_vec2(), picture.size.as_vec2());
+            pass.set_viewport(at.x, at.y, size.x, size.y, 0.0, 1.0);
+        }
+        pass.set_bind_group(0, &self.view_group, &[]);
+        self.floor.draw(&mut pass);
+        self.graph.draw(&mut pass, layers);
+        if let Some(records) = self.graph.records().filter(|_| layers.edges) {
+            self.routes.draw(&mut pass, records);
+        }
+        if layers.trails {
+            self.highlights.draw_trails(&mut pass, &poses, robots, trails);
+        }
+        self.highlights.draw_halos(&mut pass, &poses);
+        if layers.robots && layers.shadows {
+            self.robots.draw_shadows(&mut pass);
+        }
+        if layers.robots {
+            self.robots.draw(&mut pass);
+        }
+        drop(pass);
+        if let Some(timer) = timer {
+            timer.finish(encoder);
+        }
+    }
+
+    /// Appends a point to each trail without drawing. [`draw`](Self::draw) appends points too.
+    pub fn collect_trails(&mut self, picture: &Picture<'_>) {
+        let view = self.view_uniform(picture);
+        self.gpu.queue.write_buffer(&self.view, 0, bytemuck::bytes_of(&view));
+        let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        let (trails, selected) = (picture.scene.trails, &picture.scene.selected);
+        self.highlights.update(&self.gpu, &mut encoder, &self.view_group, &mut self.columns, trails, selected);
+        self.gpu.queue.submit([encoder.finish()]);
+    }
+
+    /// Returns what the last picture shows at a pixel, counted from its top left. Waits for the GPU.
+    pub fn pick(&self, pixel: Vec2) -> Option<Picked> {
+        let (mut view, layers) = self.drawn?;
+        view.crop = Pick::crop(pixel, Vec2::new(view.viewport.x, view.viewport.y));
+        self.gpu.queue.write_buffer(&self.pick_view, 0, bytemuck::bytes_of(&view));
+        let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        self.graph.prepare_ids(&mut encoder);
+        let mut pass = self.pick.begin_pass(&mut encoder);
+        pass.set_bind_group(0, &self.pick_group, &[]);
+        self.graph.draw_ids(&mut pass, layers);
+        if layers.robots {
+            self.robots.draw_ids(&mut pass);
+        }
+        drop(pass);
+        self.pick.read(&self.gpu, encoder)
+    }
+
+    fn view_uniform(&self, picture: &Picture<'_>) -> ViewUniform {
+        let mut view = ViewUniform::new(picture.camera, picture.scene, picture.legend, picture.size);
+        [view.robots, view.previous_robots] = self.columns.robots();
+        view.alpha = picture.alpha;
+        view.teleport_distance = self.columns.teleport_distance();
+        // A small fleet leaves room for larger marks.
+        let room = (picture.size.as_vec2().element_product() / view.robots.max(1) as f32).sqrt() * 0.25;
+        view.detail.z = room.clamp(view.detail.z, view.detail.z * 3.2);
+        view.detail.w = self.columns.values() as f32;
+        view
+    }
+
+    fn fit_attachments(&mut self, size: UVec2) {
+        if self.attachments.as_ref().is_none_or(|attachments| attachments.size() != size) {
+            self.attachments = Some(Attachments::new(&self.gpu, self.target, size));
+        }
+    }
+}

@@ -1,0 +1,183 @@
+//! The state of the interface: the user's choices and unfinished input. The panels, in files of their own, show and
+//! change it.
+
+use egui::{PointerButton, Pos2};
+use glam::Vec2;
+
+use super::camera_controller::CameraController;
+use super::history::History;
+use super::labels::midpoint;
+use super::rows::RowQuery;
+use super::settings::{RightPanel, RobotMesh, Settings};
+use super::style::{self, ThemeColours};
+use super::view_model::{Item, ViewModel};
+use super::virtual_list::VirtualList;
+use crate::palette::Theme;
+use crate::scene::MAX_SELECTED;
+
+/// The largest number of messages shown at a time.
+const MAX_MESSAGES: usize = 4;
+
+/// The user interface with the user's choices.
+#[derive(Debug)]
+pub struct Interface {
+    /// Choices that are stored from one start to the next.
+    pub settings: Settings,
+    /// The camera and its motion.
+    pub camera_controller: CameraController,
+    /// The item that the selection panel describes.
+    pub selected: Option<Item>,
+    /// More selected robots, if `selected` is a robot.
+    pub(super) also_selected: Vec<u32>,
+    pub(super) fleet_list: FleetList,
+    pub(super) collision_list: VirtualList,
+    pub(super) history: History,
+    pub(super) sliders: SliderDrafts,
+    pub(super) files: FileDrafts,
+    /// Whether the help is open.
+    pub(super) help: bool,
+    pub(super) drag: Option<Drag>,
+    /// Whether a text field had the keyboard focus in the last picture.
+    pub(super) typing: bool,
+    /// Width of the picture divided by its height.
+    pub(super) aspect: f32,
+    pub(super) messages: Vec<Message>,
+    /// Theme and scale that the egui context has.
+    pub(super) applied_style: Option<(Theme, f32)>,
+}
+
+/// The order, the filter and the scroll position of the fleet list.
+#[derive(Clone, Debug, Default)]
+pub(super) struct FleetList {
+    pub query: RowQuery,
+    pub list: VirtualList,
+    /// Whether the search field requests the keyboard focus.
+    pub request_focus: bool,
+}
+
+/// Slider values that the engine has not adopted yet.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct SliderDrafts {
+    pub speed: Option<f32>,
+    pub robots: Option<u32>,
+}
+
+/// File names and mesh parameters as typed, before the files are loaded.
+#[derive(Clone, Debug)]
+pub(super) struct FileDrafts {
+    pub floor: String,
+    pub mesh: RobotMesh,
+}
+
+/// A pointer button held down on the picture.
+#[derive(Debug)]
+pub(super) struct Drag {
+    pub button: PointerButton,
+    /// Whether the drag orbits the camera; otherwise it pans.
+    pub orbits: bool,
+    /// The last position of the pointer, in points.
+    pub at: Pos2,
+    /// Whether the pointer has moved farther than in a click.
+    pub has_moved: bool,
+}
+
+/// A message over the picture.
+#[derive(Clone, Debug)]
+pub(super) struct Message {
+    pub text: String,
+    /// The time at which it disappears, in seconds of the egui context; set when it is first shown.
+    pub until: Option<f64>,
+}
+
+impl FileDrafts {
+    fn new(settings: &Settings) -> Self {
+        let none = RobotMesh { file: String::new(), scale: 1.0, z: 0.0 };
+        Self { floor: settings.floor_image.clone(), mesh: settings.mesh.clone().unwrap_or(none) }
+    }
+}
+
+impl Interface {
+    /// Creates an interface with these settings and this camera.
+    pub fn new(settings: Settings, camera_controller: CameraController) -> Self {
+        Self {
+            files: FileDrafts::new(&settings),
+            settings,
+            camera_controller,
+            selected: None,
+            also_selected: Vec::new(),
+            fleet_list: FleetList::default(),
+            collision_list: VirtualList::default(),
+            history: History::default(),
+            sliders: SliderDrafts::default(),
+            help: false,
+            drag: None,
+            typing: false,
+            aspect: 16.0 / 9.0,
+            messages: Vec::new(),
+            applied_style: None,
+        }
+    }
+
+    /// Prepares the interface for another egui context, which does not have its style yet.
+    #[must_use]
+    pub fn for_new_context(self) -> Self {
+        Self { applied_style: None, ..self }
+    }
+
+    /// Shows a message for some seconds. A message with the same text is replaced.
+    pub fn notify(&mut self, text: impl Into<String>) {
+        let text = text.into();
+        self.messages.retain(|message| message.text != text);
+        self.messages.push(Message { text, until: None });
+        let surplus = self.messages.len().saturating_sub(MAX_MESSAGES);
+        self.messages.drain(..surplus);
+    }
+
+    /// Selects one item or nothing, and opens the selection panel for an item.
+    pub fn select(&mut self, item: Option<Item>) {
+        self.also_selected.clear();
+        self.selected = item;
+        if item.is_some() {
+            self.settings.right = Some(RightPanel::Selection);
+        }
+    }
+
+    /// Adds a robot to the selected ones, or removes it from them. Any other item is selected alone.
+    pub fn toggle_selected(&mut self, item: Item) {
+        let Item::Robot(id) = item else { return self.select(Some(item)) };
+        let mut robots = self.robots();
+        if robots.contains(&id) {
+            robots.retain(|robot| *robot != id);
+        } else {
+            robots.insert(0, id);
+        }
+        robots.truncate(MAX_SELECTED);
+        self.select(robots.first().map(|robot| Item::Robot(*robot)));
+        self.also_selected = robots.split_off(robots.len().min(1));
+    }
+
+    /// Returns the ids of the selected robots, the one in the selection panel first.
+    pub fn robots(&self) -> Vec<u32> {
+        let Some(Item::Robot(id)) = self.selected else { return Vec::new() };
+        [&[id], self.also_selected.as_slice()].concat()
+    }
+
+    pub(super) fn colours(&self) -> ThemeColours {
+        style::colours(self.settings.theme())
+    }
+
+    pub(super) fn fly_to_selected(&mut self, model: &ViewModel<'_>) {
+        if let Some(place) = self.place_of_selected(model) {
+            self.camera_controller.fly_to(place);
+        }
+    }
+
+    fn place_of_selected(&self, model: &ViewModel<'_>) -> Option<Vec2> {
+        let offset = Vec2::from(self.settings.offset);
+        match self.selected? {
+            Item::Robot(id) => Some(model.pose(id, offset)?.place),
+            Item::Node(index) => model.nodes.get(index as usize).map(|node| Vec2::new(node.x, node.y) + offset),
+            Item::Edge(index) => model.edges.get(index as usize).map(|edge| midpoint(edge) + offset),
+        }
+    }
+}

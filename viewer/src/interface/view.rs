@@ -1,0 +1,183 @@
+//! The view panel: colours, layers, trails, floor, meshes, lamps and offset.
+
+use std::path::Path;
+
+use egui::{DragValue, Key, Role, Slider, TextEdit, Ui, WidgetInfo};
+
+use super::settings::RobotMesh;
+use super::state::Interface;
+use super::style::{faint, heading};
+use super::view_model::ViewModel;
+use crate::palette::Colouring;
+use crate::scene::MAX_LIGHTS;
+
+impl Interface {
+    pub(super) fn view(&mut self, ui: &mut Ui, model: &ViewModel<'_>) {
+        let theme = self.settings.theme();
+        heading(ui, theme, "robot colours");
+        self.colour_choice(ui, model);
+        ui.horizontal(|ui| {
+            ui.selectable_value(&mut self.settings.light, false, "Dark");
+            ui.selectable_value(&mut self.settings.light, true, "Light");
+        });
+        heading(ui, theme, "layers");
+        let settings = &mut self.settings;
+        ui.checkbox(&mut settings.edges, "edges");
+        ui.checkbox(&mut settings.nodes, "nodes");
+        ui.checkbox(&mut settings.ids, "ids when near");
+        ui.checkbox(&mut settings.grid, "grid");
+        ui.checkbox(&mut settings.shadows, "shadows");
+        heading(ui, theme, "trails");
+        ui.add(Slider::new(&mut settings.trails, 0..=4096).logarithmic(true).text("points"));
+        if (1..settings.trails).contains(&model.trail_points) {
+            ui.label(faint(ui, theme, format!("limited to {} by the graphics adapter", model.trail_points)));
+        }
+        ui.checkbox(&mut settings.trails_of_selected, "selected robots only");
+        heading(ui, theme, "floor");
+        let mut is_limited = settings.floor.is_some();
+        ui.checkbox(&mut is_limited, "limited size around the origin");
+        if is_limited != settings.floor.is_some() {
+            let size = model.bounds.high - model.bounds.low;
+            settings.floor = is_limited.then(|| (size.ceil() + 10.0).to_array());
+        }
+        if let Some(size) = &mut settings.floor {
+            ui.horizontal(|ui| {
+                for (metres, name) in size.iter_mut().zip(["width ", "depth "]) {
+                    ui.add(DragValue::new(metres).range(1.0..=1e6).speed(0.5).prefix(name).suffix(" m"));
+                }
+            });
+        }
+        self.floor_file(ui);
+        heading(ui, theme, "robots");
+        self.mesh_file(ui);
+        heading(ui, theme, "lamps");
+        lamps(ui, &mut self.settings.lamps, model);
+        heading(ui, theme, "offset of all positions");
+        let settings = &mut self.settings;
+        ui.horizontal(|ui| {
+            for (metres, name) in settings.offset.iter_mut().zip(["x ", "y "]) {
+                ui.add(DragValue::new(metres).range(-1e6..=1e6).speed(0.1).prefix(name).suffix(" m"));
+            }
+        });
+        heading(ui, theme, "interface");
+        let percent = |scale: f32| format!("{:.0} %", scale * 100.0);
+        egui::ComboBox::from_id_salt("scale").selected_text(percent(settings.scale)).show_ui(ui, |ui| {
+            for scale in [0.75, 0.9, 1.0, 1.15, 1.3, 1.5, 2.0] {
+                ui.selectable_value(&mut settings.scale, scale, percent(scale));
+            }
+        });
+    }
+
+    /// Uses a file that was dropped on the window: a mesh for the robots, any other file for the floor.
+    pub fn use_file(&mut self, path: &Path) {
+        let extension = path.extension().map(|extension| extension.to_string_lossy().to_lowercase());
+        let file = path.display().to_string();
+        match extension.as_deref() {
+            Some("stl" | "obj" | "gltf" | "glb") => {
+                self.files.mesh.file = file;
+                self.settings.mesh = Some(self.files.mesh.clone());
+            }
+            _ => {
+                self.settings.floor_image.clone_from(&file);
+                self.files.floor = file;
+            }
+        }
+    }
+
+    fn floor_file(&mut self, ui: &mut Ui) {
+        let (drafts, settings) = (&mut self.files, &mut self.settings);
+        let hint = "image or ROS map.yaml";
+        if file_line(ui, &mut drafts.floor, hint, !settings.floor_image.is_empty(), "floor file") {
+            settings.floor_image.clone_from(&drafts.floor);
+        }
+    }
+
+    fn mesh_file(&mut self, ui: &mut Ui) {
+        let (drafts, settings) = (&mut self.files, &mut self.settings);
+        if file_line(ui, &mut drafts.mesh.file, "mesh: STL, OBJ or glTF", settings.mesh.is_some(), "mesh file") {
+            settings.mesh = (!drafts.mesh.file.is_empty()).then(|| drafts.mesh.clone());
+        }
+        if let Some(mesh) = &mut settings.mesh {
+            ui.horizontal(|ui| {
+                let scale = DragValue::new(&mut drafts.mesh.scale).range(1e-6..=1e6).speed(0.001).prefix("scale ");
+                let z = DragValue::new(&mut drafts.mesh.z).range(-100.0..=100.0).speed(0.01).prefix("z ").suffix(" m");
+                for value in [ui.add(scale.max_decimals(6)), ui.add(z)] {
+                    // A change reads the file again, so it is applied only when the value is released.
+                    if value.drag_stopped() || value.lost_focus() {
+                        *mesh = RobotMesh { file: mesh.file.clone(), ..drafts.mesh };
+                    }
+                }
+            });
+        }
+    }
+
+    /// Shows the choice of colourings of the robots.
+    pub(super) fn colour_choice(&mut self, ui: &mut Ui, model: &ViewModel<'_>) {
+        egui::ComboBox::from_id_salt("colour").selected_text(&self.settings.colour).width(110.0).show_ui(ui, |ui| {
+            for name in colourings(model) {
+                ui.selectable_value(&mut self.settings.colour, name.clone(), name);
+            }
+        });
+    }
+
+    /// Selects the next colouring.
+    pub(super) fn next_colouring(&mut self, model: &ViewModel<'_>) {
+        let all = colourings(model);
+        let next = all.iter().position(|name| *name == self.settings.colour).map_or(0, |index| index + 1);
+        self.settings.colour = all[next % all.len()].clone();
+    }
+}
+
+/// Shows a field for a file name with its buttons; `name` is its accessible name. Returns whether to apply the file name,
+/// which is then empty for no file.
+fn file_line(ui: &mut Ui, file: &mut String, hint: &str, is_loaded: bool, name: &str) -> bool {
+    ui.horizontal(|ui| {
+        let line = ui.add(TextEdit::singleline(file).hint_text(hint).desired_width(150.0));
+        line.widget_info(|| WidgetInfo::labeled(Role::TextInput, true, name));
+        let entered = line.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter));
+        let load = ui.button("load").on_hover_text("Or drop a file on the window").clicked();
+        let remove = is_loaded && ui.button("remove").clicked();
+        if remove {
+            file.clear();
+        }
+        entered || load || remove
+    })
+    .inner
+}
+
+fn lamps(ui: &mut Ui, lamps: &mut Vec<[f32; 6]>, model: &ViewModel<'_>) {
+    let mut removed = None;
+    for (i, lamp) in lamps.iter_mut().enumerate() {
+        ui.horizontal(|ui| {
+            let [x, y, z, colour @ ..] = lamp;
+            for (metres, name) in [(x, "x "), (y, "y "), (z, "z ")] {
+                ui.add(DragValue::new(metres).range(-1e6..=1e6).speed(0.1).prefix(name));
+            }
+            let before = colour.iter().copied().fold(1e-3, f32::max);
+            let mut brightness = before;
+            ui.add(DragValue::new(&mut brightness).range(0.01..=1e3).speed(0.01).prefix("× "));
+            if brightness != before {
+                colour.iter_mut().for_each(|part| *part *= brightness / before);
+            }
+            if ui.small_button("remove").clicked() {
+                removed = Some(i);
+            }
+        });
+    }
+    if let Some(index) = removed {
+        lamps.remove(index);
+    }
+    if lamps.len() < MAX_LIGHTS && ui.button("add a lamp").clicked() {
+        let middle = model.bounds.centre();
+        lamps.push([middle.x, middle.y, 5.0, 1.0, 1.0, 1.0]);
+    }
+}
+
+/// Returns the names of all colourings: the built-in ones, and the columns that plugins publish.
+fn colourings(model: &ViewModel<'_>) -> Vec<String> {
+    let built_in = [Colouring::default(), Colouring::State, Colouring::Speed, Colouring::Type]
+        .map(|colouring| colouring.to_string());
+    let columns = model.columns.iter().map(ToString::to_string);
+    let columns: Vec<_> = columns.filter(|name| !built_in.contains(name)).collect();
+    built_in.into_iter().chain(columns).collect()
+}

@@ -1,0 +1,156 @@
+//! The input of the interface, a [`ViewModel`], and its output, [`Action`]s. Both are independent of windows and graphics
+//! cards.
+
+use glam::Vec2;
+use regatta_plugin::control::{ControlRequest, ControlResponse};
+use regatta_plugin::frame::{ClockState, Frame};
+use regatta_plugin::world::{EdgeRecord, NodeRecord, RobotTypeRecord};
+use regatta_plugin::{ColumnName, Contacts};
+
+use super::labels::Labels;
+use super::pose::Pose;
+use super::rows::{RowQuery, Rows};
+use super::timing::Timing;
+use crate::camera::Bounds;
+use crate::feed::Counts;
+use crate::gpu::pick::Picked;
+use crate::palette::Legend;
+use crate::route::Remaining;
+
+/// The state of the engine, as seen by the viewer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum EngineState {
+    /// There has been no engine since the viewer was started.
+    Awaited,
+    /// It publishes frames.
+    Running,
+    /// Its clock is paused.
+    Paused,
+    /// It is not paused, but publishes no frames.
+    Silent,
+    /// It has stopped or was killed.
+    Gone,
+}
+
+/// Everything that the interface shows in one picture.
+#[derive(Clone, Debug)]
+pub struct ViewModel<'a> {
+    /// The name of the fleet.
+    pub fleet: &'a str,
+    /// The state of its engine.
+    pub engine: EngineState,
+    /// The last status that the engine reported.
+    pub status: Option<&'a ControlResponse>,
+    /// The newest frame.
+    pub frame: Option<Frame<'a>>,
+    /// The nodes of the route graph.
+    pub nodes: &'a [NodeRecord],
+    /// The edges of the route graph.
+    pub edges: &'a [EdgeRecord],
+    /// The labels of nodes and edges.
+    pub labels: &'a Labels,
+    /// The robot types.
+    pub robot_types: &'a [RobotTypeRecord],
+    /// Each robot's index into `robot_types`.
+    pub robot_type_column: Option<&'a [f32]>,
+    /// The pairs that a collision checker reports.
+    pub contacts: Option<Contacts<'a>>,
+    /// The legend of the robots' colours.
+    pub legend: &'a Legend,
+    /// The columns that plugins publish.
+    pub columns: &'a [ColumnName],
+    /// The values of those columns for the selected robot.
+    pub values: &'a [(ColumnName, f32)],
+    /// The rest of the selected robot's route, if it is known.
+    pub route: Option<Remaining>,
+    /// The answer to the last [`Action::Rows`].
+    pub rows: Option<&'a Rows>,
+    /// The bounds of everything to be seen.
+    pub bounds: Bounds,
+    /// The pose of the followed robot, as drawn.
+    pub followed: Option<Pose>,
+    /// The durations of the last pictures.
+    pub timing: &'a Timing,
+    /// The numbers of frames read and skipped.
+    pub counts: Counts,
+    /// Age of the newest frame when it was read, in seconds.
+    pub lag: Option<f64>,
+    /// Points of each trail that fit the graphics adapter, of those requested.
+    pub trail_points: u32,
+    /// Whether the UDP source and the UDP sender are running.
+    pub udp: [bool; 2],
+}
+
+/// An item that can be selected.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Item {
+    /// A robot, by its id.
+    Robot(u32),
+    /// An edge, by its index in the world.
+    Edge(u32),
+    /// A node, by its index in the world.
+    Node(u32),
+}
+
+/// A request of the user that is carried out outside of the interface.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Action {
+    /// Send a request to the engine.
+    Control(ControlRequest),
+    /// Select the item at a point of the picture.
+    Pick {
+        /// Points from the top left corner of the picture.
+        at: Vec2,
+        /// Whether to add to the selection instead of replacing it.
+        extend: bool,
+    },
+    /// Compute rows of the fleet list.
+    Rows(RowQuery),
+    /// Start a program that receives robots by UDP and can answer.
+    StartUdpSource {
+        /// Host and port to receive at.
+        listen: String,
+        /// Host and port to answer to.
+        echo_to: Option<String>,
+        /// Metres to add to the positions that it answers.
+        offset: Vec2,
+    },
+    /// Start a program that sends the fleet by UDP.
+    StartUdpSender {
+        /// Host and port to send to.
+        to: String,
+    },
+    /// Stop the UDP source.
+    StopUdpSource,
+    /// Stop the UDP sender.
+    StopUdpSender,
+    /// Switch full screen on or off.
+    FullScreen,
+    /// Close the window.
+    Quit,
+}
+
+impl ViewModel<'_> {
+    /// Whether the engine's clock is paused.
+    pub fn is_paused(&self) -> bool {
+        let clock = self.frame.map(|frame| frame.header().clock).or(self.status.map(|status| status.clock));
+        clock == Some(ClockState::Paused as u32)
+    }
+
+    /// Returns the pose of a robot in the newest frame, moved by the offset.
+    pub fn pose(&self, robot: u32, offset: Vec2) -> Option<Pose> {
+        let (frame, row) = (self.frame?, robot as usize);
+        let place = Vec2::new(*frame.x().get(row)?, *frame.y().get(row)?) + offset;
+        Some(Pose { place, theta: *frame.theta().get(row)? })
+    }
+}
+
+impl From<Picked> for Item {
+    fn from(picked: Picked) -> Self {
+        match picked {
+            Picked::Robot(id) => Self::Robot(id),
+            Picked::Edge(index) => Self::Edge(index),
+            Picked::Node(index) => Self::Node(index),
+        }
+    }
+}

@@ -1,0 +1,156 @@
+//! The thread that polls the fleet for the interface: the order of the fleet list, columns, values and routes.
+
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, TryRecvError};
+use std::time::{Duration, Instant};
+
+use regatta_plugin::{ColumnName, ColumnReader, FleetName, Participant, Result, Subscriber, column_names};
+
+use super::report::{Fact, Report};
+use crate::interface::rows::{RowQuery, Rows};
+use crate::route::RoutePoller;
+
+/// The time between two sorts of the fleet list.
+const SORT_EVERY: Duration = Duration::from_millis(700);
+/// The time between two lists of the columns, each of which goes through all services of the machine.
+const LIST_EVERY: Duration = Duration::from_secs(2);
+/// The time between two reads of the selected robot's values.
+const VALUES_EVERY: Duration = Duration::from_millis(200);
+/// The timeout of a request for routes, which delays all other polls.
+const ROUTE_TIMEOUT: Duration = Duration::from_millis(100);
+/// The most columns that are read for the selected robot: each occupies a reader's place at the column.
+const MAX_COLUMNS: usize = 16;
+
+/// A change of what is polled.
+#[derive(Debug)]
+pub enum Query {
+    Rows(RowQuery),
+    Robot(Option<u32>),
+    Routes(Vec<u32>),
+}
+
+/// Polls until the link is dropped.
+pub fn run(fleet: &FleetName, queried: &Receiver<Query>, report: &Sender<Report>) -> Result {
+    let participant = Participant::join(fleet, "viewer-poller")?;
+    let mut poller = Poller::new(participant);
+    loop {
+        match queried.recv_timeout(poller.idle_time()) {
+            Ok(query) => poller.set_query(query),
+            Err(RecvTimeoutError::Timeout) => {}
+            Err(RecvTimeoutError::Disconnected) => return Ok(()),
+        }
+        loop {
+            match queried.try_recv() {
+                Ok(query) => poller.set_query(query),
+                Err(TryRecvError::Empty) => break,
+                Err(TryRecvError::Disconnected) => return Ok(()),
+            }
+        }
+        for found in poller.poll()? {
+            if report.send(found).is_err() {
+                return Ok(());
+            }
+        }
+    }
+}
+
+struct Poller {
+    participant: Participant,
+    query: RowQuery,
+    /// Open only while rows are polled, because a reader holds a frame.
+    frames: Option<Subscriber>,
+    robot: Option<u32>,
+    names: Vec<ColumnName>,
+    columns: Vec<(ColumnName, ColumnReader)>,
+    routes: RoutePoller,
+    sort_at: Instant,
+    list_at: Instant,
+    values_at: Instant,
+}
+
+impl Poller {
+    fn new(participant: Participant) -> Self {
+        let now = Instant::now();
+        Self {
+            participant,
+            query: RowQuery::default(),
+            frames: None,
+            robot: None,
+            names: Vec::new(),
+            columns: Vec::new(),
+            routes: RoutePoller::default(),
+            sort_at: now,
+            list_at: now,
+            values_at: now,
+        }
+    }
+
+    fn set_query(&mut self, query: Query) {
+        match query {
+            Query::Rows(query) => (self.query, self.sort_at) = (query, Instant::now()),
+            Query::Robot(robot) => (self.robot, self.values_at) = (robot, Instant::now()),
+            Query::Routes(robots) => self.routes.watch(robots, Instant::now()),
+        }
+    }
+
+    /// The time until the next poll is due.
+    fn idle_time(&self) -> Duration {
+        let rows = (!self.query.is_plain()).then_some(self.sort_at);
+        let values = self.robot.map(|_| self.values_at);
+        let next = [Some(self.list_at), rows, values, self.routes.due()].into_iter().flatten().min();
+        next.map_or(LIST_EVERY, |next| next.saturating_duration_since(Instant::now()))
+    }
+
+    fn poll(&mut self) -> Result<Vec<Report>> {
+        let mut found = Vec::new();
+        if Instant::now() >= self.list_at {
+            self.names = column_names(self.participant.fleet());
+            found.push(Fact::Columns(self.names.clone()).into());
+            self.list_at = Instant::now() + LIST_EVERY;
+        }
+        if self.query.is_plain() {
+            self.frames = None;
+        } else if Instant::now() >= self.sort_at {
+            found.extend(self.sort()?.map(Fact::Rows).map(Report::from));
+            self.sort_at = Instant::now() + SORT_EVERY;
+        }
+        if self.robot.is_none() {
+            self.columns.clear();
+        } else if Instant::now() >= self.values_at {
+            found.push(Fact::Values(self.values()?).into());
+            self.values_at = Instant::now() + VALUES_EVERY;
+        }
+        match self.routes.poll(&self.participant, ROUTE_TIMEOUT) {
+            Ok(routes) => found.extend(routes.map(Report::Routes)),
+            Err(error) => found.push(Report::Notice(error.to_string())),
+        }
+        Ok(found)
+    }
+
+    fn sort(&mut self) -> Result<Option<Rows>> {
+        let frames = match &mut self.frames {
+            Some(frames) => frames,
+            none => none.insert(Subscriber::open_on(&self.participant)?),
+        };
+        let rows = frames.latest()?.map(|frame| self.query.rows(frame.columns()));
+        // A paused engine sends no new frame.
+        Ok(if rows.is_some() { rows } else { frames.current()?.map(|frame| self.query.rows(frame.columns())) })
+    }
+
+    fn values(&mut self) -> Result<Vec<(ColumnName, f32)>> {
+        let Some(robot) = self.robot else { return Ok(Vec::new()) };
+        self.columns.retain(|(name, _)| self.names.contains(name));
+        for name in self.names.iter().filter(|name| name.to_string() != "type").take(MAX_COLUMNS) {
+            if !self.columns.iter().any(|(open, _)| open == name) {
+                self.columns.push((name.clone(), ColumnReader::open_on(&self.participant, name.as_str())?));
+            }
+        }
+        let mut values = Vec::new();
+        for (name, reader) in &mut self.columns {
+            reader.latest()?;
+            let value = reader.current()?.and_then(|column| column.values.get(robot as usize).copied());
+            // The name is listed as long as this reader is open, so the publisher is checked too.
+            values.extend(value.filter(|_| reader.has_publisher()).map(|value| (name.clone(), value)));
+        }
+        Ok(values)
+    }
+}

@@ -1,0 +1,32 @@
+//! The viewer's window: the picture of the fleet and the interface on a screen, with input from the user and a link to the
+//! engine.
+
+mod app;
+mod assets;
+mod fleet_state;
+mod frame_pacing;
+mod settings_store;
+mod surface;
+mod udp;
+mod viewer_window;
+
+use regatta_plugin::{Error, Result, Termination};
+use winit::event_loop::EventLoop;
+
+use crate::options::Options;
+use app::App;
+
+/// Shows a fleet in a window until the window is closed or the process is asked to end.
+///
+/// # Errors
+/// One line that says what is wrong: no display, no adapter, no readable fleet.
+pub fn run(options: &Options) -> Result {
+    let termination = Termination::watch()?;
+    let events = EventLoop::new().map_err(|error| {
+        tracing::info!("{error}");
+        Error::new("no display to open a window on; --headless draws pictures without one")
+    })?;
+    let mut app = App::new(options, termination);
+    events.run_app(&mut app).map_err(|error| Error::new(format!("lost the connection to the display: {error}")))?;
+    app.finish()
+}

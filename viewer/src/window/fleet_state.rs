@@ -1,0 +1,85 @@
+//! The state of a fleet for the interface, beside what the stage reads for drawing.
+
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+
+use glam::Vec2;
+use regatta_plugin::control::ControlResponse;
+use regatta_plugin::{ColumnName, Frame};
+
+use crate::interface::labels::Labels;
+use crate::interface::pose::Pose;
+use crate::interface::rows::Rows;
+use crate::interface::view_model::Item;
+use crate::link::Fact;
+
+/// The state of a fleet as reported by the link, and values derived from its frames.
+#[derive(Debug, Default)]
+pub struct FleetState {
+    pub status: Option<Box<ControlResponse>>,
+    pub columns: Vec<ColumnName>,
+    pub labels: Labels,
+    pub values: Vec<(ColumnName, f32)>,
+    pub rows: Option<Rows>,
+    /// The age of the newest frame when it was read, in seconds.
+    pub lag: Option<f64>,
+    /// The time at which the newest frame was read.
+    pub last_frame_at: Option<Instant>,
+    /// The followed robot, and its poses in the frame before and in the newest frame.
+    pub followed: Option<(u32, [Pose; 2])>,
+    /// The item whose values were requested last.
+    pub values_of: Option<Item>,
+    /// The robots whose routes were requested last.
+    pub routes_of: Vec<u32>,
+}
+
+impl FleetState {
+    /// Applies a report of the link. Returns whether it makes a visible difference.
+    pub fn apply(&mut self, fact: Fact) -> bool {
+        match fact {
+            Fact::Status(status) => {
+                let differs = differ(self.status.as_deref(), status.as_deref());
+                self.status = status;
+                differs
+            }
+            Fact::Rows(rows) => self.rows.replace(rows) != self.rows,
+            Fact::Columns(columns) => std::mem::replace(&mut self.columns, columns) != self.columns,
+            Fact::Values(values) => std::mem::replace(&mut self.values, values) != self.values,
+        }
+    }
+
+    /// Records the shown frame: its age if it is new, and the pose of the followed robot.
+    pub fn record_frame(&mut self, frame: &Frame<'_>, is_new: bool, followed: Option<u32>, offset: Vec2, now: Instant) {
+        if is_new {
+            self.last_frame_at = Some(now);
+            let sent = Duration::from_nanos(frame.header().wall_time_nanos);
+            let age = SystemTime::now().duration_since(UNIX_EPOCH + sent);
+            self.lag = age.ok().map(|age| age.as_secs_f64());
+        }
+        let pose = followed.and_then(|robot| {
+            let row = robot as usize;
+            let place = Vec2::new(*frame.x().get(row)?, *frame.y().get(row)?) + offset;
+            Some((robot, Pose { place, theta: *frame.theta().get(row)? }))
+        });
+        self.followed = match (pose, self.followed) {
+            (Some((robot, pose)), Some((before, [_, last]))) if robot == before && is_new => {
+                Some((robot, [last, pose]))
+            }
+            (Some((robot, _)), Some(unchanged)) if robot == unchanged.0 => Some(unchanged),
+            (Some((robot, pose)), _) => Some((robot, [pose; 2])),
+            (None, _) => None,
+        };
+    }
+}
+
+/// Whether two statuses of an engine differ visibly.
+fn differ(one: Option<&ControlResponse>, other: Option<&ControlResponse>) -> bool {
+    let visible = |status: &ControlResponse| ControlResponse {
+        wall_time_nanos: 0,
+        tick_cost_p50_nanos: 0,
+        tick_cost_p99_nanos: 0,
+        resident_bytes: 0,
+        real_time_factor: (status.real_time_factor * 100.0).round(),
+        ..*status
+    };
+    one.map(visible) != other.map(visible)
+}

@@ -1,0 +1,304 @@
+//! An open window: the fleet that is read, the device that draws, the interface, and the data flow between them.
+
+mod paint;
+mod show;
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use egui::ViewportId;
+use glam::UVec2;
+use regatta_plugin::{FleetName, Participant, Result};
+use winit::event::WindowEvent;
+use winit::window::Window;
+
+use super::assets::Assets;
+use super::fleet_state::FleetState;
+use super::frame_pacing::{Due, FramePacing};
+use super::settings_store::SettingsStore;
+use super::surface::{WindowSurface, create_surface};
+use super::udp::UdpProcesses;
+use crate::feed::News;
+use crate::gpu::TargetConfig;
+use crate::gpu::device::Gpu;
+use crate::gpu::painter::Painter;
+use crate::gpu::renderer::Renderer;
+use crate::interface::Interface;
+use crate::interface::labels::Labels;
+use crate::interface::settings::file::SettingsError;
+use crate::interface::timing::Timing;
+use crate::interface::view_model::{EngineState, Item};
+use crate::link::{Link, Report};
+use crate::options::{LookOptions, Options};
+use crate::scene::Detail;
+use crate::stage::Stage;
+
+/// The time between two checks of a hidden window.
+const HIDDEN_INTERVAL: Duration = Duration::from_millis(200);
+
+/// The next step of the event loop.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Next {
+    /// Draw a picture.
+    Draw,
+    /// Do nothing until then.
+    WaitUntil(Instant),
+}
+
+/// An open window of the viewer.
+pub struct ViewerWindow {
+    // Fields are dropped in this order: what draws precedes what it draws on.
+    painter: Painter,
+    stage: Stage,
+    surface: WindowSurface,
+    gpu: Gpu,
+    instance: wgpu::Instance,
+    context: egui::Context,
+    input: egui_winit::State,
+    window: Arc<Window>,
+    interface: Interface,
+    fleet_state: FleetState,
+    link: Link,
+    udp: UdpProcesses,
+    frame_pacing: FramePacing,
+    timing: Timing,
+    look: LookOptions,
+    fleet: FleetName,
+    is_hidden: bool,
+    is_closing: bool,
+    assets: Assets,
+    drawn_at: Instant,
+    settings_store: SettingsStore,
+}
+
+impl ViewerWindow {
+    /// Creates everything that draws into a window.
+    ///
+    /// # Errors
+    /// If there is no adapter or the fleet can't be read.
+    pub fn open(
+        options: &Options,
+        instance: &wgpu::Instance,
+        window: Arc<Window>,
+        interface: Interface,
+        settings_store: SettingsStore,
+    ) -> Result<Self> {
+        let surface = create_surface(instance, &window)?;
+        let gpu = Gpu::open(instance, Some(&surface))?;
+        let surface = WindowSurface::new(surface, &gpu, size_of(&window))?;
+        let samples = options.look.samples.unwrap_or(if gpu.is_software() { 1 } else { 4 });
+        let mut renderer = Renderer::new(&gpu, TargetConfig::new(&gpu, surface.fleet_format, samples));
+        // The mesh for all robot types is among the settings.
+        let mut look = options.look.clone();
+        look.mesh.retain(|model| model.robot_type.is_some());
+        look.load_meshes(&mut renderer);
+        renderer.enable_timer();
+        let participant = Participant::join(&options.fleet, "viewer")?;
+        let mut scene = options.look.scene();
+        if gpu.is_software() {
+            scene.detail = Detail::software();
+        }
+        let stage = Stage::new(&participant, renderer, scene)?;
+        let context = egui::Context::default();
+        let limit = gpu.device.limits().max_texture_dimension_2d as usize;
+        let scale = window.scale_factor() as f32;
+        let input = egui_winit::State::new(context.clone(), ViewportId::ROOT, &window, Some(scale), None, Some(limit));
+        let rate = window.current_monitor().and_then(|monitor| monitor.refresh_rate_millihertz());
+        let adapter = format!("{} ({})", gpu.info.name, gpu.info.backend);
+        let now = Instant::now();
+        Ok(Self {
+            painter: Painter::new(&gpu, surface.interface_format),
+            stage,
+            frame_pacing: FramePacing::new(rate.map(|rate| f64::from(rate) / 1e3), gpu.is_software(), now),
+            surface,
+            gpu,
+            instance: instance.clone(),
+            context,
+            input,
+            window,
+            settings_store,
+            interface,
+            fleet_state: FleetState::default(),
+            link: Link::open(&options.fleet)?,
+            udp: UdpProcesses::default(),
+            timing: Timing::new(adapter),
+            look,
+            fleet: options.fleet.clone(),
+            is_hidden: false,
+            is_closing: false,
+            assets: Assets::default(),
+            drawn_at: now,
+        })
+    }
+
+    /// Returns the parts that outlive the device: the window, the interface and the settings.
+    pub fn into_parts(self) -> (Arc<Window>, Interface, SettingsStore) {
+        (self.window, self.interface.for_new_context(), self.settings_store)
+    }
+
+    /// Handles an event of the window.
+    pub fn handle_event(&mut self, event: &WindowEvent) {
+        match event {
+            WindowEvent::Resized(_) | WindowEvent::ScaleFactorChanged { .. } => {
+                self.surface.resize(&self.gpu, size_of(&self.window));
+                self.record_size();
+            }
+            WindowEvent::Occluded(is_hidden) => self.is_hidden = *is_hidden,
+            WindowEvent::DroppedFile(path) => {
+                self.interface.use_file(path);
+                self.frame_pacing.schedule(Instant::now());
+            }
+            _ => {}
+        }
+        if self.input.on_window_event(&self.window, event).repaint {
+            self.frame_pacing.schedule(Instant::now());
+        }
+    }
+
+    fn record_size(&mut self) {
+        let size = self.window.inner_size().to_logical::<f32>(self.window.scale_factor());
+        let normal = self.window.fullscreen().is_none() && !self.window.is_maximized();
+        if normal && size.width > 0.0 && size.height > 0.0 {
+            self.interface.settings.window = [size.width, size.height];
+        }
+    }
+
+    /// Receives news, and returns the next step of the event loop.
+    ///
+    /// # Errors
+    /// If the fleet can't be read.
+    pub fn next(&mut self, now: Instant) -> Result<Next> {
+        if self.receive_reports() {
+            self.frame_pacing.schedule(now);
+        }
+        if self.is_hidden || size_of(&self.window).min_element() == 0 {
+            return Ok(Next::WaitUntil(now + HIDDEN_INTERVAL));
+        }
+        if self.stage.feed.has_newer()? {
+            self.frame_pacing.keep_drawing(now);
+        }
+        if self.engine_state(now) == EngineState::Silent {
+            self.frame_pacing.schedule(now + Duration::from_secs(1));
+        }
+        Ok(match self.frame_pacing.due(now) {
+            Due::Now => Next::Draw,
+            Due::At(at) => Next::WaitUntil(at),
+        })
+    }
+
+    /// Requests a redraw event.
+    pub fn request_redraw(&self) {
+        self.window.request_redraw();
+    }
+
+    /// Whether the user has asked to close the window.
+    pub fn is_closing(&self) -> bool {
+        self.is_closing
+    }
+
+    /// Returns why the device was lost, if it was.
+    pub fn device_loss(&self) -> Option<String> {
+        self.gpu.lost()
+    }
+
+    /// Receives the reports of the link and of UDP processes. Returns whether there is something new to show.
+    fn receive_reports(&mut self) -> bool {
+        let mut has_news = false;
+        let reports: Vec<_> = self.link.reports().collect();
+        for report in reports {
+            has_news |= match report {
+                Report::Notice(text) => {
+                    self.interface.notify(text);
+                    true
+                }
+                Report::Routes(routes) => {
+                    self.stage.set_routes(routes);
+                    true
+                }
+                Report::Facts(fact) => self.fleet_state.apply(fact),
+            };
+        }
+        let ended = self.udp.remove_ended();
+        has_news |= !ended.is_empty();
+        ended.into_iter().for_each(|text| self.interface.notify(text));
+        has_news
+    }
+
+    /// Draws a picture of the newest state.
+    ///
+    /// # Errors
+    /// If the fleet can't be read or the window can't be drawn into.
+    pub fn draw(&mut self) -> Result {
+        let start = Instant::now();
+        self.frame_pacing.record_draw(start);
+        self.interface.settings.apply(&mut self.stage.scene);
+        let robots = self.interface.robots();
+        self.stage.scene.selected = if robots.is_empty() { self.look.select.clone() } else { robots };
+        if self.fleet_state.routes_of != self.stage.scene.selected {
+            self.fleet_state.routes_of.clone_from(&self.stage.scene.selected);
+            self.stage.set_routes(Vec::new());
+            self.link.routes(self.fleet_state.routes_of.clone());
+        }
+        let news = self.stage.feed.poll()?;
+        let read = Instant::now();
+        self.stage.apply(news, start)?;
+        self.update_state(news, start);
+        let uploaded = Instant::now();
+        let (picture, output, actions) = self.show(start);
+        let shown = Instant::now();
+        self.carry_out(actions, output.pixels_per_point);
+        self.schedule(&output, start);
+        let waited = self.paint(picture, output, start)?;
+        let parts = [read - start, uploaded - read, shown.elapsed().saturating_sub(waited), shown - uploaded, waited];
+        let period = (start - self.drawn_at).as_secs_f32();
+        self.timing.push(parts.map(|part| part.as_secs_f32()), period.min(1.0));
+        self.drawn_at = start;
+        let saved = self.settings_store.save_later(&self.interface.settings, start);
+        self.report_unsaved(saved);
+        Ok(())
+    }
+
+    /// Updates the state by the news of a poll.
+    fn update_state(&mut self, news: News, now: Instant) {
+        if let Some(world) = self.stage.feed.world().filter(|_| news.world) {
+            self.fleet_state.labels = Labels::new(world.nodes(), world.edges());
+        }
+        if self.stage.feed.frame().is_some() {
+            let errors = self.assets.update(&self.interface.settings, &mut self.stage);
+            errors.into_iter().for_each(|text| self.interface.notify(text));
+        }
+        if let Some(frame) = self.stage.feed.frame() {
+            let followed = self.interface.camera_controller.followed().map(|(robot, _)| robot);
+            self.fleet_state.record_frame(&frame, news.frame, followed, self.stage.scene.offset, now);
+        }
+        if news != News::default() {
+            self.frame_pacing.keep_drawing(now);
+        }
+    }
+
+    /// Writes the settings if they have changed.
+    pub fn save_settings(&mut self) {
+        let saved = self.settings_store.save(&self.interface.settings);
+        self.report_unsaved(saved);
+    }
+
+    fn report_unsaved(&mut self, saved: Result<(), SettingsError>) {
+        if let Err(error) = saved {
+            tracing::warn!("{error}");
+            self.interface.notify(error.to_string());
+        }
+    }
+}
+
+fn size_of(window: &Window) -> UVec2 {
+    let size = window.inner_size();
+    UVec2::new(size.width, size.height)
+}
+
+/// Returns the title of the window: the fleet and the selected robot.
+pub fn title(fleet: &FleetName, selected: Option<Item>) -> String {
+    match selected {
+        Some(Item::Robot(id)) => format!("Regatta: {fleet}, robot {id}"),
+        _ => format!("Regatta: {fleet}"),
+    }
+}

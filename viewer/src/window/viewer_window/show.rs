@@ -1,0 +1,125 @@
+//! The exchange with the interface: what it shows, and the actions that it returns.
+
+use std::time::{Duration, Instant};
+
+use egui::{Rect, ViewportId};
+use regatta_plugin::frame::ClockState;
+use winit::window::Fullscreen;
+
+use super::{ViewerWindow, title};
+use crate::interface::pose::interpolate;
+use crate::interface::view_model::{Action, EngineState, Item, ViewModel};
+
+/// The time without a frame after which a running engine is considered silent.
+const MAX_SILENCE: Duration = Duration::from_millis(1500);
+
+impl ViewerWindow {
+    /// Returns the state of the engine.
+    pub(super) fn engine_state(&self, now: Instant) -> EngineState {
+        let Some(frame) = self.stage.feed.frame() else { return EngineState::Awaited };
+        let header = frame.header();
+        let gone = header.clock == ClockState::Stopped as u32 || !self.stage.feed.has_producer();
+        if gone {
+            return EngineState::Gone;
+        }
+        if header.clock == ClockState::Paused as u32 {
+            return EngineState::Paused;
+        }
+        let tick = Duration::from_nanos(header.tick_period_nanos).as_secs_f32() / header.speed.max(1e-3);
+        let max_silence = MAX_SILENCE.max(Duration::from_secs_f32((3.0 * tick).min(60.0)));
+        let last_frame = self.fleet_state.last_frame_at;
+        if last_frame.is_none_or(|last| now.saturating_duration_since(last) > max_silence) {
+            // A killed engine counts as present until its remains are removed.
+            self.stage.feed.forget_dead();
+            return EngineState::Silent;
+        }
+        EngineState::Running
+    }
+
+    /// Runs the interface for one picture. Returns where the picture of the fleet is, egui's output, and the actions.
+    pub(super) fn show(&mut self, now: Instant) -> (Rect, egui::FullOutput, Vec<Action>) {
+        let alpha = self.stage.alpha(now);
+        let (engine, legend, world) = (self.engine_state(now), self.stage.legend(), self.stage.feed.world());
+        let model = ViewModel {
+            fleet: &self.fleet.to_string(),
+            engine,
+            status: self.fleet_state.status.as_deref(),
+            frame: self.stage.feed.frame(),
+            nodes: world.map_or(&[], |world| world.nodes()),
+            edges: world.map_or(&[], |world| world.edges()),
+            labels: &self.fleet_state.labels,
+            robot_types: world.map_or(&[], |world| world.robot_types()),
+            robot_type_column: self.stage.feed.robot_type(),
+            contacts: self.stage.feed.contacts(),
+            legend: &legend,
+            columns: &self.fleet_state.columns,
+            values: &self.fleet_state.values,
+            route: match self.interface.selected {
+                Some(Item::Robot(id)) => self.stage.remaining(id),
+                _ => None,
+            },
+            rows: self.fleet_state.rows.as_ref(),
+            bounds: self.stage.bounds(),
+            followed: self.fleet_state.followed.map(|(_, [from, to])| interpolate(from, to, alpha)),
+            timing: &self.timing,
+            counts: self.stage.feed.counts(),
+            lag: self.fleet_state.lag,
+            trail_points: self.stage.renderer.trail_points(),
+            udp: self.udp.is_running(),
+        };
+        let input = self.input.take_egui_input(&self.window);
+        let (mut picture, mut actions, interface) = (Rect::ZERO, Vec::new(), &mut self.interface);
+        let output = self.context.run_ui(input, |ui| {
+            let (place, requested) = interface.show(ui, &model);
+            picture = place;
+            actions.extend(requested);
+        });
+        (picture, output, actions)
+    }
+
+    /// Carries out actions, and requests the values of a newly selected robot.
+    pub(super) fn carry_out(&mut self, actions: Vec<Action>, pixels_per_point: f32) {
+        for action in actions {
+            match action {
+                Action::Control(request) => self.link.request(request),
+                Action::Pick { at, extend } => {
+                    let picked = self.stage.renderer.pick(at * pixels_per_point).map(Item::from);
+                    if !extend {
+                        self.interface.select(picked);
+                    } else if let Some(item) = picked {
+                        self.interface.toggle_selected(item);
+                    }
+                }
+                Action::Rows(query) => self.link.rows(query),
+                Action::FullScreen => {
+                    let full = self.window.fullscreen().is_some();
+                    self.window.set_fullscreen((!full).then_some(Fullscreen::Borderless(None)));
+                }
+                Action::Quit => self.is_closing = true,
+                udp => {
+                    let message = self.udp.carry_out(&udp, &self.fleet);
+                    message.into_iter().for_each(|text| self.interface.notify(text));
+                }
+            }
+            self.frame_pacing.schedule(Instant::now());
+        }
+        let selected = self.interface.selected;
+        if self.fleet_state.values_of != selected {
+            self.fleet_state.values_of = selected;
+            self.fleet_state.values.clear();
+            self.link.robot(if let Some(Item::Robot(id)) = selected { Some(id) } else { None });
+            self.window.set_title(&title(&self.fleet, selected));
+        }
+    }
+
+    /// Schedules the next picture: when the interface asks for it, or at once while robots move between two frames.
+    pub(super) fn schedule(&mut self, output: &egui::FullOutput, now: Instant) {
+        let delay = output.viewport_output.get(&ViewportId::ROOT).map(|viewport| viewport.repaint_delay);
+        if let Some(at) = delay.and_then(|delay| now.checked_add(delay)) {
+            self.frame_pacing.schedule(at);
+        }
+        if self.stage.alpha(now) < 1.0 {
+            self.frame_pacing.schedule(now);
+        }
+    }
+}
