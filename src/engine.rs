@@ -1,15 +1,14 @@
 //! `regatta engine`: runs the engine in this process.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
-use std::time::Duration;
 
 use clap::Args;
 use regatta_engine::engine::{Engine, Options};
 use regatta_engine::graph::Handles;
 use regatta_engine::motion::Isa;
 use regatta_engine::scenario::Overrides;
-use regatta_plugin::producer::Speed;
+use regatta_plugin::producer::{LockstepOptions, Speed};
 use regatta_plugin::{FleetName, Termination};
 
 use crate::failure::{Failure, plugin_failure};
@@ -59,12 +58,8 @@ pub struct EngineOptions {
     /// Handle length at an edge's origin instead of the graph's setting: b_at_origin or f_at_origin.
     #[arg(long)]
     pub handles: Option<Handles>,
-    /// Wait for these plugins to finish each tick, so that runs with them are reproducible (give it after the scenario).
-    #[arg(long, value_name = "NAME", num_args = 1.., value_delimiter = ',', value_parser = parse_plugin_name)]
-    pub lockstep: Vec<String>,
-    /// Longest time to wait for a plugin in lockstep.
-    #[arg(long, value_name = "SECONDS", default_value = "10")]
-    pub lockstep_timeout: Option<f64>,
+    #[command(flatten)]
+    pub lockstep: LockstepOptions,
 }
 
 /// The largest allowed number of threads per core: more threads only slow each other down.
@@ -76,13 +71,6 @@ fn parse_threads(text: &str) -> Result<usize, String> {
     match text.parse() {
         Ok(threads) if (1..=most).contains(&threads) => Ok(threads),
         _ => Err(format!("give 1 to {most}, as this machine has {cores} cores")),
-    }
-}
-
-fn parse_plugin_name(text: &str) -> Result<String, String> {
-    match Path::new(text).extension() {
-        Some(_) => Err("that looks like a file: give the scenario before --lockstep".to_owned()),
-        None => Ok(text.to_owned()),
     }
 }
 
@@ -105,8 +93,8 @@ impl EngineOptions {
         args.extend(pair("threads", &self.threads));
         args.extend(pair("isa", &self.isa));
         args.extend(pair("handles", &self.handles.map(Handles::name)));
-        args.extend(pair("lockstep-timeout", &self.lockstep_timeout));
-        args.extend(self.lockstep.iter().flat_map(|name| ["--lockstep".to_owned(), name.clone()]));
+        args.extend(["--lockstep-timeout".to_owned(), self.lockstep.timeout.as_secs_f64().to_string()]);
+        args.extend(self.lockstep.names.iter().flat_map(|name| ["--lockstep".to_owned(), name.clone()]));
         args
     }
 }
@@ -118,7 +106,6 @@ pub fn run(args: EngineArgs) -> Result<ExitCode, Failure> {
         eprintln!("{warning}");
     }
     let shared = args.options;
-    let timeout = shared.lockstep_timeout.unwrap_or(10.0);
     let options = Options {
         fleet: shared.fleet,
         robots: shared.robots,
@@ -128,8 +115,6 @@ pub fn run(args: EngineArgs) -> Result<ExitCode, Failure> {
         ticks: args.ticks,
         digest: args.digest,
         lockstep: shared.lockstep,
-        lockstep_timeout: Duration::try_from_secs_f64(timeout)
-            .map_err(|_| format!("invalid --lockstep-timeout {timeout}: give seconds, for example 10"))?,
     };
     let summary = Engine::new(scenario, options)?.run(&termination)?;
     if let Some(digest) = summary.digest {

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use regatta_engine::fleet::{Events, Fleet, FleetConfig, Placement, RobotType, RouteSource};
+use regatta_engine::fleet::{EventBuffer, Fleet, FleetConfig, Placement, RobotType, RouteSource};
 use regatta_engine::graph::arc_length::Tracks;
 use regatta_engine::graph::generate::Warehouse;
 use regatta_engine::graph::{EdgeIndex, ReadOptions, RouteGraph, parse};
@@ -78,8 +78,8 @@ impl Default for World {
 }
 
 /// Returns an event buffer without readers.
-pub fn unread_events() -> Events {
-    let mut events = Events::new(0);
+pub fn unread_events() -> EventBuffer {
+    let mut events = EventBuffer::new(0);
     events.set_wanted(false);
     events
 }

@@ -8,11 +8,11 @@ mod routes;
 use std::sync::Arc;
 
 use regatta_plugin::order::{OrderHeader, OrderRecord};
-use regatta_plugin::producer::{Lockstep, Session};
+use regatta_plugin::producer::Session;
 use regatta_plugin::{FrameLoan, Participant, ProducerPorts, RouteServer, Termination, services};
 
 use crate::digest::Digest;
-use crate::fleet::{Events, Fleet, FleetConfig};
+use crate::fleet::{EventBuffer, Fleet, FleetConfig};
 use crate::graph::arc_length::Tracks;
 use crate::motion::Isa;
 use crate::scenario::{MAX_ROBOTS, Scenario};
@@ -32,7 +32,7 @@ struct Simulation {
     scenario: Scenario,
     fleet: Fleet,
     routes: RouteServer,
-    events: Events,
+    events: EventBuffer,
     /// The robot types that the column `type` last published.
     robot_types: Vec<u16>,
     tracks: Arc<Tracks>,
@@ -56,7 +56,7 @@ impl Engine {
         if robots > MAX_ROBOTS {
             return Err(EngineError::TooManyRobots(robots));
         }
-        let lockstep = Lockstep { names: options.lockstep, timeout: options.lockstep_timeout };
+        let lockstep = options.lockstep;
         let ticks_per_frame = scenario.ticks_per_frame;
         if !lockstep.names.is_empty() && ticks_per_frame as usize > services::EVENT_BUFFER {
             return Err(EngineError::TooFewFrames(ticks_per_frame));
@@ -75,7 +75,7 @@ impl Engine {
         let fleet = Fleet::new(scenario.graph.clone(), tracks.clone(), config)?;
         let routes = RouteServer::open_on(ports.participant())?;
         let mut simulation = Simulation {
-            events: Events::new(MAX_EVENTS),
+            events: EventBuffer::new(MAX_EVENTS),
             robot_types: Vec::new(),
             tracks,
             orders: Vec::new(),
@@ -87,7 +87,7 @@ impl Engine {
             fleet,
             routes,
         };
-        // The first frame shows these robots. Events of them would reach only readers that happen to be there by now.
+        // The first frame shows these robots. EventBuffer of them would reach only readers that happen to be there by now.
         simulation.events.set_wanted(false);
         simulation.place_robots(robots);
         let session = Session::new(ports, simulation.scenario.tick_period, options.speed, lockstep);

@@ -23,7 +23,7 @@ pub use self::spawn::{Placement, RouteSource};
 use self::step_pool::StepPool;
 use crate::graph::RouteGraph;
 use crate::graph::arc_length::Tracks;
-pub use crate::motion::{Events, Repeat};
+pub use crate::motion::{EventBuffer, Repeat};
 use crate::motion::{Isa, KinematicLimits, LegTable, Motion, Plans, Route, SupportedIsa, TimeStep, TooManyPieces};
 
 /// A type of robot, with everything that its robots have in common.
@@ -201,7 +201,7 @@ impl Fleet {
     ///
     /// # Panics
     /// If the columns are not those of a frame for [`Fleet::robots`] robots, each of which starts on a cache line.
-    pub fn step(&mut self, columns: Option<ColumnsMut>, events: &mut Events) {
+    pub fn step(&mut self, columns: Option<ColumnsMut>, events: &mut EventBuffer) {
         if let Some(columns) = &columns {
             check_frame(columns, self.robots());
         }

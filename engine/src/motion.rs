@@ -35,7 +35,7 @@ mod vector;
 
 pub(crate) use aligned_vec::{AlignedVec, ROW_GROUP};
 pub(crate) use block::BLOCK;
-pub use events::Events;
+pub use events::EventBuffer;
 pub(crate) use isa::SupportedIsa;
 pub use isa::{Isa, ParseIsaError};
 pub(crate) use leg_table::{LegTable, TooManyPieces};
@@ -68,7 +68,7 @@ pub(crate) struct Motion {
 
 impl Motion {
     /// Moves these rows by one tick and writes their poses into the frame, if there is one.
-    pub(crate) fn step(&self, rows: Rows, frame: Option<ColumnsMut>, events: &mut Events) {
+    pub(crate) fn step(&self, rows: Rows, frame: Option<ColumnsMut>, events: &mut EventBuffer) {
         match frame {
             None => self.step_unpublished(rows, events),
             Some(columns) if columns.x.len() >= ROWS_PAST_CACHE => {
@@ -88,7 +88,7 @@ impl Motion {
         }
     }
 
-    fn step_unpublished(&self, mut rows: Rows, events: &mut Events) {
+    fn step_unpublished(&self, mut rows: Rows, events: &mut EventBuffer) {
         while !rows.is_empty() {
             let (mut block, later_rows) = rows.split_at(BLOCK);
             self.step_block(&mut block, events);
@@ -101,7 +101,7 @@ impl Motion {
         mut rows: Rows,
         mut columns: ColumnsMut<'frame>,
         mode: S,
-        events: &mut Events,
+        events: &mut EventBuffer,
     ) {
         while !rows.is_empty() {
             let (mut block, later_rows) = rows.split_at(BLOCK);
@@ -112,7 +112,7 @@ impl Motion {
         }
     }
 
-    fn step_block(&self, block: &mut Rows, events: &mut Events) {
+    fn step_block(&self, block: &mut Rows, events: &mut EventBuffer) {
         let mut lists = BlockLists::new();
         if block.limits.as_ref().is_some_and(LimitRows::any) {
             self.accelerate(block, &mut lists);

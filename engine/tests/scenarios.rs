@@ -142,8 +142,11 @@ fn plugins_come_after_plugins_of_the_scenario_without_a_cycle() {
     assert_eq!(scenario.plugins[1].after, ["collision"]);
     for (list, expected) in [
         ("[{name: mine, command: [./mine], after: [collision]}]", "which is not among the plugins"),
-        ("[{name: a, command: [./a], after: [a]}]", "a comes after itself"),
-        ("[hello, {name: a, command: [./a], after: [b, hello]}, {name: b, command: [./b], after: [a]}]", "after itself"),
+        ("[{name: a, command: [./a], after: [a]}]", "a come after each other"),
+        (
+            "[hello, {name: a, command: [./a], after: [b, hello]}, {name: b, command: [./b], after: [a]}]",
+            "a and b come after each other",
+        ),
     ] {
         let error = plugins(list).expect_err(list).to_string();
         assert!(error.contains("plant.yaml") && error.contains(expected), "{error}");

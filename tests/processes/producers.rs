@@ -5,10 +5,11 @@ use std::time::Duration;
 
 use regatta_plugin::frame::ClockState;
 use regatta_plugin::{Control, ControlError, FleetName, Subscriber};
+use regatta_record::{Recording, Topic};
 use tempfile::TempDir;
 
 use crate::fleet::{Fleet, Process, eventually, graphs, regatta, root, unique};
-use crate::record::{file, record};
+use crate::record::{file, record, recorder};
 
 /// A client of a fleet's control service, as soon as it answers.
 fn control(fleet: &FleetName) -> Control {
@@ -79,14 +80,14 @@ fn the_example_producer_builds_by_itself_and_is_a_fleet_like_any_other() {
     a_pause_ends_a_step(&fleet);
 
     let mut control = control(&fleet);
-    assert_eq!(control.robots(20).expect("changed").robots, 20);
+    assert_eq!(control.status().expect("answered").robots, 12);
     let mut frames = Subscriber::open(&fleet).expect("opened");
     let x = eventually("a frame of all of them", || {
         let frame = frames.wait(Duration::from_millis(100)).expect("readable")?;
-        (frame.len() == 20).then(|| frame.x().to_vec())
+        (frame.len() == 12).then(|| frame.x().to_vec())
     });
     assert!(x.iter().any(|x| *x > 9.0), "{x:?}");
-    for refused in [control.robots(101), control.seek(Duration::ZERO)] {
+    for refused in [control.robots(20), control.seek(Duration::ZERO)] {
         assert!(matches!(refused, Err(ControlError::Refused { .. })), "{refused:?}");
     }
     control.speed(f32::INFINITY).expect("changed");
@@ -112,4 +113,42 @@ fn plugins_in_lockstep_lose_no_events_because_frames_are_rare() {
     let message = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(!output.status.success() && message.lines().count() == 1, "{message}");
     assert!(message.contains("would lose events"), "{message}");
+}
+
+#[test]
+fn a_step_beyond_the_end_of_a_run_is_refused_by_every_producer() {
+    let folder = TempDir::new().expect("a folder");
+    record("step-end-source", "thirty.yaml", 50, &file(&folder), &[]);
+    let replay = unique("step-end-replay");
+    let _replay =
+        Process::start(regatta().arg("replay").arg(file(&folder)).args(["--paused", "--fleet", replay.as_str()]));
+    let limited = unique("step-end-engine");
+    let args = ["--ticks", "500", "--fleet", limited.as_str()];
+    let _limited = Process::start(regatta().arg("engine").arg(graphs("thirty.yaml")).args(args));
+    for fleet in [&replay, &limited] {
+        let mut control = control(fleet);
+        control.pause().expect("paused");
+        control.speed(f32::INFINITY).expect("changed");
+        let refused = control.step(10_000);
+        assert!(
+            matches!(&refused, Err(ControlError::Refused { reason, .. }) if reason.contains("the end of the run")),
+            "{fleet}: {refused:?}"
+        );
+    }
+}
+
+/// Contact events and the order log overflow, too, if only the frames at a low rate have the recorder read them.
+#[test]
+fn a_recorder_at_a_low_rate_loses_nothing() {
+    let folder = TempDir::new().expect("a folder");
+    let fleet = Fleet::start("record-rate", "warehouse-1000.yaml", &[]);
+    let collision = fleet.plugin("collision");
+    let recorder = recorder(&fleet.name, &file(&folder), &["--rate", "1", "--poses-rate", "0"]);
+    fleet.let_ticks_pass(350);
+    let output = recorder.interrupt();
+    let report = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.success() && collision.interrupt().status.success(), "{report}");
+    assert!(report.contains("no frame lost") && !report.contains("other messages lost"), "{report}");
+    let recording = Recording::open(&file(&folder)).expect("a recording");
+    assert!(recording.count(&Topic::ContactEvents) > 100, "{report}");
 }

@@ -49,7 +49,7 @@ pub struct News {
 pub struct Counts {
     /// Frames read.
     pub read: u64,
-    /// Ticks of the same run between the frames read.
+    /// Frames that were published but not read.
     pub skipped: u64,
 }
 

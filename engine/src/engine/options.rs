@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use regatta_plugin::producer::Speed;
+use regatta_plugin::producer::{LockstepOptions, Speed};
 use regatta_plugin::{FleetName, LockstepError, OpenError, PublishError, ReadError, services};
 
 use crate::fleet::FleetError;
@@ -26,10 +26,8 @@ pub struct Options {
     pub ticks: Option<u64>,
     /// Whether to digest every frame.
     pub digest: bool,
-    /// The names of the plugins to wait for after each frame.
-    pub lockstep: Vec<String>,
-    /// How long to wait for them.
-    pub lockstep_timeout: Duration,
+    /// The plugins to wait for after each frame.
+    pub lockstep: LockstepOptions,
 }
 
 /// The result of a run.

@@ -1,7 +1,7 @@
 //! The engine as a [`Producer`]: its clock, control service and lockstep are those of every producer.
 
 use regatta_plugin::control::ControlKind;
-use regatta_plugin::producer::{Moment, Producer, Refusal, Session};
+use regatta_plugin::producer::{Moment, Producer, RefusalReason, Session};
 
 use super::{EngineError, Simulation};
 use crate::scenario::MAX_ROBOTS;
@@ -50,11 +50,11 @@ impl Producer for Simulation {
         self.answer_routes(session)
     }
 
-    fn refuses(&self, kind: ControlKind) -> Option<Refusal> {
+    fn refuses(&self, kind: ControlKind) -> Option<RefusalReason> {
         (kind == ControlKind::Seek).then(|| "an engine can't go to another time; a replay can".to_owned())
     }
 
-    fn set_robots(&mut self, session: &mut Session, robots: u64) -> Result<Result<(), Refusal>, EngineError> {
+    fn set_robots(&mut self, session: &mut Session, robots: u64) -> Result<Result<(), RefusalReason>, EngineError> {
         let robots = match u32::try_from(robots) {
             Ok(robots) if robots <= MAX_ROBOTS => robots,
             _ => return Ok(Err(format!("{robots} robots are too many: a fleet holds at most {MAX_ROBOTS}"))),
@@ -64,8 +64,8 @@ impl Producer for Simulation {
         }
         self.events.set_wanted(session.ports().has_event_readers());
         self.place_robots(robots);
+        // Their events belong to the next tick.
         self.publish_types(session)?;
-        self.publish_events(session)?;
         Ok(Ok(()))
     }
 }

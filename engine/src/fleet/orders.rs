@@ -5,7 +5,7 @@ use regatta_plugin::frame::RobotState;
 use regatta_plugin::order::{OrderKind, OrderRecord};
 
 use super::spawn::check_connected;
-use super::{Events, Fleet, Placement, Plans, Route, RouteSource};
+use super::{EventBuffer, Fleet, Placement, Plans, Route, RouteSource};
 use crate::graph::{Gear, Leg, NodeIndex};
 use crate::motion::leg_of;
 
@@ -47,7 +47,7 @@ impl Fleet {
     ///
     /// If an order ends the base of a robot with limited acceleration nearer than it can brake, the robot brakes harder:
     /// it never leaves its released base. A loop's base ends with its lap, a random walk's with its leg.
-    pub fn apply(&mut self, records: &[OrderRecord], events: &mut Events) {
+    pub fn apply(&mut self, records: &[OrderRecord], events: &mut EventBuffer) {
         let mut rest = records;
         while let [order, after @ ..] = rest {
             let legs = after.iter().take_while(|record| record.kind == OrderKind::Leg as u32).count();
@@ -135,7 +135,7 @@ impl Fleet {
         Ok(Action::Spawn { placement, robot_type })
     }
 
-    fn carry_out(&mut self, order: &OrderRecord, action: Action, events: &mut Events) {
+    fn carry_out(&mut self, order: &OrderRecord, action: Action, events: &mut EventBuffer) {
         let accepted = |robot| EventRecord {
             token: order.token,
             kind: EventKind::Accepted as u32,
@@ -160,14 +160,14 @@ impl Fleet {
         }
     }
 
-    fn drive(&mut self, row: usize, legs: Vec<Leg>, released: usize, events: &mut Events) {
+    fn drive(&mut self, row: usize, legs: Vec<Leg>, released: usize, events: &mut EventBuffer) {
         self.set_route(row, |plans| plans.order(legs, released));
         if !self.is(row, RobotState::Held) {
             self.motion.start_driving(&mut self.columns.all_rows(), row, events);
         }
     }
 
-    fn cancel(&mut self, row: usize, events: &mut Events) {
+    fn cancel(&mut self, row: usize, events: &mut EventBuffer) {
         if self.is(row, RobotState::Idle) {
             return;
         }
@@ -179,7 +179,7 @@ impl Fleet {
         }
     }
 
-    fn hold(&mut self, row: usize, events: &mut Events) {
+    fn hold(&mut self, row: usize, events: &mut EventBuffer) {
         match self.columns.state[row] {
             state if state == RobotState::Held as u8 => return,
             // It stays idle when the hold ends.
@@ -189,7 +189,7 @@ impl Fleet {
         self.motion.hold(&mut self.columns.all_rows(), row, events);
     }
 
-    fn resume(&mut self, row: usize, events: &mut Events) {
+    fn resume(&mut self, row: usize, events: &mut EventBuffer) {
         if !self.is(row, RobotState::Held) {
             return;
         }
@@ -231,7 +231,7 @@ fn kind(order: &OrderRecord) -> Option<OrderKind> {
         .find(|&kind| kind as u32 == order.kind)
 }
 
-fn refuse(order: &OrderRecord, rejection: &Rejection, events: &mut Events) {
+fn refuse(order: &OrderRecord, rejection: &Rejection, events: &mut EventBuffer) {
     events.push_record(EventRecord {
         token: order.token,
         kind: EventKind::Refused as u32,

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use regatta_plugin::event::{EventKind, EventRecord, Refusal};
 use regatta_plugin::frame::RobotState;
 
-use super::{Events, Fleet, Repeat, Route};
+use super::{EventBuffer, Fleet, Repeat, Route};
 use crate::graph::arc_length::Distance;
 use crate::graph::{EdgeIndex, Gear, Leg, NodeIndex, RouteGraph};
 use crate::motion::PieceIndex;
@@ -47,7 +47,7 @@ impl Fleet {
         robot_type: u16,
         source: RouteSource,
         token: u64,
-        events: &mut Events,
+        events: &mut EventBuffer,
     ) -> Result<u32, Refusal> {
         let start = self.check_spawn(placement, robot_type)?;
         if let RouteSource::Listed(legs, repeat) = &source {
@@ -69,14 +69,14 @@ impl Fleet {
     ///
     /// # Errors
     /// `UnknownRobot`; the fleet is then unchanged.
-    pub fn remove(&mut self, robot: u32, events: &mut Events) -> Result<(), Refusal> {
+    pub fn remove(&mut self, robot: u32, events: &mut EventBuffer) -> Result<(), Refusal> {
         self.row(robot)?;
         self.remove_row(robot, 0, events);
         Ok(())
     }
 
     /// Removes a robot that is not absent.
-    pub(super) fn remove_row(&mut self, robot: u32, token: u64, events: &mut Events) {
+    pub(super) fn remove_row(&mut self, robot: u32, token: u64, events: &mut EventBuffer) {
         let row = robot as usize;
         self.motion.plans.release(self.columns.route[row]);
         self.columns.clear(row);

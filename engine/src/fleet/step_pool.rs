@@ -2,14 +2,14 @@
 
 use regatta_plugin::frame::ColumnsMut;
 
-use super::Events;
+use super::EventBuffer;
 use crate::motion::{BLOCK, Motion, Rows, split_frame};
 
 /// The threads of a fleet, each with its own buffer of events.
 #[derive(Debug)]
 pub(super) struct StepPool {
     pool: rayon::ThreadPool,
-    events: Vec<Events>,
+    events: Vec<EventBuffer>,
 }
 
 impl StepPool {
@@ -20,11 +20,11 @@ impl StepPool {
             .thread_name(|number| format!("motion-{number}"))
             .build()
             .ok()?;
-        Some(Self { pool, events: vec![Events::new(0); threads] })
+        Some(Self { pool, events: vec![EventBuffer::new(0); threads] })
     }
 
-    /// Does what [`Motion::step`] does, on all threads. Events are in the order of rows, as from one thread.
-    pub fn step(&mut self, motion: &Motion, rows: Rows, columns: Option<ColumnsMut>, events: &mut Events) {
+    /// Does what [`Motion::step`] does, on all threads. EventBuffer are in the order of rows, as from one thread.
+    pub fn step(&mut self, motion: &Motion, rows: Rows, columns: Option<ColumnsMut>, events: &mut EventBuffer) {
         self.events.iter_mut().for_each(|part| part.reset_like(events));
         self.pool.install(|| step_parts(motion, rows, columns, &mut self.events));
         self.events.iter_mut().for_each(|part| events.append(part));
@@ -32,7 +32,7 @@ impl StepPool {
 }
 
 /// Steps one part of the rows for each buffer of events.
-fn step_parts(motion: &Motion, rows: Rows, columns: Option<ColumnsMut>, events: &mut [Events]) {
+fn step_parts(motion: &Motion, rows: Rows, columns: Option<ColumnsMut>, events: &mut [EventBuffer]) {
     if let [events] = events {
         return motion.step(rows, columns, events);
     }

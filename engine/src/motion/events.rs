@@ -1,17 +1,17 @@
-//! Events of a tick, as they are collected.
+//! EventBuffer of a tick, as they are collected.
 
 use regatta_plugin::event::{EventKind, EventRecord};
 
 /// The events of one tick, up to a limit. Those beyond the limit are counted.
 #[derive(Clone, Debug)]
-pub struct Events {
+pub struct EventBuffer {
     records: Vec<EventRecord>,
     dropped: u64,
     limit: usize,
     wanted: bool,
 }
 
-impl Events {
+impl EventBuffer {
     /// Makes room for `limit` events; wanted until [`set_wanted`](Self::set_wanted) changes that.
     pub fn new(limit: usize) -> Self {
         Self { records: Vec::with_capacity(limit), dropped: 0, limit, wanted: true }
@@ -27,7 +27,7 @@ impl Events {
         self.wanted
     }
 
-    /// Events since the last [`clear`](Self::clear).
+    /// EventBuffer since the last [`clear`](Self::clear).
     pub fn records(&self) -> &[EventRecord] {
         &self.records
     }

@@ -5,7 +5,7 @@ use regatta_plugin::frame::{NO_EDGE, RobotState};
 
 use super::Motion;
 use super::block::RowList;
-use super::events::Events;
+use super::events::EventBuffer;
 use super::pieces::PieceIndex;
 use super::routes::{BaseEnd, RouteCursor};
 use super::rows::Rows;
@@ -39,7 +39,7 @@ impl Motion {
     ///
     /// The distance beyond the end of one leg is driven on the next, exactly. If the speed changes there, the time is
     /// kept and not the distance.
-    pub(super) fn hand_over(&self, rows: &mut Rows, row: usize, events: &mut Events) {
+    pub(super) fn hand_over(&self, rows: &mut Rows, row: usize, events: &mut EventBuffer) {
         while rows.w[row] >= 0 {
             let piece = rows.piece.get(row);
             if !self.legs.span(piece).is_last() {
@@ -51,7 +51,7 @@ impl Motion {
     }
 
     /// Drives a robot to the end of its leg and beyond, in a block where some types have limits.
-    pub(super) fn hand_over_limited(&self, rows: &mut Rows, row: usize, events: &mut Events) {
+    pub(super) fn hand_over_limited(&self, rows: &mut Rows, row: usize, events: &mut EventBuffer) {
         let before = rows.speed[row];
         self.drive_near_leg_end(rows, row);
         self.hand_over(rows, row, events);
@@ -61,7 +61,7 @@ impl Motion {
     }
 
     /// Moves a robot to its next leg; `false` if there is none.
-    fn leave_leg(&self, rows: &mut Rows, row: usize, events: &mut Events) -> bool {
+    fn leave_leg(&self, rows: &mut Rows, row: usize, events: &mut EventBuffer) -> bool {
         let mut cursor = self.route_cursor(rows, row);
         self.report_node(rows, row, cursor.node, events);
         match self.next_leg(&mut cursor) {
@@ -74,7 +74,7 @@ impl Motion {
         true
     }
 
-    fn report_node(&self, rows: &Rows, row: usize, node: NodeIndex, events: &mut Events) {
+    fn report_node(&self, rows: &Rows, row: usize, node: NodeIndex, events: &mut EventBuffer) {
         if events.wanted() {
             events.push(EventKind::ReachedNode, rows.robot(row), self.legs.graph().node(node).id);
         }
@@ -109,7 +109,7 @@ impl Motion {
     }
 
     /// Stops a robot at the end of its leg, which is the end of its base.
-    fn end_base(&self, rows: &mut Rows, row: usize, end: BaseEnd, events: &mut Events) {
+    fn end_base(&self, rows: &mut Rows, row: usize, end: BaseEnd, events: &mut EventBuffer) {
         self.stop(rows, row);
         rows.w[row] = 0;
         let (state, event) = match end {
@@ -124,12 +124,12 @@ impl Motion {
     }
 
     /// Reports that a robot with a hold order has come to a stop.
-    pub(super) fn report_held(&self, rows: &Rows, row: usize, events: &mut Events) {
+    pub(super) fn report_held(&self, rows: &Rows, row: usize, events: &mut EventBuffer) {
         events.push(EventKind::Held, rows.robot(row), 0);
     }
 
     /// Makes a robot follow its route, whether it stands or drives.
-    pub(crate) fn start_driving(&self, rows: &mut Rows, row: usize, events: &mut Events) {
+    pub(crate) fn start_driving(&self, rows: &mut Rows, row: usize, events: &mut EventBuffer) {
         let is_on_leg = rows.speed[row] > 0.0 || rows.w[row] < 0;
         rows.state[row] = RobotState::Driving as u8;
         match rows.leg(row) {
@@ -148,7 +148,7 @@ impl Motion {
     }
 
     /// Makes a robot stop, at once if its type has no acceleration limit.
-    pub(crate) fn hold(&self, rows: &mut Rows, row: usize, events: &mut Events) {
+    pub(crate) fn hold(&self, rows: &mut Rows, row: usize, events: &mut EventBuffer) {
         rows.state[row] = RobotState::Held as u8;
         self.command_speed(rows, row, 0.0);
         if rows.speed[row] == 0.0 {

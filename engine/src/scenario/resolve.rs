@@ -267,7 +267,8 @@ fn check_order(plugins: &[PluginCommand]) -> Result<(), String> {
         match still.len() {
             0 => return Ok(()),
             len if len == left.len() => {
-                return Err(format!("{} comes after itself: remove one `after` of the cycle", still[0].name));
+                let names: Vec<_> = still.iter().map(|plugin| plugin.name.as_str()).collect();
+                return Err(format!("{} come after each other: remove one `after` of the cycle", names.join(" and ")));
             }
             _ => left = still,
         }

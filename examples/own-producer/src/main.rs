@@ -1,13 +1,13 @@
 //! A producer outside Regatta's repository: a gateway that publishes robots which it doesn't drive itself.
 //!
-//! These robots circle a square. Replace [`Gateway::read`] by whatever tells you where yours are: a bus, a driver, another
+//! These robots drive in a circle. Replace [`Gateway::read`] by the source of your own robots' poses: a bus, a driver, another
 //! simulator. Every reader of Regatta works with it: the viewer, the collision checker, recorders, plugins of your own.
 //!
 //!     cargo run --release -- --fleet gateway --rate 20
 //!     regatta viewer --fleet gateway
 
 use regatta_plugin::frame::{NO_EDGE, RobotState};
-use regatta_plugin::producer::{Producer, Refusal, Session};
+use regatta_plugin::producer::{Producer, Session};
 use regatta_plugin::world::{NodeRecord, RobotTypeRecord, Shape};
 use regatta_plugin::{Error, Result};
 
@@ -56,20 +56,6 @@ impl Producer for Gateway {
 
     fn robots_by_state(&self) -> [u32; 5] {
         [0, self.poses.len() as u32, 0, 0, 0]
-    }
-
-    fn refuses(&self, kind: regatta_plugin::control::ControlKind) -> Option<Refusal> {
-        let seeks = kind == regatta_plugin::control::ControlKind::Seek;
-        seeks.then(|| "real robots can't go to another time".to_owned())
-    }
-
-    fn set_robots(&mut self, session: &mut Session, robots: u64) -> Result<Result<(), Refusal>> {
-        if !(1..=100).contains(&robots) {
-            return Ok(Err(format!("{robots} robots: this gateway has 1 to 100")));
-        }
-        self.poses.resize(robots as usize, [0.0; 3]);
-        self.read(session.sim_time().as_secs_f32());
-        Ok(Ok(()))
     }
 }
 

@@ -3,7 +3,7 @@
 //! A *producer* (the engine, a replay, a UDP source) publishes [`frame`]s, the [`world`] and [`event`]s, and takes
 //! [`order`]s and [`control`] requests. A *reader* is a [`Plugin`] started with [`run`], or any program that opens a
 //! [`Subscriber`] itself. A producer of your own is a [`Producer`](producer::Producer) started with
-//! [`produce`](producer::produce).
+//! [`produce`].
 //!
 //! | module | |
 //! |---|---|

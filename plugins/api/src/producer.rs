@@ -16,8 +16,8 @@ use core::time::Duration;
 
 pub use clock::{Clock, MAX_BACKLOG};
 pub use figures::{Figures, resident_bytes};
-pub use options::{Options, produce, produce_from};
-pub use session::{Lockstep, Moment, Session};
+pub use options::{LockstepOptions, ProducerOptions, produce, produce_from};
+pub use session::{Moment, Session};
 pub use speed::{ParseSpeedError, Speed};
 
 use crate::ports::error::{PublishError, ReadError};
@@ -25,7 +25,7 @@ use crate::ports::lockstep::LockstepError;
 use crate::records::control::ControlKind;
 
 /// The reason why a request is refused, as one line.
-pub type Refusal = String;
+pub type RefusalReason = String;
 
 /// A source of frames that a [`Session`] runs.
 ///
@@ -107,10 +107,10 @@ pub trait Producer {
     /// # Errors
     /// Any error that prevents the producer from continuing.
     fn between_ticks(&mut self, session: &mut Session) -> Result<(), Self::Error> {
-        session.refuse_orders()
+        Ok(session.refuse_orders()?)
     }
 
-    /// Waits for that long. A producer that listens to something does so here; by default it sleeps.
+    /// Waits for `duration`. A producer that listens to something does so here; by default it sleeps.
     ///
     /// # Errors
     /// Any error that prevents the producer from continuing.
@@ -122,7 +122,7 @@ pub trait Producer {
 
     /// Returns the reason if this producer can't carry out a kind of request at all. By default everything is possible
     /// but other numbers of robots and other times.
-    fn refuses(&self, kind: ControlKind) -> Option<Refusal> {
+    fn refuses(&self, kind: ControlKind) -> Option<RefusalReason> {
         match kind {
             ControlKind::Robots => Some("this producer can't change its number of robots".to_owned()),
             ControlKind::Seek => Some("this producer can't go to another time; a replay can".to_owned()),
@@ -134,7 +134,7 @@ pub trait Producer {
     ///
     /// # Errors
     /// Any error that prevents the producer from continuing.
-    fn set_robots(&mut self, session: &mut Session, robots: u64) -> Result<Result<(), Refusal>, Self::Error> {
+    fn set_robots(&mut self, session: &mut Session, robots: u64) -> Result<Result<(), RefusalReason>, Self::Error> {
         let _ = (session, robots);
         Ok(Ok(()))
     }
@@ -143,7 +143,7 @@ pub trait Producer {
     ///
     /// # Errors
     /// Any error that prevents the producer from continuing.
-    fn seek(&mut self, session: &mut Session, sim_time: Duration) -> Result<Result<(), Refusal>, Self::Error> {
+    fn seek(&mut self, session: &mut Session, sim_time: Duration) -> Result<Result<(), RefusalReason>, Self::Error> {
         let _ = (session, sim_time);
         Ok(Ok(()))
     }

@@ -97,7 +97,7 @@ fn all_enums() -> Map<String, Value> {
         OrderKind { Leg, Assign, Extend, Cancel, Hold, Resume, SpawnAtNode, SpawnOnEdge, Remove }
         EventKind { ReachedNode, RouteDone, WaitingForRelease, Held, Resumed, Accepted, Refused, Spawned, Removed, Faulted }
         Refusal { UnknownRobot, UnknownEdge, UnknownNode, UnknownRobotType, NotConnected, NoReverse, MalformedRoute,
-            DistanceOutOfRange, FleetFull, MalformedOrder }
+            DistanceOutOfRange, FleetFull, MalformedOrder, NotSteerable }
         ContactLevel { Possible, Touching }
         ContactChange { Began, Ended }
         ControlKind { Status, Pause, Resume, Step, Speed, Robots, Seek }

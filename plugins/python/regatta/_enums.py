@@ -102,6 +102,8 @@ class Refusal(IntEnum):
     """The fleet has reached its maximum size."""
     MALFORMED_ORDER = 10
     """The record's kind is unknown, or legs are missing."""
+    NOT_STEERABLE = 11
+    """The producer takes no orders: a replay, a UDP source."""
 
 
 class ContactLevel(IntEnum):

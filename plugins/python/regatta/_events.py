@@ -2,17 +2,27 @@
 
 from __future__ import annotations
 
+import logging
+from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Generic, TypeVar
+from typing import TYPE_CHECKING, Generic, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
 from regatta._contract import LAYOUT, ContactEventHeader, EventHeader, OrderLogHeader, Record, dtype
-from regatta._node import Node
 from regatta._ports import NAP
 from regatta._termination import Termination
+
+if TYPE_CHECKING:
+    from regatta._fleet import Fleet
+
+log = logging.getLogger("regatta")
+
+MAX_QUEUED = 1 << 16
+"""The largest number of ticks in a reader's queue, which bounds its memory if the program never takes them: 11 minutes
+at 100 ticks a second."""
 
 Header = TypeVar("Header", bound=EventHeader | OrderLogHeader | ContactEventHeader)
 
@@ -41,36 +51,36 @@ class TickRecords(Generic[Header]):
 class TickReader(Generic[Header]):
     """Reads the records of a service tick by tick.
 
-    It holds the last 64 ticks with records that it hasn't taken yet. A reader that lags behind further loses the
-    oldest, and ``missed`` is their number. There are two ways to lose none:
+    Loop over it, or call :meth:`take` in a loop over frames::
 
-    - Loop over it. The loop wakes with each frame, and so it keeps up however rarely the program reads a frame::
+        events = fleet.events()
+        for frame in fleet.frames(rate=1):
+            for tick in events.take():
+                ...
 
-          frames, events = fleet.frames(), fleet.events()
-          for tick in events:
-              frame = frames.latest()  # the newest one, if there is a new one
+    Neither loses records, however low the rate: the loop over frames wakes with each frame while it waits, and receives
+    the records of each tick into a queue of this reader, from which :meth:`take` returns them. The queue holds up to
+    65536 ticks.
 
-    - Call :meth:`take` in a loop over all frames, without a rate: at 100 ticks a second, a loop over one frame a second
-      would lose events. Skip frames in the body of the loop instead::
+    While the body of a loop works, or if there is no loop, nothing is received. The last 64 ticks with records are kept
+    then (at 100 ticks a second, those of 0.64 s or more). Older ones are lost: ``missed`` and :attr:`lost` count them,
+    and a warning (of the logger ``regatta``) gives their number, the first time and whenever it is ten times as large.
 
-          due = 0.0
-          for frame in fleet.frames():
-              for tick in events.take():
-                  ...
-              if frame.sim_time >= due:
-                  due = frame.sim_time + 1.0
-                  ...
-
-      All records of a tick are published before its frame. In lockstep, :meth:`take` in the body of the loop therefore
-      has exactly the records up to the frame's tick, and the run is reproducible. (Contact events are the exception:
-      their publisher gets the same frame. They are complete if the loop comes after it:
-      ``fleet.frames(after=["collision"])``.)
+    All records of a tick are published before its frame. In lockstep, :meth:`take` in the body of the loop over frames
+    therefore has exactly the records up to the frame's tick, and the run is reproducible. (Contact events are the
+    exception: their publisher gets the same frame. They are complete if the loop comes after it:
+    ``fleet.frames(after=["collision"])``.)
     """
 
-    def __init__(self, node: Node, service: str, what: str, record: type[Record], header: type[Header]) -> None:
-        self._receiver = node.receiver(service, what, record, header)
-        self._node = node
+    def __init__(self, fleet: Fleet, service: str, what: str, record: type[Record], header: type[Header]) -> None:
+        # The reference keeps the fleet of the functions of the module `regatta`: its frames fill this reader's queue.
+        self._fleet = fleet
+        self._what = what
+        self._receiver = fleet._node.receiver(service, what, record, header)
         self._dtype = dtype(record)
+        self._queue: deque[TickRecords[Header]] = deque()
+        self._warn_at = 1
+        fleet._readers.add(self)
 
     @property
     def lost(self) -> int:
@@ -79,27 +89,35 @@ class TickReader(Generic[Header]):
 
     def take(self) -> list[TickRecords[Header]]:
         """Returns the records of all ticks that have arrived, oldest first. Doesn't wait."""
-        taken = []
-        # Bounded, so that a publisher faster than this can't keep a program from its frames.
-        for _ in range(2 * LAYOUT["event_buffer"]):
-            sample = self._receiver.receive()
-            if sample is None:
-                break
-            records = sample.payload.view(self._dtype).copy()
-            taken.append(TickRecords(sample.header, records, sample.missed))
-            del sample  # given back before the next is asked for
+        self._receive()
+        taken = list(self._queue)
+        self._queue.clear()
         return taken
 
     def __iter__(self) -> Iterator[TickRecords[Header]]:
         """Waits for records, tick by tick, until Ctrl-C or SIGTERM."""
-        wake = self._node.wake()
+        wake = self._fleet._node.wake()
         with Termination() as termination:
             while not termination.requested:
-                taken = self.take()
-                for records in taken:
-                    yield records
-                    if termination.requested:
-                        return
-                # More may have arrived while the body of the loop worked. Contact events come without a wake-up.
-                if not taken:
+                if not self._queue:
+                    self._receive()
+                if self._queue:
+                    yield self._queue.popleft()
+                else:
+                    # Contact events come without a wake-up.
                     wake.sleep(NAP)
+
+    def _receive(self) -> None:
+        """Moves the records that have arrived to the queue."""
+        # Bounded, so that a publisher faster than this can't keep a program from its frames.
+        for _ in range(min(2 * LAYOUT["event_buffer"], MAX_QUEUED - len(self._queue))):
+            sample = self._receiver.receive()
+            if sample is None:
+                break
+            records = sample.payload.view(self._dtype).copy()
+            self._queue.append(TickRecords(sample.header, records, sample.missed))
+            del sample  # given back before the next is asked for
+        if self.lost >= self._warn_at:
+            self._warn_at = 10 * self.lost
+            program = self._fleet._node.name
+            log.warning("%s: lost %s of %d ticks so far; the program is too slow", program, self._what, self.lost)

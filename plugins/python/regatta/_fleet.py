@@ -1,4 +1,10 @@
-"""A fleet, as a program has joined it: everything else is opened on it."""
+"""A fleet, as a program has joined it: everything else is opened on it.
+
+This module imports the modules of the classes that are opened on a fleet. ``_events``, ``_frame``, ``_frames`` and
+``_orders`` (and ``_columns``, through ``_frame``) import this one, too, but for type annotations only
+(``TYPE_CHECKING``): objects of these classes refer to their fleet, which is passed to them. At run time there is no
+import circle.
+"""
 
 import os
 import re
@@ -6,6 +12,7 @@ import sys
 import time
 from collections.abc import Iterable
 from pathlib import Path
+from typing import Any
 from weakref import WeakSet
 
 from regatta._columns import ColumnPublisher, ColumnReader
@@ -56,6 +63,7 @@ class Fleet:
         self._tokens = Tokens(self.participant)
         self._columns: dict[str, ColumnReader] = {}
         self._publishers: WeakSet[ColumnPublisher] = WeakSet()
+        self._readers: WeakSet[TickReader[Any]] = WeakSet()
         self._worlds = self._node.receiver("world", "the world", Line, WorldHeader)
         self._world: World | None = None
 
@@ -102,11 +110,11 @@ class Fleet:
         """Opens the events of robots. Records have ``kind`` (an :class:`EventKind <regatta.EventKind>`), ``robot``,
         ``token`` (of the order that the event answers, else 0), ``id`` and ``detail``. ``header.dropped`` counts the
         events of the tick that were left out because there were too many."""
-        return TickReader(self._node, "events", "events", EventRecord, EventHeader)
+        return TickReader(self, "events", "events", EventRecord, EventHeader)
 
     def order_log(self) -> TickReader[OrderLogHeader]:
         """Opens the order log: the orders that the engine applied, of all senders."""
-        return TickReader(self._node, "order_log", "the order log", OrderRecord, OrderLogHeader)
+        return TickReader(self, "order_log", "the order log", OrderRecord, OrderLogHeader)
 
     def contacts(self) -> ContactReader:
         """Opens the contacts: pairs of robots that touch or are about to, which a collision checker publishes."""
@@ -116,12 +124,17 @@ class Fleet:
         """Opens the contacts that begin and end. Records have ``robots``, ``level`` (a :class:`ContactLevel
         <regatta.ContactLevel>`), ``change`` (a :class:`ContactChange <regatta.ContactChange>`), ``edge``, ``x``, ``y``
         and ``relative_speed``."""
-        return TickReader(self._node, "contact_events", "contact events", ContactEvent, ContactEventHeader)
+        return TickReader(self, "contact_events", "contact events", ContactEvent, ContactEventHeader)
 
     def _update_columns(self) -> None:
         """Gives the newest values of the columns of this program to readers that have joined since."""
         for publisher in self._publishers:
             publisher.update()
+
+    def _receive_records(self) -> None:
+        """Moves the records that have arrived for this program's readers of ticks to the readers' queues."""
+        for reader in self._readers:
+            reader._receive()
 
     def _column_values(self, name: str) -> ColumnValues | None:
         if name not in self._columns:

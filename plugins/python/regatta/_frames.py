@@ -27,7 +27,8 @@ class Frames:
 
     The loop waits for an engine that isn't there yet, continues when the engine restarts, and ends on Ctrl-C or SIGTERM
     (a second Ctrl-C raises ``KeyboardInterrupt``). While the body of the loop works, frames are skipped; the next one
-    is the newest, and ``frame.missed`` is the number of those skipped.
+    is the newest, and ``frame.missed`` is the number of those skipped. While the loop waits, it receives the events for
+    the fleet's :class:`TickReader <regatta.TickReader>`, so that a low rate loses none.
 
     If the engine waits for this program (``--lockstep NAME``), the loop gets every tick, and each once. The next
     iteration, or the end of the loop, reports that the tick is finished; orders and columns for it must be sent before.
@@ -65,14 +66,27 @@ class Frames:
             self._wake.sleep(left)
         return self.latest()
 
+    def _sleep(self, seconds: float) -> None:
+        """Sleeps for ``seconds`` or a :data:`SLICE <regatta._rate.SLICE>` at most. If the program reads records of
+        ticks, wakes with each frame and receives them, because their buffer is small."""
+        if self._fleet._readers:
+            self._wake.sleep(seconds)
+            self._fleet._receive_records()
+        else:
+            time.sleep(min(seconds, SLICE))
+
     def __iter__(self) -> Iterator[Frame]:
         limiter, lockstep = RateLimiter(self._rate), self._lockstep
         silence = Silence(self._frames, self._fleet._node)
         with Termination() as termination:
             while not termination.requested:
-                if not limiter.sleep():
+                left = limiter.left()
+                if left > 0:
+                    self._sleep(left)
                     continue
                 frame = self.wait(SLICE)
+                # Also before a tick that the program doesn't get is reported: in lockstep, each tick's records count.
+                self._fleet._receive_records()
                 if frame is None:
                     silence.check()
                     lockstep.update()

@@ -30,6 +30,18 @@ MAX_ROUNDS = 16
 come before those of the living one. It is bounded so that a publisher faster than the reader can't keep it busy."""
 
 
+def _is(error: Exception, reason: str) -> bool:
+    """Whether an error of iceoryx2 has a reason, such as ``InterruptSignal``. A part of a reason's name stands for all
+    reasons with that part.
+
+    Reasons are compared as text, because the exceptions of iceoryx2 0.10.0 have nothing else: each is a plain subclass
+    of ``Exception`` with one argument, the reason's name in Rust (``ExceedsMaxBorrows``), in some errors in brackets
+    (``PublishSubscribeOpenError(ExceedsMaxNumberOfNodes)``). There are no subclasses, codes or attributes that tell the
+    reasons of an error apart.
+    """
+    return reason in str(error)
+
+
 def create(service: Any, limit: int, attempt: Callable[[], Any]) -> Any:
     """Opens a port of a service that has room for ``limit`` ports of its kind."""
     try:
@@ -45,12 +57,13 @@ def create(service: Any, limit: int, attempt: Callable[[], Any]) -> Any:
 
 def unusable(what: str, limit: int, error: Exception) -> OpenError:
     """Returns the error for a service that iceoryx2 can't open."""
-    if "ExceedsMax" in str(error) and limit == 1:
+    is_full = _is(error, "ExceedsMax")
+    if is_full and limit == 1:
         return TakenError(
             f"{what} is already published by another process (`regatta doctor` lists them); stop that one, or choose"
             " another name"
         )
-    if "ExceedsMax" in str(error):
+    if is_full:
         return FullError(
             f"{what} has all of its {limit} places taken; stop a reader, or run `regatta doctor --clean` if some have"
             " died"
@@ -126,7 +139,7 @@ class Receiver(Generic[SequencedHeader]):
         try:
             sample = self._port.receive()
         except iox.ReceiveError as error:
-            if "ExceedsMaxBorrows" not in str(error):
+            if not _is(error, "ExceedsMaxBorrows"):
                 raise self._broken(error) from None
             sample = self._receive_after_collecting()
         if sample is None:
@@ -265,5 +278,5 @@ class Wake:
         try:
             self._port.timed_wait(iox.Duration.from_secs_f64(max(0.0, min(seconds, NAP))))
         except iox.ListenerWaitError as error:
-            if "InterruptSignal" not in str(error):
+            if not _is(error, "InterruptSignal"):
                 raise ReadError(f"can't wait for a wake-up ({error}); `regatta doctor` reports what is wrong") from None

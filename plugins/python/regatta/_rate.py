@@ -29,14 +29,10 @@ class RateLimiter:
         self._run_id = 0
         self._simulated_nanos = 0
 
-    def sleep(self) -> bool:
-        """Sleeps until the next frame is due, for a :data:`SLICE` at most, and returns whether it is due. In lockstep,
-        where each frame must be received, it always is."""
-        left = self._wall - time.monotonic()
-        if self._lockstep or left <= 0:
-            return True
-        time.sleep(min(left, SLICE))
-        return left <= SLICE
+    def left(self) -> float:
+        """Returns the time, in seconds, until the next frame is due; 0 if it is due. In lockstep, where each frame must
+        be received, it always is."""
+        return 0.0 if self._lockstep else max(0.0, self._wall - time.monotonic())
 
     def admits(self, header: FrameHeader) -> bool:
         """Registers a received frame, and returns whether the program gets it."""

@@ -92,6 +92,23 @@ def test_a_controller_that_reacts_to_events_gives_one_digest_on_a_busy_machine(e
     assert digests != {alone}, "the orders have an effect"
 
 
+def test_a_rate_loses_no_events_in_lockstep(engine: Engine) -> None:
+    """100 ticks pass between two frames of the loop, and 64 fit the buffer."""
+    counter = engine.python(
+        "fleet = regatta.join(FLEET, 'counter')\n"
+        "events, frames = fleet.events(), fleet.frames(rate=1)\n"
+        "for frame in frames:\n"
+        "    taken = events.take()\n"
+        "    assert not taken or taken[-1].tick <= frame.tick, 'none of later ticks'\n"
+        "    print(frame.tick, len(taken), events.lost, flush=True)\n"
+    )
+    arguments = ("--ticks", "300", "--speed", "max", "--lockstep", "counter")
+    engine.start_unanswered(*arguments, scenario="warehouse-1000.yaml").finish()
+    lines = [[int(word) for word in line.split()] for line in counter.end().splitlines()]
+    assert [tick for tick, _, _ in lines] == [0, 100, 200, 300]
+    assert all(lost == 0 for _, _, lost in lines) and any(taken > 64 for _, taken, _ in lines), lines
+
+
 @pytest.mark.parametrize("given", ["argument", "option", "variable"])
 def test_a_program_that_comes_after_another_has_its_column_of_the_same_tick(engine: Engine, given: str) -> None:
     second = engine.python(

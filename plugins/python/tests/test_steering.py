@@ -263,16 +263,85 @@ def test_a_loop_over_events_loses_none_while_it_reads_one_frame_per_second(engin
     assert ticks > 150 and 2 <= looked <= 6 and lost == 0
 
 
+@pytest.mark.parametrize("opened_on", ["fleet", "module"])
+def test_a_loop_over_one_frame_per_second_loses_no_events(engine: Engine, opened_on: str) -> None:
+    """At 100 Hz, some 100 ticks with events pass between two frames, and 64 fit the buffer."""
+    reader = engine.python(
+        {
+            "fleet": "fleet = regatta.join(FLEET)\nevents, frames = fleet.events(), fleet.frames(rate=1)\n",
+            "module": "events = regatta.events(FLEET)\nframes = regatta.frames(FLEET, rate=1)\n",
+        }[opened_on]
+        + "print('open', flush=True)\n"
+        "seen, ticks = 0, []\n"
+        "for frame in frames:\n"
+        "    seen += 1\n"
+        "    ticks += events.take()\n"
+        "ticks += events.take()\n"
+        "assert all(before.tick < after.tick for before, after in zip(ticks, ticks[1:])), 'oldest first'\n"
+        "print(seen, len(ticks), ticks[-1].header.sequence, events.lost)\n"
+    )
+    reader.lines(1)
+    engine.start_unanswered("--ticks", "450", scenario="warehouse-1000.yaml").finish()
+    seen, ticks, sequence, lost = (int(word) for word in reader.end().split()[-4:])
+    assert ticks == sequence > 250 and lost == 0
+    assert 2 <= seen <= 8
+    assert reader.errors == ""
+
+
+def test_ticks_that_are_not_taken_are_bounded(engine: Engine, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The test itself publishes them."""
+    from regatta import _events
+    from regatta._contract import EventHeader, EventRecord
+
+    monkeypatch.setattr(_events, "MAX_QUEUED", 100)
+    fleet = regatta.join(engine.name)
+    reader, sender = fleet.events(), fleet._node.sender("events", "events", EventRecord, EventHeader)
+    for sequence in range(1, 301):
+        sender.send(EventHeader(run_id=1, tick=sequence, sequence=sequence), 0, lambda memory: None)
+        fleet._receive_records()
+    taken = reader.take() + reader.take()
+    assert [tick.tick for tick in taken] == [*range(1, 101), *range(237, 301)]
+    assert reader.lost == sum(tick.missed for tick in taken) == taken[100].missed == 136
+
+
+def test_lost_ticks_are_reported_at_ten_times_as_many(engine: Engine, caplog: pytest.LogCaptureFixture) -> None:
+    """The test itself publishes them."""
+    from regatta._contract import EventHeader, EventRecord
+
+    fleet = regatta.join(engine.name, "slow")
+    reader, sender = fleet.events(), fleet._node.sender("events", "events", EventRecord, EventHeader)
+    for sequence in (1, 2, 5, 22, 25, 26, 300):
+        sender.send(EventHeader(run_id=1, tick=sequence, sequence=sequence), 0, lambda memory: None)
+        reader.take()
+    assert [(record.name, record.levelname, record.getMessage()) for record in caplog.records] == [
+        ("regatta", "WARNING", f"slow: lost events of {lost} ticks so far; the program is too slow")
+        for lost in (2, 20, 293)
+    ]
+
+
+def test_a_loop_that_is_left_loses_no_ticks(engine: Engine) -> None:
+    """The test itself publishes them."""
+    from regatta._contract import EventHeader, EventRecord
+
+    fleet = regatta.join(engine.name)
+    reader, sender = fleet.events(), fleet._node.sender("events", "events", EventRecord, EventHeader)
+    for sequence in range(1, 6):
+        sender.send(EventHeader(run_id=1, tick=sequence, sequence=sequence), 0, lambda memory: None)
+    assert next(iter(reader)).tick == 1
+    assert [tick.tick for tick in reader.take()] == [2, 3, 4, 5]
+
+
 def test_a_reader_that_is_too_slow_counts_the_ticks_that_it_missed(engine: Engine) -> None:
     engine.start("--speed", "max", scenario="warehouse-1000.yaml")
     fleet = regatta.join(engine.name)
     reader = fleet.events()
     first = eventually("events", lambda: reader.take() or None)[-1]
+    lost_before = reader.lost
     let_ticks_pass(fleet, 2_000)
     late = reader.take()
     assert len(late) >= 64 and late[0].missed > 100
     assert first.header.sequence + late[0].missed + 1 == late[0].header.sequence
-    assert sum(tick.missed for tick in late) == reader.lost
+    assert sum(tick.missed for tick in late) == reader.lost - lost_before
     assert sum(tick.missed for tick in late[1:]) == late[-1].header.sequence - late[0].header.sequence - len(late[1:])
     assert all(earlier.tick < later.tick for earlier, later in zip(late, late[1:]))
 

@@ -125,6 +125,11 @@ impl Recorder {
         })
     }
 
+    /// Records the other sources, unless no frame has come yet: before the first, there is no time to record.
+    fn record_sources_if_started(&mut self) -> Result {
+        if self.newest.run_id == 0 { Ok(()) } else { self.record_sources() }
+    }
+
     /// Returns a summary of the recording in one line.
     fn report(&self, tally: &Tally) -> String {
         let lost = [
@@ -189,7 +194,8 @@ impl Plugin for Recorder {
         let tick = Some((events.header.run_id, events.header.tick));
         self.others_missed += events.missed;
         self.pending.push(Pending { topic: Topic::Events, tick, message: encode::events(events) });
-        Ok(())
+        // The other services overflow, too, if only frames at a low rate have them read.
+        self.record_sources_if_started()
     }
 
     fn on_frame(&mut self, frame: &Frame<'_>) -> Result {
@@ -205,8 +211,8 @@ impl Plugin for Recorder {
     }
 
     fn on_idle(&mut self, _has_producer: bool) -> Result {
-        // Messages arrive after the last frame, and while the fleet is paused. Before the first frame they have no time.
-        if self.newest.run_id == 0 { Ok(()) } else { self.record_sources() }
+        // Records come after the last frame, too, and while the clock is paused.
+        self.record_sources_if_started()
     }
 
     fn on_stop(&mut self) -> Result {

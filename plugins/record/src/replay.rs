@@ -6,7 +6,7 @@ mod stage;
 
 use std::time::Duration;
 
-use regatta_plugin::producer::{Lockstep, Moment, Session};
+use regatta_plugin::producer::{Moment, Session};
 use regatta_plugin::{Participant, ProducerPorts, Termination};
 
 use crate::reading::{Reader, Recording, Selection};
@@ -37,9 +37,8 @@ pub fn replay(args: &ReplayArgs) -> Result<(), ReplayError> {
         end.as_secs_f64(),
         args.file.display()
     );
-    let lockstep = Lockstep { names: args.lockstep.clone(), timeout: args.lockstep_timeout };
     // The moments of a recording are as far apart as they were.
-    let mut session = Session::new(ports, Duration::ZERO, args.speed, lockstep);
+    let mut session = Session::new(ports, Duration::ZERO, args.speed, args.lockstep.clone());
     if args.paused {
         session.pause();
     }

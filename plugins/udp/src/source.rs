@@ -10,7 +10,7 @@ pub mod robots;
 use std::ffi::OsString;
 use std::time::{Duration, Instant};
 
-use regatta_plugin::producer::{Lockstep, Session, Speed};
+use regatta_plugin::producer::{LockstepOptions, Session, Speed};
 use regatta_plugin::world::RobotTypeRecord;
 use regatta_plugin::{NAME_VARIABLE, Participant, ProducerPorts, Result, Termination, set_verbosity};
 
@@ -42,7 +42,7 @@ pub fn run(args: impl IntoIterator<Item: Into<OsString> + Clone>) -> Result {
     ports.check_room(options.max_robots as usize)?;
     let mut source = Source::new(socket, &options)?;
     let tick_period = Duration::from_secs_f64(1.0 / options.rate);
-    let mut session = Session::new(ports, tick_period, Speed::default(), Lockstep::default());
+    let mut session = Session::new(ports, tick_period, Speed::default(), LockstepOptions::default());
     let result = session.run(&mut source, &termination);
     source.report_end(&session, options.json);
     result

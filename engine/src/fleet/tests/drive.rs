@@ -7,7 +7,7 @@ use regatta_plugin::event::EventKind;
 use regatta_plugin::frame::{NO_EDGE, RobotState};
 
 use super::support::*;
-use crate::fleet::{Events, Fleet, FleetConfig, Placement, Repeat, RouteSource};
+use crate::fleet::{EventBuffer, Fleet, FleetConfig, Placement, Repeat, RouteSource};
 use crate::graph::arc_length::Tracks;
 use crate::graph::{EdgeIndex, Leg, NodeIndex};
 
@@ -20,7 +20,7 @@ fn spawn_on(fleet: &mut Fleet, node: u32, legs: &[Leg], repeat: Repeat) -> u32 {
     fleet.spawn(Placement::Node(NodeIndex(node)), 0, source, 0, &mut events()).expect("a valid route")
 }
 
-fn count(events: &Events, kind: EventKind) -> usize {
+fn count(events: &EventBuffer, kind: EventKind) -> usize {
     events.records().iter().filter(|event| event.kind == kind as u32).count()
 }
 

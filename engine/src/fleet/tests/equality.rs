@@ -7,7 +7,7 @@ use regatta_plugin::frame::{ColumnsMut, Line};
 use regatta_plugin::order::{OrderKind, OrderRecord};
 
 use super::support::*;
-use crate::fleet::{Events, Fleet, FleetConfig, Placement, Repeat, RouteSource};
+use crate::fleet::{EventBuffer, Fleet, FleetConfig, Placement, Repeat, RouteSource};
 use crate::graph::{EdgeIndex, Gear, NodeIndex, RouteGraph};
 use crate::motion::Isa;
 
@@ -58,7 +58,7 @@ fn orders(graph: &RouteGraph, robots: u32, tick: u32) -> Vec<OrderRecord> {
 /// Steps a fleet and returns every frame and every event.
 fn drive(graph: &RouteGraph, mut fleet: Fleet, ticks: u32) -> (Vec<Vec<Line>>, Vec<EventRecord>) {
     let robots = fleet.robots() as u32;
-    let mut all = Events::new(1 << 20);
+    let mut all = EventBuffer::new(1 << 20);
     let frames = (0..ticks).map(|tick| {
         fleet.apply(&orders(graph, robots, tick), &mut all);
         step(&mut fleet, &mut all).lines

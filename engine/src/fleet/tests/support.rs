@@ -7,7 +7,7 @@ use glam::DVec2;
 use regatta_plugin::frame::{Columns, ColumnsMut, Line, frame_lines};
 use regatta_plugin::world::Shape;
 
-use crate::fleet::{Events, Fleet, FleetConfig, RobotType};
+use crate::fleet::{EventBuffer, Fleet, FleetConfig, RobotType};
 use crate::graph::arc_length::Tracks;
 use crate::graph::{CubicBezier, Edge, EdgeIndex, Gear, Leg, Node, NodeIndex, RouteGraph};
 use crate::motion::Isa;
@@ -90,8 +90,8 @@ pub fn fleet(graph: &Arc<RouteGraph>, config: FleetConfig) -> Fleet {
     Fleet::new(graph.clone(), Arc::new(Tracks::compile(graph)), config).expect("a valid fleet")
 }
 
-pub fn events() -> Events {
-    Events::new(1 << 16)
+pub fn events() -> EventBuffer {
+    EventBuffer::new(1 << 16)
 }
 
 /// A frame in ordinary memory.
@@ -116,7 +116,7 @@ impl Frame {
 }
 
 /// Makes one tick and returns its frame.
-pub fn step(fleet: &mut Fleet, events: &mut Events) -> Frame {
+pub fn step(fleet: &mut Fleet, events: &mut EventBuffer) -> Frame {
     let mut frame = Frame::of(fleet);
     fleet.step(Some(frame.columns_mut()), events);
     frame

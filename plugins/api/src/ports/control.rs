@@ -41,7 +41,7 @@ pub enum ControlError {
         reason: String,
     },
     /// iceoryx2 can't deliver the request.
-    #[error("can't reach the engine of fleet '{fleet}' ({reason}); `regatta doctor` says what is wrong")]
+    #[error("can't reach the engine of fleet '{fleet}' ({reason}); `regatta doctor` reports what is wrong")]
     Connection {
         /// The fleet.
         fleet: FleetName,

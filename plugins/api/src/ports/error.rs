@@ -63,7 +63,7 @@ pub enum OpenError {
         limit: usize,
     },
     /// iceoryx2 failed.
-    #[error("can't open {what} in shared memory ({reason}); `regatta doctor` says what is wrong with it")]
+    #[error("can't open {what} in shared memory ({reason}); `regatta doctor` reports what is wrong")]
     SharedMemory {
         /// The service or fleet that was to be opened.
         what: String,
@@ -111,7 +111,7 @@ pub enum PublishError {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ReadError {
     /// iceoryx2 can't deliver the sample.
-    #[error("can't read {what} ({reason}); is its producer still alive? `regatta doctor` says")]
+    #[error("can't read {what} ({reason}); run `regatta doctor` to check its producer")]
     Receive {
         /// The sample that was to be read.
         what: &'static str,
@@ -119,7 +119,7 @@ pub enum ReadError {
         reason: String,
     },
     /// The producer sent something that contradicts its own header.
-    #[error("{what} of {lines} lines is shorter than its header says; its producer is at fault")]
+    #[error("{what} is malformed: it has {lines} lines, fewer than its header requires; the fault is its producer's")]
     Malformed {
         /// The sample.
         what: &'static str,

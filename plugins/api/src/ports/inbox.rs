@@ -60,6 +60,8 @@ impl RequestInbox {
 
     /// Takes the oldest request that has arrived, with the ticket by which to answer it.
     pub(super) fn take(&mut self) -> Result<Option<(u64, ControlRequest)>, ReadError> {
+        // A client that has gone away needs no answer.
+        self.waiting.retain(|(_, request)| request.is_connected());
         let Some(request) = self.server.receive().map_err(|e| receive_error("control requests", e))? else {
             return Ok(None);
         };
@@ -76,11 +78,5 @@ impl RequestInbox {
                 tracing::debug!(%error, "answering a control request");
             }
         }
-    }
-
-    /// Drops the requests of clients that have gone away, and returns whether the one with this ticket is among them.
-    pub(super) fn is_abandoned(&mut self, ticket: u64) -> bool {
-        self.waiting.retain(|(_, request)| request.is_connected());
-        !self.waiting.iter().any(|(waiting, _)| *waiting == ticket)
     }
 }

@@ -24,7 +24,7 @@ use crate::records::{padded, text};
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum LockstepError {
     /// Not all readers have finished the tick in time.
-    #[error("tick {tick}: no report within {:.1} s from {}; are they running, under these names?", timeout.as_secs_f32(), missing.join(", "))]
+    #[error("tick {tick}: no report within {:.1} s from {}; are they running under these names, or waiting for each other (--after)?", timeout.as_secs_f32(), missing.join(", "))]
     Timeout {
         /// The tick.
         tick: u64,

@@ -26,7 +26,7 @@ pub enum OrderError {
         fleet: FleetName,
     },
     /// iceoryx2 can't deliver the orders.
-    #[error("can't send orders ({reason}); `regatta doctor` says what is wrong")]
+    #[error("can't send orders ({reason}); `regatta doctor` reports what is wrong")]
     Send {
         /// iceoryx2's reason.
         reason: String,

@@ -289,11 +289,6 @@ impl ProducerPorts {
         self.requests.answer(ticket, response);
     }
 
-    /// Whether the client of the request with a ticket has gone away.
-    pub fn is_abandoned(&mut self, ticket: u64) -> bool {
-        self.requests.is_abandoned(ticket)
-    }
-
     /// Waits until each of the named readers has reported that it has finished `tick`.
     ///
     /// # Errors

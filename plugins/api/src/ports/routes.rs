@@ -16,7 +16,7 @@ use crate::records::route::{RouteRequest, RouteResponse};
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum RouteError {
     /// Nobody answers: there is no producer, or one that knows no routes.
-    #[error("fleet '{fleet}' has nobody who knows routes; an engine does, a replay doesn't")]
+    #[error("no process of fleet '{fleet}' serves routes; only an engine does")]
     NoRoutes {
         /// The fleet.
         fleet: FleetName,
@@ -36,7 +36,7 @@ pub enum RouteError {
         timeout: Duration,
     },
     /// iceoryx2 can't deliver it.
-    #[error("can't reach the engine of fleet '{fleet}' ({reason}); `regatta doctor` says what is wrong")]
+    #[error("can't reach the engine of fleet '{fleet}' ({reason}); `regatta doctor` reports what is wrong")]
     Connection {
         /// The fleet.
         fleet: FleetName,

@@ -56,7 +56,7 @@ pub trait Plugin {
     }
 
     /// Called with the newest frame, at the plugin's [rate](Self::rate). Frames in between are skipped if this
-    /// takes longer than a tick; [`Frame::missed`] is how many. A frame comes again, with the same tick, when the clock or
+    /// takes longer than a tick; [`Frame::missed`] is how many. A frame is delivered again, with the same tick, if the clock or
     /// the number of robots has changed between two ticks (not in lockstep, where each tick comes once).
     ///
     /// # Errors

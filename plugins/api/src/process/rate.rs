@@ -70,7 +70,7 @@ impl RateLimiter {
         if self.lockstep { Duration::ZERO } else { self.wall.saturating_duration_since(Instant::now()) }
     }
 
-    /// Takes note of a received frame, and returns whether the plugin gets it.
+    /// Records a received frame, and returns whether the plugin gets it.
     pub(super) fn admits(&mut self, frame: &Frame<'_>) -> bool {
         self.lockstep = frame.header().lockstep != 0;
         let now = Instant::now();

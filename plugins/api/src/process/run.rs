@@ -129,7 +129,7 @@ struct Runner<'a> {
     worlds: WorldReader,
     frames: Subscriber,
     events: Option<EventReader>,
-    lockstep: Lockstep,
+    lockstep: LockstepTurn,
     limiter: RateLimiter,
     silence: Silence,
     /// When the last frame came, or the plugin was last told that none does.
@@ -154,7 +154,13 @@ impl<'a> Runner<'a> {
             worlds: WorldReader::open_on(participant)?,
             frames: Subscriber::open_on(participant)?,
             events: plugin.wants_events().then(|| EventReader::open_on(participant)).transpose()?,
-            lockstep: Lockstep { participant: participant.clone(), after, ports: None, last: (0, u64::MAX) },
+            lockstep: LockstepTurn {
+                participant: participant.clone(),
+                after,
+                ports: None,
+                last: (0, u64::MAX),
+                skipped: 0,
+            },
             limiter: RateLimiter::new(options.rate.unwrap_or_else(|| plugin.rate())),
             silence: Silence::new(),
             quiet_since: Instant::now(),
@@ -169,7 +175,7 @@ impl<'a> Runner<'a> {
         }
         let left = self.limiter.left().min(SLICE);
         if self.events.is_none() && !left.is_zero() {
-            // Frames that come before one is due are none of its business.
+            // Ignore frames that arrive before the next one is due.
             std::thread::sleep(left);
             return Ok(());
         }
@@ -205,8 +211,11 @@ impl<'a> Runner<'a> {
         self.silence.end();
         if let Some(frame) = self.frames.current()? {
             let is_new = self.lockstep.is_new(&frame);
-            if self.limiter.admits(&frame) && is_new && self.lockstep.wait_for_turn(&frame, self.termination)? {
-                plugin.on_frame(&frame)?;
+            let admitted = self.limiter.admits(&frame) && is_new;
+            if admitted && self.lockstep.wait_for_turn(&frame, self.termination)? {
+                plugin.on_frame(&self.lockstep.count_missed(frame))?;
+            } else {
+                self.lockstep.skipped += u64::from(is_new);
             }
             self.lockstep.report(&frame)?;
         }
@@ -247,21 +256,30 @@ fn hand_over_world(worlds: &mut WorldReader, frame: &Frame<'_>, plugin: &mut imp
 }
 
 /// A plugin's part in lockstep: it comes after the plugins that it names, and reports each tick.
-struct Lockstep {
+struct LockstepTurn {
     participant: Participant,
     after: Vec<String>,
     /// Opened with the first frame in lockstep.
     ports: Option<(Reporter, DoneReports)>,
     /// Run and tick of the last frame.
     last: (u64, u64),
+    /// Frames that the plugin's rate has skipped since the last one that it got.
+    skipped: u64,
 }
 
-impl Lockstep {
-    /// Takes note of a frame. In lockstep each tick counts once: whether a frame that is published again is seen would
+impl LockstepTurn {
+    /// Records a frame. In lockstep each tick counts once: whether a frame that is published again is seen would
     /// depend on who is faster.
     fn is_new(&mut self, frame: &Frame<'_>) -> bool {
         let this = (frame.run_id(), frame.tick());
         std::mem::replace(&mut self.last, this) != this || frame.header().lockstep == 0
+    }
+
+    /// Adjusts what a frame says it missed. In lockstep no tick is lost, but a frame that is published again may be: only
+    /// the frames that the plugin's rate has skipped count, so that runs repeat.
+    fn count_missed<'frame>(&mut self, frame: Frame<'frame>) -> Frame<'frame> {
+        let skipped = std::mem::take(&mut self.skipped);
+        if frame.header().lockstep == 0 { frame } else { frame.after_missing(skipped) }
     }
 
     /// Waits until the plugins that this one comes after have finished a frame's tick. Returns `false` if the process is

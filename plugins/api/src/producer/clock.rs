@@ -115,7 +115,7 @@ impl Clock {
         self.steps_left = 0;
     }
 
-    /// Takes note that the moment `sim_nanos` has ended, which was `ticks` ticks after the one before; the moment after it
+    /// Records that the moment `sim_nanos` has ended, which was `ticks` ticks after the one before; the moment after it
     /// is `next`.
     pub fn finish(&mut self, ticks: u64, sim_nanos: u64, next: Option<u64>, now: Instant) {
         self.steps_left = self.steps_left.saturating_sub(ticks);

@@ -6,7 +6,7 @@ use super::figures::resident_bytes;
 use super::pending::Pending;
 use super::session::Session;
 use super::speed::Speed;
-use super::{Producer, Refusal};
+use super::{Producer, RefusalReason};
 use crate::records::control::{ControlKind, ControlRequest, ControlResponse};
 
 /// The largest number of ticks that one request may step.
@@ -40,7 +40,7 @@ impl Session {
         &mut self,
         producer: &mut P,
         request: &ControlRequest,
-    ) -> Result<Result<(), Refusal>, P::Error> {
+    ) -> Result<Result<(), RefusalReason>, P::Error> {
         let Some(kind) = request.kind() else {
             return Ok(Err(format!("request {} is unknown to this producer", request.kind)));
         };
@@ -79,7 +79,7 @@ impl Session {
         Ok(outcome)
     }
 
-    fn step<P: Producer>(&mut self, producer: &mut P, ticks: u64) -> Result<Result<(), Refusal>, P::Error> {
+    fn step<P: Producer>(&mut self, producer: &mut P, ticks: u64) -> Result<Result<(), RefusalReason>, P::Error> {
         if ticks > MAX_STEP {
             return Ok(Err(format!("{ticks} ticks are too many for one step: ask for at most {MAX_STEP}")));
         }
@@ -92,7 +92,11 @@ impl Session {
         Ok(Ok(()))
     }
 
-    fn change_speed<P: Producer>(&mut self, producer: &mut P, factor: f32) -> Result<Result<(), Refusal>, P::Error> {
+    fn change_speed<P: Producer>(
+        &mut self,
+        producer: &mut P,
+        factor: f32,
+    ) -> Result<Result<(), RefusalReason>, P::Error> {
         let Some(speed) = Speed::from_f32(factor) else {
             return Ok(Err(format!("invalid speed {factor}: give 0.001 to 1000, or max")));
         };
@@ -110,12 +114,6 @@ impl Session {
             pending.due = 0;
             pending.refusal = Some(format!("{what} ended the step with {left} ticks left"));
         }
-    }
-
-    /// Counts the steps that are left as made.
-    pub(super) fn complete_steps(&mut self) {
-        self.steps_made += self.clock.steps_left();
-        self.clock.drop_steps();
     }
 
     /// The state of the producer.

@@ -29,7 +29,7 @@ impl Figures {
         }
     }
 
-    /// Takes note of the cost of a tick.
+    /// Records the cost of a tick.
     pub fn note_cost(&mut self, cost: Duration) {
         self.last = cost;
         if self.costs.len() < WINDOW {
@@ -40,7 +40,7 @@ impl Figures {
         self.next = (self.next + 1) % WINDOW;
     }
 
-    /// Takes note that the simulated time `sim_nanos` was reached at `now`.
+    /// Records that the simulated time `sim_nanos` was reached at `now`.
     pub fn note_time(&mut self, sim_nanos: u64, now: Instant) {
         let (from, from_nanos) = self.rate_from;
         let elapsed = now.saturating_duration_since(from);

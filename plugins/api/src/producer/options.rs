@@ -7,7 +7,7 @@ use std::time::Duration;
 use clap::error::ErrorKind;
 use clap::{Args, CommandFactory, FromArgMatches, Parser};
 
-use super::{Lockstep, Producer, Session, Speed};
+use super::{Producer, Session, Speed};
 use crate::error::{Error, Result};
 use crate::ports::producer::ProducerPorts;
 use crate::process::join::{Participant, set_verbosity};
@@ -18,7 +18,7 @@ use crate::records::name::FleetName;
 /// The command-line options of a producer. A producer with options of its own flattens these into them
 /// (`#[command(flatten)]`) and calls [`run`](Self::run).
 #[derive(Args, Clone, Debug)]
-pub struct Options {
+pub struct ProducerOptions {
     /// The fleet to publish
     #[arg(long, value_name = "NAME", default_value_t)]
     pub fleet: FleetName,
@@ -28,12 +28,9 @@ pub struct Options {
     /// Simulated seconds per wall second: a factor from 0.001 to 1000, or max
     #[arg(long, default_value = "1")]
     pub speed: Speed,
-    /// Wait for these plugins to finish each tick
-    #[arg(long, value_name = "NAME", num_args = 1.., value_delimiter = ',')]
-    pub lockstep: Vec<String>,
-    /// How many seconds to wait for a plugin in lockstep
-    #[arg(long, value_name = "SECONDS", default_value = "10", value_parser = parse_seconds)]
-    pub lockstep_timeout: Duration,
+    /// The plugins to wait for
+    #[command(flatten)]
+    pub lockstep: LockstepOptions,
     /// The name to go by in `regatta doctor` [default: the program's name]
     #[arg(long, value_name = "NAME")]
     pub name: Option<String>,
@@ -42,10 +39,36 @@ pub struct Options {
     pub verbose: u8,
 }
 
+/// The plugins that a producer waits for after each frame.
+#[derive(Args, Clone, Debug)]
+pub struct LockstepOptions {
+    /// Wait for these plugins to finish each tick, so that runs with them are reproducible; separated by commas or
+    /// spaces, after all other arguments without a name
+    #[arg(id = "lockstep", long = "lockstep", value_name = "NAME", num_args = 1.., value_delimiter = ',', value_parser = parse_plugin)]
+    pub names: Vec<String>,
+    /// Longest time to wait for a plugin in lockstep
+    #[arg(id = "lockstep_timeout", long = "lockstep-timeout", value_name = "SECONDS", default_value = "10", value_parser = parse_seconds)]
+    pub timeout: Duration,
+}
+
+impl Default for LockstepOptions {
+    /// No lockstep.
+    fn default() -> Self {
+        Self { names: Vec::new(), timeout: Duration::from_secs(10) }
+    }
+}
+
 #[derive(Parser)]
 struct Cli {
     #[command(flatten)]
-    options: Options,
+    options: ProducerOptions,
+}
+
+fn parse_plugin(text: &str) -> Result<String, String> {
+    match Path::new(text).extension() {
+        Some(_) => Err("that looks like a file: give it before --lockstep".to_owned()),
+        None => Ok(text.to_owned()),
+    }
 }
 
 fn parse_rate(text: &str) -> Result<f64, String> {
@@ -94,7 +117,7 @@ where
     }
 }
 
-impl Options {
+impl ProducerOptions {
     /// Runs a producer with these options. `program` is its name, unless `--name` gives one.
     ///
     /// # Errors
@@ -108,9 +131,8 @@ impl Options {
         let given = std::env::var(NAME_VARIABLE).ok();
         let name = self.name.as_deref().or(given.as_deref()).unwrap_or(program);
         let ports = ProducerPorts::create_on(Participant::join(&self.fleet, name)?, 0)?;
-        let lockstep = Lockstep { names: self.lockstep.clone(), timeout: self.lockstep_timeout };
         let tick_period = Duration::from_secs_f64(1.0 / self.rate);
-        let mut session = Session::new(ports, tick_period, self.speed, lockstep);
+        let mut session = Session::new(ports, tick_period, self.speed, self.lockstep.clone());
         Ok(session.run(&mut producer, &termination)?)
     }
 }

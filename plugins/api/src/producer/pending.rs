@@ -1,6 +1,6 @@
 //! Control requests that wait for their answers.
 
-use super::Refusal;
+use super::RefusalReason;
 
 /// A request that was carried out or refused, and waits for its answer.
 #[derive(Debug)]
@@ -10,5 +10,5 @@ pub(super) struct Pending {
     /// The number of steps in all after which it is answered.
     pub(super) due: u64,
     /// The reason if it is refused.
-    pub(super) refusal: Option<Refusal>,
+    pub(super) refusal: Option<RefusalReason>,
 }

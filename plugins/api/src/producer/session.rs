@@ -2,11 +2,11 @@
 
 use std::time::{Duration, Instant};
 
-use super::Producer;
 use super::clock::Clock;
 use super::figures::Figures;
 use super::pending::Pending;
 use super::speed::Speed;
+use super::{LockstepOptions, Producer};
 use crate::ports::error::{PublishError, ReadError};
 use crate::ports::lockstep::LockstepError;
 use crate::ports::producer::{FrameLoan, ProducerPorts};
@@ -27,22 +27,13 @@ pub struct Moment {
     pub sim_nanos: u64,
 }
 
-/// The readers that a producer waits for after each frame.
-#[derive(Clone, Debug, Default)]
-pub struct Lockstep {
-    /// The names of the readers; none for no lockstep.
-    pub names: Vec<String>,
-    /// How long to wait for them.
-    pub timeout: Duration,
-}
-
 /// Runs a [`Producer`], and gives it its ports and its time.
 #[derive(Debug)]
 pub struct Session {
     ports: ProducerPorts,
     pub(super) clock: Clock,
     pub(super) figures: Figures,
-    lockstep: Lockstep,
+    lockstep: LockstepOptions,
     tick_period: Duration,
     pub(super) now: Moment,
     pub(super) started: Instant,
@@ -54,12 +45,14 @@ pub struct Session {
     /// Ticks that were made while stepping, in all.
     pub(super) steps_made: u64,
     orders_refused: u64,
+    /// Answers to refused orders, which belong to the next frame.
+    refused: Vec<EventRecord>,
 }
 
 impl Session {
     /// Creates a session on ports. `tick_period` is simulated time; a producer whose moments are not that far apart
     /// overrides [`next_moment`](Producer::next_moment).
-    pub fn new(ports: ProducerPorts, tick_period: Duration, speed: Speed, lockstep: Lockstep) -> Self {
+    pub fn new(ports: ProducerPorts, tick_period: Duration, speed: Speed, lockstep: LockstepOptions) -> Self {
         let now = Instant::now();
         Self {
             ports,
@@ -74,6 +67,7 @@ impl Session {
             pending: Vec::new(),
             steps_made: 0,
             orders_refused: 0,
+            refused: Vec::new(),
         }
     }
 
@@ -134,9 +128,12 @@ impl Session {
     }
 
     fn at_end<P: Producer>(&mut self, producer: &mut P) -> Result<bool, P::Error> {
-        // There are no more ticks to make.
-        self.complete_steps();
+        if self.clock.steps_left() > 0 {
+            self.interrupt_steps("the end of the run");
+            self.clock.drop_steps();
+        }
         if producer.at_end(self)? {
+            self.answer_requests(producer)?;
             return Ok(true);
         }
         self.ports.update();
@@ -250,6 +247,10 @@ impl Session {
     /// # Errors
     /// As [`FrameLoan::send`].
     pub fn send(&mut self, frame: FrameLoan) -> Result<(), PublishError> {
+        if !self.refused.is_empty() {
+            self.ports.publish_events(self.now.tick, 0, &self.refused)?;
+            self.refused.clear();
+        }
         frame.send()?;
         self.frame_sent = true;
         self.ports.notify();
@@ -267,11 +268,11 @@ impl Session {
         self.send(frame)
     }
 
-    /// Refuses all orders that have arrived, by an event for each.
+    /// Refuses all orders that have arrived, by an event for each, which is published before the next frame.
     ///
     /// # Errors
-    /// [`ReadError`] or [`PublishError`], as one error of the producer's.
-    pub fn refuse_orders<E: From<ReadError> + From<PublishError>>(&mut self) -> Result<(), E> {
+    /// [`ReadError::Receive`] if a connection is broken.
+    pub fn refuse_orders(&mut self) -> Result<(), ReadError> {
         let mut refused = Vec::new();
         self.ports.take_orders(|_, records| {
             let orders = records.iter().filter(|record| record.kind != OrderKind::Leg as u32);
@@ -280,13 +281,12 @@ impl Session {
                 kind: EventKind::Refused as u32,
                 robot: order.robot,
                 id: order.id,
-                detail: Refusal::MalformedOrder as u32,
+                detail: Refusal::NotSteerable as u32,
             }));
         })?;
         self.orders_refused += refused.len() as u64;
-        if !refused.is_empty() && self.ports.has_event_readers() {
-            self.ports.publish_events(self.now.tick, 0, &refused)?;
-            self.ports.notify();
+        if self.ports.has_event_readers() {
+            self.refused.append(&mut refused);
         }
         Ok(())
     }

@@ -94,7 +94,7 @@ pub struct ContactEventHeader {
     pub run_id: u64,
     /// The tick of the changes.
     pub tick: u64,
-    /// Counts the samples of the publisher, from 1. The publisher fills it in.
+    /// Counts the samples of the run, from 1. The publisher fills it in.
     pub sequence: u64,
 }
 

@@ -87,6 +87,8 @@ pub enum Refusal {
     FleetFull = 9,
     /// The record's kind is unknown, or legs are missing.
     MalformedOrder = 10,
+    /// The producer takes no orders: a replay, a UDP source.
+    NotSteerable = 11,
 }
 
 impl Sequenced for EventHeader {

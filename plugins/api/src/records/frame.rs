@@ -91,7 +91,7 @@ pub enum RobotState {
     Driving = 1,
     /// The robot stands at the end of its released base and has a horizon: it waits for a release.
     Waiting = 2,
-    /// The robot was ordered to hold; it stands, or brakes in order to.
+    /// The robot was ordered to hold; it is stopped, or braking to a stop.
     Held = 3,
     /// The robot can't continue; an event gave the reason.
     Faulted = 4,

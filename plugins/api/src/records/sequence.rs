@@ -30,7 +30,7 @@ pub struct LostSamples {
 }
 
 impl LostSamples {
-    /// Takes note of a received sample, and returns how many were lost between the one before and this one.
+    /// Records a received sample, and returns how many were lost between the one before and this one.
     ///
     /// Samples that were published before the reader joined are not lost. When the run changes, the samples of the new
     /// run before this one are; how many of the old run's last ones are missing is unknown, and counts as none. A lower

@@ -1,10 +1,9 @@
 //! The options and the error of a replay.
 
 use std::path::PathBuf;
-use std::time::Duration;
 
 use clap::Args;
-use regatta_plugin::producer::Speed;
+use regatta_plugin::producer::{LockstepOptions, Speed};
 use regatta_plugin::{FleetName, LockstepError, OpenError, PublishError, ReadError};
 
 use crate::reading::ReadingError;
@@ -35,17 +34,8 @@ pub struct ReplayArgs {
     /// Leave out the recorded columns and contacts, for plugins that compute them again
     #[arg(long)]
     pub(super) no_columns: bool,
-    /// Wait for these plugins to finish each frame, so that they see every one
-    #[arg(long, value_name = "NAME", num_args = 1..)]
-    pub(super) lockstep: Vec<String>,
-    /// How many seconds to wait for a plugin in lockstep
-    #[arg(long, value_name = "SECONDS", default_value = "10", value_parser = parse_seconds)]
-    pub(super) lockstep_timeout: Duration,
-}
-
-fn parse_seconds(text: &str) -> Result<Duration, String> {
-    let seconds = text.parse().ok().and_then(|seconds| Duration::try_from_secs_f64(seconds).ok());
-    seconds.ok_or_else(|| "give seconds, for example 10".to_owned())
+    #[command(flatten)]
+    pub(super) lockstep: LockstepOptions,
 }
 
 /// The error that ends a replay.

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use regatta_plugin::control::ControlKind;
 use regatta_plugin::frame::ClockState;
-use regatta_plugin::producer::{Moment, Producer, Refusal, Session};
+use regatta_plugin::producer::{Moment, Producer, RefusalReason, Session};
 
 use super::{Replay, ReplayError, explain};
 use crate::schema::Topic;
@@ -42,18 +42,18 @@ impl Producer for Replay<'_> {
 
     fn between_ticks(&mut self, session: &mut Session) -> Result<(), ReplayError> {
         self.stage.update();
-        session.refuse_orders::<ReplayError>()?;
+        session.refuse_orders()?;
         if session.orders_refused() > 0 && !std::mem::replace(&mut self.reported_orders, true) {
             regatta_plugin::tell!("replay: orders are refused: the robots of a recording can't be steered");
         }
         Ok(())
     }
 
-    fn refuses(&self, kind: ControlKind) -> Option<Refusal> {
+    fn refuses(&self, kind: ControlKind) -> Option<RefusalReason> {
         (kind == ControlKind::Robots).then(|| "a replay can't change the number of robots".to_owned())
     }
 
-    fn seek(&mut self, session: &mut Session, sim_time: Duration) -> Result<Result<(), Refusal>, ReplayError> {
+    fn seek(&mut self, session: &mut Session, sim_time: Duration) -> Result<Result<(), RefusalReason>, ReplayError> {
         match self.refuse_time(sim_time) {
             Some(reason) => Ok(Err(reason)),
             None => self.go_to(session, sim_time, false).map(Ok),

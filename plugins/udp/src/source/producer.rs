@@ -1,9 +1,9 @@
-//! The source as a [`Producer`]. It follows whoever sends it poses: it can be paused, but not steered.
+//! The source as a [`Producer`]. It follows the sender of the poses: it can be paused, but not steered.
 
 use std::time::{Duration, Instant};
 
 use regatta_plugin::control::ControlKind;
-use regatta_plugin::producer::{Producer, Refusal, Session};
+use regatta_plugin::producer::{Producer, RefusalReason, Session};
 use regatta_plugin::{Error, Result};
 
 use super::Source;
@@ -37,7 +37,7 @@ impl Producer for Source {
 
     fn between_ticks(&mut self, session: &mut Session) -> Result {
         self.receive_until(Instant::now());
-        session.refuse_orders::<Error>()?;
+        session.refuse_orders()?;
         self.report(session);
         Ok(())
     }
@@ -47,7 +47,7 @@ impl Producer for Source {
         Ok(())
     }
 
-    fn refuses(&self, kind: ControlKind) -> Option<Refusal> {
+    fn refuses(&self, kind: ControlKind) -> Option<RefusalReason> {
         let reason = match kind {
             ControlKind::Status | ControlKind::Pause | ControlKind::Resume => return None,
             ControlKind::Step | ControlKind::Speed | ControlKind::Seek => {
@@ -62,7 +62,7 @@ impl Producer for Source {
 #[cfg(test)]
 mod tests {
     use regatta_plugin::FleetName;
-    use regatta_plugin::producer::{Lockstep, Speed};
+    use regatta_plugin::producer::{LockstepOptions, Speed};
     use regatta_plugin::{ProducerPorts, Subscriber};
 
     use super::*;
@@ -82,7 +82,7 @@ mod tests {
         }
         let fleet: FleetName = format!("test-udp-source-{}", std::process::id()).parse()?;
         let ports = ProducerPorts::create(&fleet, 0)?;
-        let mut session = Session::new(ports, Duration::from_millis(20), Speed::default(), Lockstep::default());
+        let mut session = Session::new(ports, Duration::from_millis(20), Speed::default(), LockstepOptions::default());
         source.start(&mut session)?;
         let mut frames = Subscriber::open(&fleet)?;
         session.ports().update();
