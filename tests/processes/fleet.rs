@@ -26,6 +26,20 @@ pub fn regatta() -> Command {
     command
 }
 
+/// Builds an example crate as its user would, and returns its program.
+pub fn build_example(name: &str) -> PathBuf {
+    let target = root().join("target").join(name);
+    let build = Command::new(env!("CARGO"))
+        .args(["build", "--offline", "--manifest-path"])
+        .arg(root().join("examples").join(name).join("Cargo.toml"))
+        .arg("--target-dir")
+        .arg(&target)
+        .output()
+        .expect("cargo starts");
+    assert!(build.status.success(), "{}", String::from_utf8_lossy(&build.stderr));
+    target.join("debug").join(format!("{name}{}", std::env::consts::EXE_SUFFIX))
+}
+
 /// Returns a fleet name that no other test and no other run of the tests uses.
 pub fn unique(test: &str) -> FleetName {
     format!("test-{test}-{}", std::process::id()).parse().expect("a fleet name")

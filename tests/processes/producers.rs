@@ -8,7 +8,7 @@ use regatta_plugin::{Control, ControlError, FleetName, Subscriber};
 use regatta_record::{Recording, Topic};
 use tempfile::TempDir;
 
-use crate::fleet::{Fleet, Process, eventually, graphs, regatta, root, unique};
+use crate::fleet::{Fleet, Process, build_example, eventually, graphs, regatta, unique};
 use crate::record::{file, record, recorder};
 
 /// A client of a fleet's control service, as soon as it answers.
@@ -61,21 +61,9 @@ fn a_pause_ends_a_step_of_a_replay() {
 
 #[test]
 fn the_example_producer_builds_by_itself_and_is_a_fleet_like_any_other() {
-    let example = root().join("examples/own-producer");
-    let target = root().join("target/own-producer");
-    let build = Command::new(env!("CARGO"))
-        .args(["build", "--offline", "--manifest-path"])
-        .arg(example.join("Cargo.toml"))
-        .arg("--target-dir")
-        .arg(&target)
-        .output()
-        .expect("cargo starts");
-    assert!(build.status.success(), "{}", String::from_utf8_lossy(&build.stderr));
-
     let fleet = unique("own-producer");
-    let program = target.join("debug").join(format!("own-producer{}", std::env::consts::EXE_SUFFIX));
     let lockstep = ["--fleet", fleet.as_str(), "--rate", "100", "--speed", "max", "--lockstep", "hello"];
-    let gateway = Process::start(Command::new(program).args(lockstep));
+    let gateway = Process::start(Command::new(build_example("own-producer")).args(lockstep));
     let hello = Process::start(regatta().args(["plugin", "hello", "--fleet", fleet.as_str()]));
     a_pause_ends_a_step(&fleet);
 
@@ -123,13 +111,13 @@ fn a_step_beyond_the_end_of_a_run_is_refused_by_every_producer() {
     let _replay =
         Process::start(regatta().arg("replay").arg(file(&folder)).args(["--paused", "--fleet", replay.as_str()]));
     let limited = unique("step-end-engine");
-    let args = ["--ticks", "500", "--fleet", limited.as_str()];
+    let args = ["--ticks", "6000", "--fleet", limited.as_str()];
     let _limited = Process::start(regatta().arg("engine").arg(graphs("thirty.yaml")).args(args));
     for fleet in [&replay, &limited] {
         let mut control = control(fleet);
         control.pause().expect("paused");
         control.speed(f32::INFINITY).expect("changed");
-        let refused = control.step(10_000);
+        let refused = control.step(100_000);
         assert!(
             matches!(&refused, Err(ControlError::Refused { reason, .. }) if reason.contains("the end of the run")),
             "{fleet}: {refused:?}"

@@ -1,4 +1,4 @@
-//! The clock of a recording, and the detection of frames that the recorder missed.
+//! The clock of a recording.
 
 use regatta_plugin::frame::FrameHeader;
 

@@ -141,7 +141,7 @@ impl RouteServer {
     /// Opens the routes of a fleet, for answering.
     ///
     /// # Errors
-    /// [`OpenError::Full`] if somebody else answers for this fleet, [`OpenError::OtherVersion`] if it uses another
+    /// [`OpenError::Full`] if another process answers for this fleet, [`OpenError::OtherVersion`] if it uses another
     /// contract, else [`OpenError::SharedMemory`].
     pub fn open_on(participant: &Participant) -> Result<Self, OpenError> {
         let service = services::routes(participant.node(), participant.fleet())?;

@@ -157,7 +157,8 @@ impl<'a> Runner<'a> {
             lockstep: LockstepTurn {
                 participant: participant.clone(),
                 after,
-                ports: None,
+                reporter: None,
+                reports: None,
                 last: (0, u64::MAX),
                 skipped: 0,
             },
@@ -191,8 +192,9 @@ impl<'a> Runner<'a> {
         if self.limiter.left().is_zero() && self.quiet_since.elapsed() >= SLICE && !self.frames.has_newer()? {
             self.quiet_since = Instant::now();
             self.silence.check(&self.frames);
-            self.lockstep.update();
+            // First its columns, then its report: whoever has the report finds the columns.
             plugin.on_idle(self.frames.has_producer())?;
+            self.lockstep.update();
         }
         Ok(())
     }
@@ -260,7 +262,9 @@ struct LockstepTurn {
     participant: Participant,
     after: Vec<String>,
     /// Opened with the first frame in lockstep.
-    ports: Option<(Reporter, DoneReports)>,
+    reporter: Option<Reporter>,
+    /// Opened only if there are plugins to wait for: each report wakes all that read reports.
+    reports: Option<DoneReports>,
     /// Run and tick of the last frame.
     last: (u64, u64),
     /// Frames that the plugin's rate has skipped since the last one that it got.
@@ -288,11 +292,17 @@ impl LockstepTurn {
         if frame.header().lockstep == 0 || self.after.is_empty() {
             return Ok(true);
         }
-        self.open()?;
-        let Some((_, reports)) = &mut self.ports else { return Ok(true) };
+        let reports = match &mut self.reports {
+            Some(reports) => reports,
+            none => none.insert(DoneReports::open(&self.participant)?),
+        };
         let start = Instant::now();
         let mut reported = false;
         while !termination.requested() {
+            if reports.missing(&self.after, frame.run_id(), frame.tick())?.next().is_none() {
+                return Ok(true);
+            }
+            // Checked again, because a report may have come in between: its wake-up is forgotten now.
             reports.forget_wake_ups()?;
             let missing: Vec<_> = reports.missing(&self.after, frame.run_id(), frame.tick())?.cloned().collect();
             if missing.is_empty() {
@@ -313,23 +323,16 @@ impl LockstepTurn {
         if frame.header().lockstep == 0 {
             return Ok(());
         }
-        self.open()?;
-        if let Some((reporter, _)) = &self.ports {
-            reporter.done(frame.run_id(), frame.tick())?;
-        }
-        Ok(())
-    }
-
-    fn open(&mut self) -> Result {
-        if self.ports.is_none() {
-            self.ports = Some((Reporter::open_on(&self.participant)?, DoneReports::open(&self.participant)?));
-        }
-        Ok(())
+        let reporter = match &mut self.reporter {
+            Some(reporter) => reporter,
+            none => none.insert(Reporter::open_on(&self.participant)?),
+        };
+        Ok(reporter.done(frame.run_id(), frame.tick())?)
     }
 
     /// Gives the last report to plugins that have joined since.
     fn update(&self) {
-        if let Some((reporter, _)) = &self.ports {
+        if let Some(reporter) = &self.reporter {
             reporter.update();
         }
     }
