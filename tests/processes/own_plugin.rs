@@ -8,8 +8,10 @@ use crate::fleet::{Fleet, Process, build_example, eventually};
 
 #[test]
 fn the_example_plugin_builds_by_itself_and_reads_the_fleet() {
+    // Built before the fleet starts: its robots drive for a few seconds only, and the build takes a minute or two.
+    let program = build_example("own-plugin");
     let fleet = Fleet::start("own-plugin", "thirty.yaml", &[]);
-    let plugin = Process::start(Command::new(build_example("own-plugin")).args(["--fleet", &fleet.name.to_string()]));
+    let plugin = Process::start(Command::new(program).args(["--fleet", &fleet.name.to_string()]));
     let participant = Participant::join(&fleet.name, "test").expect("joined");
     let mut column = ColumnReader::open_on(&participant, "standing").expect("opened");
     let mut orders = Orders::open_on(&participant).expect("opened");
