@@ -5,10 +5,10 @@ use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
 use clap::Args;
-use regatta_plugin::ProducerPorts;
 use regatta_plugin::frame::CONTRACT_VERSION;
 use regatta_plugin::health::{self, Cleaned, Occupant};
 use regatta_plugin::{FleetName, Subscriber};
+use regatta_plugin::{ProducerPorts, RUNTIME_DIR_VARIABLE};
 
 use crate::failure::Failure;
 
@@ -44,12 +44,13 @@ impl fmt::Display for CheckResult {
 }
 
 pub fn run(args: DoctorArgs) -> Result<ExitCode, Failure> {
+    health::look_only();
     let mut results = Vec::new();
     if args.clean {
         results.push(cleanup_result(health::clean()?));
     }
-    // The trial joins a fleet, which removes the files of dead processes. List dead processes before it.
     results.extend([memory(), rights()]);
+    results.extend(directory());
     results.extend(processes());
     results.extend([versions(), trial(), processor()]);
     for result in &results {
@@ -64,9 +65,11 @@ fn failed(error: impl fmt::Display, advice: &str) -> CheckResult {
 }
 
 fn cleanup_result(cleaned: Cleaned) -> CheckResult {
-    let Cleaned { occupants, failed, orphans, bytes } = cleaned;
+    let Cleaned { occupants, failed, orphans, bytes, repaired } = cleaned;
     let freed = megabytes(bytes);
-    let message = format!("cleaned up after {occupants} dead processes and {orphans} orphaned segments: {freed} freed");
+    let repaired = if repaired { "; removed the damaged management segment" } else { "" };
+    let message =
+        format!("cleaned up after {occupants} dead processes and {orphans} orphaned segments: {freed} freed{repaired}");
     if failed == 0 {
         return Passed(message);
     }
@@ -107,8 +110,34 @@ fn rights() -> CheckResult {
     }
 }
 
-/// The advice if the folder of iceoryx2's files can't be read.
-const CHECK_OWNER: &str = "check whether /tmp/iceoryx2 belongs to another user";
+/// The advice if iceoryx2's files can't be listed.
+const CHECK_OWNER: &str = "check the directory above, and who owns it";
+
+/// Checks where this user's shared memory is.
+fn directory() -> Vec<CheckResult> {
+    let mut results = Vec::new();
+    match health::location() {
+        Ok((root, prefix)) => {
+            results.push(Passed(format!("directory: {root} (segments {}/{prefix}*)", health::SHARED_MEMORY)));
+        }
+        Err(error) => results.push(failed(error, "other users may not control it")),
+    }
+    if let Some(damage) = health::damage() {
+        results.push(failed(damage, "run `regatta doctor --clean`"));
+    }
+    match health::bytes_elsewhere() {
+        Ok(bytes) if bytes > 0 => results.push(Warning {
+            problem: format!("{} of segments belong to another directory", megabytes(bytes)),
+            advice: format!(
+                "a container or another {RUNTIME_DIR_VARIABLE} may use them; if none does, remove {}/regatta_* that don't \
+                 have the prefix above",
+                health::SHARED_MEMORY
+            ),
+        }),
+        _ => {}
+    }
+    results
+}
 
 fn processes() -> Vec<CheckResult> {
     let occupants = match health::occupants() {

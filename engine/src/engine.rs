@@ -150,12 +150,14 @@ impl Simulation {
         let tick = session.tick();
         let ports = session.ports();
         if !self.events.records().is_empty() {
-            ports.publish_events(tick, self.events.dropped(), self.events.records())?;
+            let published = ports.publish_events(tick, self.events.dropped(), self.events.records());
+            session.unless_full(published)?;
             self.events.clear();
             self.unannounced_ticks += 1;
         }
         if !self.order_log.is_empty() {
-            ports.publish_order_log(tick, &self.order_log)?;
+            let published = session.ports().publish_order_log(tick, &self.order_log);
+            session.unless_full(published)?;
             self.order_log.clear();
         }
         Ok(())
@@ -178,9 +180,23 @@ impl Simulation {
         Ok(())
     }
 
+    /// Loans the frame of this tick, if it has one and shared memory has room for it.
+    fn loan_if_due(&self, session: &mut Session) -> Result<Option<FrameLoan>, EngineError> {
+        if self.has_frame(session.tick()) { self.loan(session) } else { Ok(None) }
+    }
+
+    /// Loans a frame. A digest is of all frames: then, full memory is an error.
+    fn loan(&self, session: &mut Session) -> Result<Option<FrameLoan>, EngineError> {
+        let robots = self.fleet.robots();
+        Ok(match self.digest {
+            Some(_) => Some(session.loan(robots)?),
+            None => session.loan_unless_full(robots)?,
+        })
+    }
+
     /// Publishes the poses as they are.
     fn write_frame(&mut self, session: &mut Session, digested: bool) -> Result<(), EngineError> {
-        let mut frame = session.loan(self.fleet.robots())?;
+        let Some(mut frame) = self.loan(session)? else { return Ok(()) };
         self.fleet.write(frame.columns_mut());
         self.send(session, frame, digested)
     }

@@ -4,12 +4,13 @@ use std::process::Output;
 use std::time::Duration;
 
 use regatta_plugin::event::EventKind;
+use regatta_plugin::frame::ClockState;
 use regatta_plugin::{
     ColumnPublisher, ColumnReader, EventReader, FleetName, Frame, Orders, Participant, Plugin, ReadError, Reporter,
     Result, Subscriber,
 };
 
-use crate::fleet::{Process, TIMEOUT, graphs, regatta, unique};
+use crate::fleet::{Fleet, Process, TIMEOUT, graphs, regatta, unique};
 
 const TICKS: u64 = 300;
 
@@ -77,6 +78,47 @@ fn a_plugin_in_lockstep_sees_every_tick() {
         .map(|line| line.strip_prefix("tick ").and_then(|rest| rest.split(':').next()?.parse().ok()).expect("a tick"))
         .collect();
     assert_eq!(ticks, (0..=TICKS).collect::<Vec<_>>(), "each once, in order");
+}
+
+#[test]
+fn a_plugin_that_ends_as_it_was_asked_to_leaves_the_lockstep() {
+    let fleet = unique("lockstep-leave");
+    let hello = Process::start(regatta().args(["plugin", "hello", "--fleet", &fleet.to_string()]));
+    let ticks = ["--ticks", "400", "--speed", "1", "--rate", "100"];
+    let mut command = regatta();
+    command.arg("engine").arg(graphs("thirty.yaml")).args(ticks).args(["--fleet", &fleet.to_string()]);
+    let engine = Process::start(command.args(["--lockstep", "hello", "--lockstep-timeout", "2"]));
+    let mut frames = Subscriber::open(&fleet).expect("opened");
+    crate::fleet::eventually("the run has begun", || {
+        frames.latest().expect("readable").filter(|frame| frame.tick() > 10).map(drop)
+    });
+    assert!(hello.interrupt().status.success());
+    let output = engine.finish();
+    let message = text(&output.stderr);
+    assert!(output.status.success(), "{message}");
+    assert_eq!(message.matches("hello has left the lockstep").count(), 1, "{message}");
+}
+
+#[test]
+fn a_frame_of_a_tick_that_was_published_before_says_so() {
+    let fleet = Fleet::start("repeated", "thirty.yaml", &["--rate", "20"]);
+    let mut reader = fleet.subscriber();
+    fleet.control(&["pause"]);
+    let paused = crate::fleet::eventually("the paused frame", || {
+        let frame = reader.latest().expect("readable")?;
+        (frame.header().clock == ClockState::Paused as u32).then(|| *frame.header())
+    });
+    assert_eq!(paused.repeated, 1);
+    fleet.control(&["robots", "31"]);
+    let grown = crate::fleet::eventually("another robot", || {
+        reader.latest().expect("readable").map(|frame| *frame.header()).filter(|header| header.robots == 31)
+    });
+    assert_eq!((grown.tick, grown.repeated), (paused.tick, 1));
+    fleet.control(&["step"]);
+    let next = crate::fleet::eventually("the next tick", || {
+        reader.latest().expect("readable").map(|frame| *frame.header()).filter(|header| header.tick > paused.tick)
+    });
+    assert_eq!(next.tick, paused.tick + 1);
 }
 
 #[test]

@@ -15,6 +15,7 @@ mod record;
 mod replay;
 mod restart;
 mod routes;
+mod shared_memory;
 mod terminal;
 mod top;
 mod udp;

@@ -23,8 +23,7 @@ impl Producer for Simulation {
     fn tick(&mut self, session: &mut Session) -> Result<(), EngineError> {
         self.events.set_wanted(session.ports().has_event_readers());
         self.take_orders(session)?;
-        if self.has_frame(session.tick()) {
-            let mut frame = session.loan(self.fleet.robots())?;
+        if let Some(mut frame) = self.loan_if_due(session)? {
             self.fleet.step(Some(frame.columns_mut()), &mut self.events);
             self.publish_events(session)?;
             self.send(session, frame, true)

@@ -2,7 +2,8 @@
 //!
 //! Three generic ports do the work, and the others only give them names and types: [`slices`] sends slices of records,
 //! [`newest`] takes the newest sample, [`every_tick`] takes all of them in order. Request-response services have
-//! [`ask`] on the client's side. [`services`] holds the name and the quality of service of each.
+//! [`ask`] on the client's side. [`services`] holds the name and the quality of service of each. `full_memory` turns
+//! shared memory that is full into an error.
 //!
 //! Imports lead from the services up to the ports and on to [`process`](crate::process), never back.
 
@@ -15,6 +16,7 @@ pub mod events;
 mod every_tick;
 mod frame_loan;
 pub mod frames;
+pub(crate) mod full_memory;
 mod inbox;
 pub mod lockstep;
 mod newest;

@@ -63,7 +63,7 @@ fn kind<T, F>(_: fn(&T) -> &F) -> &'static str {
 fn all_records() -> Map<String, Value> {
     records! {
         FrameHeader { run_id, tick, sequence, sim_time_nanos, wall_time_nanos, late_ticks, world_revision, tick_cost_nanos,
-            tick_period_nanos, speed, robots, stride_lines, clock, lockstep, reserved }
+            tick_period_nanos, speed, robots, stride_lines, clock, lockstep, repeated }
         WorldHeader { run_id, revision, nodes, edges, robot_types, reserved }
         NodeRecord { id, x, y, theta }
         EdgeRecord { id, origin, destination, length, control_points, velocity_forward, velocity_backwards, reserved }
@@ -113,7 +113,7 @@ fn all_services(fleet: &FleetName) -> Result<Map<String, Value>> {
     let (_log, _routes) = (OrderLogReader::open_on(&other)?, RouteServer::open_on(&other)?);
     let prefix = services::service_name(fleet, "");
     let mut services = Map::new();
-    ipc::Service::list(Config::global_config(), |service| {
+    ipc::Service::list(regatta_plugin::iceoryx2_config()?, |service| {
         let service = &service.static_details;
         if let Some(name) = service.name().as_str().strip_prefix(&prefix) {
             let Value::Object(mut pattern) = json!(service.messaging_pattern()) else { unreachable!("an enum") };

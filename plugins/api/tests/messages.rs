@@ -14,9 +14,9 @@ use regatta_plugin::frame::{CONTRACT_VERSION, FrameHeader, Line};
 use regatta_plugin::order::{OrderKind, OrderRecord, RouteLeg};
 use regatta_plugin::route::{LegAhead, RouteRequest, RouteResponse};
 use regatta_plugin::{
-    ColumnPublisher, ColumnReader, Control, ControlError, EventReader, LockstepError, OpenError, OrderError, Orders,
-    Participant, PublishError, ReadError, Reporter, RouteClient, RouteError, RouteServer, Subscriber, column_names,
-    services,
+    ColumnPublisher, ColumnReader, Control, ControlError, EventReader, FleetName, LockstepError, OpenError, OrderError,
+    Orders, Participant, PublishError, ReadError, Reporter, RouteClient, RouteError, RouteServer, Subscriber,
+    column_names, services,
 };
 
 use common::{fleet, publish};
@@ -166,8 +166,10 @@ fn routes_are_told_by_whoever_knows_them() {
     let producer = ProducerPorts::create(&fleet, 1).unwrap();
     assert_eq!(client.route(0), Err(RouteError::NoRoutes { fleet: fleet.clone() }), "a producer that has none");
     let mut server = RouteServer::open_on(producer.participant()).unwrap();
-    let (again, limit) = (RouteServer::open_on(producer.participant()).map(|_| ()), 1);
-    assert_eq!(again, Err(OpenError::Full { service: services::service_name(&fleet, "routes"), limit }));
+    let again = RouteServer::open_on(producer.participant()).map(|_| ()).expect_err("it has one server");
+    let OpenError::Full { service, limit, holders } = &again else { panic!("{again}") };
+    assert_eq!((service, *limit), (&services::service_name(&fleet, "routes"), 1));
+    assert!(holders.contains("producer") && holders.contains("routes"), "the processes at the service: {holders}");
     let timeout = Duration::from_millis(20);
     for _ in 0..3 {
         let robots = [0; services::MAX_OPEN_ROUTES];
@@ -289,12 +291,25 @@ fn lockstep_waits_for_those_named_and_names_those_missing() {
     recorder.done(producer.run_id(), 1).unwrap();
     producer.wait_done(&names, 1, timeout).unwrap();
     producer.wait_done(&[], 2, timeout).unwrap();
+    planner.leave(producer.run_id()).unwrap();
+    recorder.done(producer.run_id(), 7).unwrap();
+    producer.wait_done(&names, 7, timeout).unwrap();
+    planner.done(producer.run_id(), 7).unwrap();
+    assert!(producer.wait_done(&names, 8, timeout).is_err(), "it is back");
+}
+
+#[test]
+fn the_longest_names_of_fleet_and_plugin_go_together() {
+    let fleet: FleetName = format!("{:x<64}", format!("test-long-{}", std::process::id())).parse().unwrap();
+    let participant = Participant::join(&fleet, &"p".repeat(64)).unwrap();
+    assert_eq!(participant.name().len(), 64);
+    Subscriber::open_on(&participant).unwrap();
 }
 
 #[test]
 fn a_fleet_of_another_contract_version_is_refused_naming_both() {
     let fleet = fleet();
-    let node = NodeBuilder::new().create::<ipc::Service>().unwrap();
+    let node = NodeBuilder::new().config(regatta_plugin::iceoryx2_config().unwrap()).create::<ipc::Service>().unwrap();
     let version = AttributeSpecifier::new()
         .define(
             &AttributeKey::new(services::VERSION_ATTRIBUTE.as_bytes()).unwrap(),

@@ -100,7 +100,7 @@ class FrameHeader(Sequenced):
     stride_lines: u32
     clock: u32
     lockstep: u32
-    reserved: u32
+    repeated: u32
 
 
 @record

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import contextlib
 import logging
 import os
+import sys
 import time
+import weakref
 from collections.abc import Iterable
 
 from regatta._contract import FrameHeader
+from regatta._errors import PublishError
 from regatta._node import Node
 from regatta._reports import DoneReports, Reporter
 from regatta._silence import SILENCE
@@ -32,6 +36,7 @@ class Lockstep:
         self._reporter: Reporter | None = None
         self._reports: DoneReports | None = None
         self._last = (0, -1)
+        self._run = [0]
 
     def is_new(self, header: FrameHeader) -> bool:
         """Registers a frame, and returns whether it is to be handed out. In lockstep each tick counts once: whether a
@@ -61,7 +66,11 @@ class Lockstep:
     def report(self, header: FrameHeader) -> None:
         """Reports that a frame's tick is finished."""
         if header.lockstep:
-            self._reporter = self._reporter or self._node.reporter()
+            if self._reporter is None:
+                self._reporter = self._node.reporter()
+                # Runs when the loop's object is gone, at the latest when the program ends.
+                weakref.finalize(self, _leave, self._reporter, self._run)
+            self._run[0] = header.run_id
             self._reporter.done(header.run_id, header.tick)
 
     def update(self) -> None:
@@ -69,3 +78,10 @@ class Lockstep:
         comes."""
         if self._reporter is not None:
             self._reporter.update()
+
+
+def _leave(reporter: Reporter, run: list[int]) -> None:
+    """Leaves the lockstep, unless the program ends because of an error: then the engine names it."""
+    if getattr(sys, "last_type", None) is None:
+        with contextlib.suppress(PublishError):
+            reporter.leave(run[0])

@@ -7,6 +7,7 @@ from typing import Any, TypeVar
 import iceoryx2 as iox
 
 from regatta._contract import CONTRACT_VERSION, LAYOUT, Done, Record, Sequenced
+from regatta._domain import iceoryx2_config
 from regatta._errors import VersionError
 from regatta._ports import Client, Receiver, Sender, Wake, unusable
 from regatta._reports import DoneReports, Reporter
@@ -29,7 +30,9 @@ class Node:
     def __init__(self, fleet: str, name: str) -> None:
         self.fleet = fleet
         self.name = name
-        builder = iox.NodeBuilder.new().name(iox.NodeName.new(f"regatta/{fleet}/{name}"))
+        # iceoryx2's limit is 128 bytes; the name of a node serves `regatta doctor` only.
+        node_name = f"regatta/{fleet}/{name}".encode()[:128].decode(errors="ignore")
+        builder = iox.NodeBuilder.new().config(iceoryx2_config()).name(iox.NodeName.new(node_name))
         # iceoryx2's own handling intercepts every signal that a process can get.
         builder = builder.signal_handling_mode(iox.SignalHandlingMode.Disabled)
         try:

@@ -10,6 +10,10 @@ from regatta._errors import PublishError, ReadError
 from regatta._ports import Wake, create, update_connections
 
 
+LEFT = 2**64 - 1
+"""The tick that stands for all ticks to come."""
+
+
 class Reporter:
     """The sending end of lockstep reports: reports finished ticks under the reader's name."""
 
@@ -29,6 +33,10 @@ class Reporter:
             raise PublishError(f"can't publish a lockstep report ({error})") from None
         except iox.NotifierNotifyError:
             pass  # those who wait check by themselves a little later
+
+    def leave(self, run_id: int) -> None:
+        """Reports that this reader leaves the lockstep of a run: nobody is to wait for it any more."""
+        self.done(run_id, LEFT)
 
     def update(self) -> None:
         """Gives the last report to processes that have joined since. Must be called every now and then while no frame

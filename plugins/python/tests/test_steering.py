@@ -213,7 +213,7 @@ def test_the_column_of_a_dead_publisher_can_be_opened_again(engine: Engine) -> N
 def test_a_place_of_a_reader_is_free_again_when_it_closes(engine: Engine) -> None:
     fleet = regatta.join(engine.name)
     readers = []
-    with pytest.raises(regatta.FullError, match="16 places"):
+    with pytest.raises(regatta.FullError, match="64 places"):
         while True:
             readers.append(fleet.contacts())
     assert len(readers) == 16

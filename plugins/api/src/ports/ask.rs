@@ -57,12 +57,8 @@ where
         service: request_response::PortFactory<Ipc, Q, (), A, ()>,
         limit: usize,
     ) -> Result<Self, OpenError> {
-        let client = service
-            .client_builder()
-            .backpressure_strategy(BackpressureStrategy::DiscardData)
-            .create()
-            .map_err(|e| services::full_or(service.name(), limit, e))?;
-        Ok(Self { client, service })
+        let create = || service.client_builder().backpressure_strategy(BackpressureStrategy::DiscardData).create();
+        Ok(Self { client: services::place(&service, limit, create)?, service })
     }
 
     /// Whether the service has a server. One that was killed counts until another process joins the fleet.

@@ -5,8 +5,9 @@ use iceoryx2::prelude::*;
 use super::error::{OpenError, PublishError, ReadError};
 use super::newest::Newest;
 use super::services::{self, Ipc};
-use super::slices::SliceSender;
-use crate::process::join::{Participant, config};
+use super::slices::{SliceSender, send};
+use crate::process::domain::config;
+use crate::process::join::Participant;
 use crate::records::column::ColumnHeader;
 use crate::records::frame::{Frame, Line, stride_lines};
 use crate::records::name::{ColumnName, FleetName};
@@ -58,8 +59,7 @@ impl ColumnPublisher {
         fill(&mut bytemuck::cast_slice_mut(sample.payload_mut())[..robots]);
         let sequence = self.sender.sequence().next(run_id);
         *sample.user_header_mut() = ColumnHeader { run_id, tick, sequence, robots: robots as u32, reserved: 0 };
-        sample.send().map_err(|e| PublishError::Send { what: "a column", reason: e.to_string() })?;
-        Ok(())
+        send(sample, "a column").map(drop)
     }
 
     /// Gives the newest values to readers that have joined since. Publishing does so as well.
@@ -149,8 +149,9 @@ impl ColumnReader {
 pub fn column_names(fleet: &FleetName) -> Vec<ColumnName> {
     let prefix = services::service_name(fleet, "columns/");
     let mut names = Vec::new();
+    let Ok(config) = config() else { return names };
     // A service that this user can't list can't be read either.
-    let _ = Ipc::list(config(), |service| {
+    let _ = Ipc::list(config, |service| {
         let name = service.static_details.name().as_str();
         names.extend(name.strip_prefix(&prefix).and_then(|name| name.parse().ok()));
         CallbackProgression::Continue

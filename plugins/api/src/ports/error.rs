@@ -1,5 +1,7 @@
 //! The errors of ports: one closed enum per operation.
 
+use super::full_memory::FULL;
+use crate::process::domain::DomainError;
 use crate::records::frame::CONTRACT_VERSION;
 use crate::records::name::{ColumnName, FleetName, NameError};
 
@@ -54,14 +56,20 @@ pub enum OpenError {
     },
     /// A service has no free place.
     #[error(
-        "{service} has all of its {limit} places taken; stop a reader, or run `regatta doctor --clean` if some have died"
+        "{service} has all of its {limit} places taken by {holders}; stop one of them, or run `regatta doctor --clean` if \
+         some have died"
     )]
     Full {
         /// The service.
         service: String,
         /// The number of places.
         limit: usize,
+        /// The processes at the service, by name and number: `3 × hello, viewer`.
+        holders: String,
     },
+    /// This user has no directory for the files of shared memory.
+    #[error(transparent)]
+    Domain(#[from] DomainError),
     /// iceoryx2 failed.
     #[error("can't open {what} in shared memory ({reason}); `regatta doctor` reports what is wrong")]
     SharedMemory {
@@ -75,6 +83,12 @@ pub enum OpenError {
 /// The error of publishing a sample.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum PublishError {
+    /// `/dev/shm` is full. Nothing was published, and a later attempt may succeed.
+    #[error("can't publish {what}: {FULL}; `regatta doctor` shows how much there is")]
+    MemoryFull {
+        /// The sample that was to be published.
+        what: &'static str,
+    },
     /// Shared memory has no room for the sample.
     #[error("no shared memory for {what} ({reason}); `regatta doctor` shows how much there is")]
     Loan {

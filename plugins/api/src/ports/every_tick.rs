@@ -6,7 +6,8 @@ use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::prelude::*;
 use iceoryx2::service::port_factory::publish_subscribe;
 
-use super::error::{OpenError, ReadError, receive_error};
+use super::error::{OpenError, ReadError};
+use super::full_memory::received;
 use super::services::{self, Ipc};
 use crate::records::sequence::{LostSamples, Sequenced};
 
@@ -44,8 +45,7 @@ where
         service: &publish_subscribe::PortFactory<Ipc, [T], H>,
         what: &'static str,
     ) -> Result<Self, OpenError> {
-        let port = service.subscriber_builder().create();
-        let port = port.map_err(|e| services::full_or(service.name(), services::MAX_READERS, e))?;
+        let port = services::place(service, services::MAX_READERS, || service.subscriber_builder().create())?;
         Ok(Self { port, lost: LostSamples::default(), what })
     }
 
@@ -59,7 +59,7 @@ where
     ) -> Result<(), E> {
         // Bounded, so that a publisher faster than `each` can't keep a reader from its frames.
         for _ in 0..2 * services::EVENT_BUFFER {
-            let Some(sample) = self.port.receive().map_err(|e| receive_error(self.what, e))? else { break };
+            let Some(sample) = received(self.what, || self.port.receive())? else { break };
             let header = sample.user_header();
             let missed = self.lost.before(header);
             each(&TickRecords { header, records: sample.payload(), missed })?;

@@ -1,12 +1,14 @@
 //! A frame under construction.
 
+use core::cell::Cell;
+use std::rc::Rc;
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use iceoryx2::sample_mut::SampleMut;
 
 use super::error::PublishError;
 use super::services::Ipc;
-use super::slices::Sequence;
+use super::slices::{Sequence, send};
 use crate::records::frame::{ColumnsMut, FrameHeader, Line};
 
 /// A frame under construction, in shared memory. Dropped without [`send`](Self::send), it is never seen.
@@ -14,15 +16,24 @@ pub struct FrameLoan {
     sample: SampleMut<Ipc, [Line], FrameHeader>,
     robots: usize,
     sequence: Sequence,
+    last_tick: LastTick,
 }
 
+/// Run and tick of the frame that was sent last.
+pub(super) type LastTick = Rc<Cell<Option<(u64, u64)>>>;
+
 impl FrameLoan {
-    pub(super) fn new(sample: SampleMut<Ipc, [Line], FrameHeader>, robots: usize, sequence: Sequence) -> Self {
-        Self { sample, robots, sequence }
+    pub(super) fn new(
+        sample: SampleMut<Ipc, [Line], FrameHeader>,
+        robots: usize,
+        sequence: Sequence,
+        last_tick: LastTick,
+    ) -> Self {
+        Self { sample, robots, sequence, last_tick }
     }
 
-    /// The header. `robots` and `stride_lines` describe the columns and must not be changed; `sequence` and
-    /// `wall_time_nanos` are filled in by [`send`](Self::send).
+    /// The header. `robots` and `stride_lines` describe the columns and must not be changed; `sequence`,
+    /// `repeated` and `wall_time_nanos` are filled in by [`send`](Self::send).
     pub fn header_mut(&mut self) -> &mut FrameHeader {
         self.sample.user_header_mut()
     }
@@ -39,10 +50,11 @@ impl FrameLoan {
     /// [`PublishError::Send`] if a connection is broken; the readers on the others have it.
     pub fn send(mut self) -> Result<(), PublishError> {
         let header = self.sample.user_header_mut();
+        let tick = (header.run_id, header.tick);
+        header.repeated = (self.last_tick.replace(Some(tick)) == Some(tick)).into();
         header.sequence = self.sequence.next(header.run_id);
         header.wall_time_nanos = wall_time_nanos();
-        self.sample.send().map_err(|e| PublishError::Send { what: "a frame", reason: e.to_string() })?;
-        Ok(())
+        send(self.sample, "a frame").map(drop)
     }
 }
 

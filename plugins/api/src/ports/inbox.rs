@@ -3,9 +3,9 @@
 use iceoryx2::active_request::ActiveRequest;
 use iceoryx2::port::server::Server;
 use iceoryx2::port::subscriber::Subscriber;
-use iceoryx2::prelude::*;
 
-use super::error::{OpenError, ReadError, receive_error};
+use super::error::{OpenError, ReadError};
+use super::full_memory::received;
 use super::services::{self, Ipc};
 use crate::process::join::Participant;
 use crate::records::control::{ControlRequest, ControlResponse};
@@ -22,15 +22,14 @@ pub(super) struct OrderInbox {
 impl OrderInbox {
     pub(super) fn open(participant: &Participant) -> Result<Self, OpenError> {
         let service = services::orders(participant.node(), participant.fleet())?;
-        let samples = service.subscriber_builder().create().map_err(|e| services::full_or(service.name(), 1, e))?;
-        Ok(Self { samples })
+        Ok(Self { samples: services::place(&service, 1, || service.subscriber_builder().create())? })
     }
 
     /// Passes all orders that have arrived to `each`, sample by sample.
     pub(super) fn take(&mut self, mut each: impl FnMut(&OrderHeader, &[OrderRecord])) -> Result<(), ReadError> {
         // Bounded, so that a sender that never stops can't keep a tick from ending.
         for _ in 0..services::ORDER_BUFFER * services::MAX_ORDER_SENDERS {
-            let Some(sample) = self.samples.receive().map_err(|e| receive_error("orders", e))? else { break };
+            let Some(sample) = received("orders", || self.samples.receive())? else { break };
             each(sample.user_header(), sample.payload());
         }
         Ok(())
@@ -49,12 +48,7 @@ pub(super) struct RequestInbox {
 impl RequestInbox {
     pub(super) fn open(participant: &Participant) -> Result<Self, OpenError> {
         let service = services::control(participant.node(), participant.fleet())?;
-        let server = service
-            .server_builder()
-            .backpressure_strategy(BackpressureStrategy::DiscardData)
-            .max_loaned_responses_per_request(1)
-            .create()
-            .map_err(|e| services::full_or(service.name(), 1, e))?;
+        let server = services::only_server(&service)?;
         Ok(Self { server, waiting: Vec::new(), last_ticket: 0 })
     }
 
@@ -62,7 +56,7 @@ impl RequestInbox {
     pub(super) fn take(&mut self) -> Result<Option<(u64, ControlRequest)>, ReadError> {
         // A client that has gone away needs no answer.
         self.waiting.retain(|(_, request)| request.is_connected());
-        let Some(request) = self.server.receive().map_err(|e| receive_error("control requests", e))? else {
+        let Some(request) = received("control requests", || self.server.receive())? else {
             return Ok(None);
         };
         self.last_ticket += 1;

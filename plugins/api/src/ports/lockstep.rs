@@ -13,7 +13,8 @@ use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::port::update_connections::UpdateConnections;
 use iceoryx2::prelude::*;
 
-use super::error::{OpenError, PublishError, ReadError, receive_error};
+use super::error::{OpenError, PublishError, ReadError};
+use super::full_memory::received;
 use super::services::{self, Ipc};
 use super::wake::Wake;
 use crate::process::join::Participant;
@@ -50,18 +51,25 @@ pub(crate) struct DoneReports {
     reports: Subscriber<Ipc, Done, ()>,
     wake: Wake,
     finished: Vec<Done>,
+    /// The readers that have left since this was last asked for.
+    left: Vec<String>,
 }
 
 impl DoneReports {
     /// Opens the reports of a fleet. Readers that have reported before report their last tick again.
     pub(crate) fn open(participant: &Participant) -> Result<Self, OpenError> {
         let service = services::done(participant.node(), participant.fleet())?;
-        let reports = service.subscriber_builder().create();
         Ok(Self {
-            reports: reports.map_err(|e| services::full_or(service.name(), services::MAX_READERS, e))?,
+            reports: services::place(&service, services::MAX_READERS, || service.subscriber_builder().create())?,
             wake: Wake::open(participant, "done")?,
             finished: Vec::new(),
+            left: Vec::new(),
         })
+    }
+
+    /// Returns the readers that have left since the last call.
+    pub(crate) fn take_left(&mut self) -> Vec<String> {
+        std::mem::take(&mut self.left)
     }
 
     /// Returns the readers among `names` that haven't finished a tick of a run yet.
@@ -71,7 +79,10 @@ impl DoneReports {
         run_id: u64,
         tick: u64,
     ) -> Result<impl Iterator<Item = &'a String>, ReadError> {
-        while let Some(done) = self.reports.receive().map_err(|e| receive_error("lockstep reports", e))? {
+        while let Some(done) = received("lockstep reports", || self.reports.receive())? {
+            if done.tick == Done::LEFT {
+                self.left.push(text(&done.name).to_owned());
+            }
             match self.finished.iter_mut().find(|before| before.name == done.name) {
                 Some(before) => *before = *done,
                 None => self.finished.push(*done),
@@ -112,13 +123,12 @@ impl Reporter {
     /// [`MAX_READERS`](services::MAX_READERS) reporters, else [`OpenError::SharedMemory`].
     pub fn open_on(participant: &Participant) -> Result<Self, OpenError> {
         let service = services::done(participant.node(), participant.fleet())?;
+        let create = || {
+            let builder = service.publisher_builder().max_loaned_samples(1);
+            builder.backpressure_strategy(BackpressureStrategy::DiscardData).create()
+        };
         Ok(Self {
-            reports: service
-                .publisher_builder()
-                .max_loaned_samples(1)
-                .backpressure_strategy(BackpressureStrategy::DiscardData)
-                .create()
-                .map_err(|e| services::full_or(service.name(), services::MAX_READERS, e))?,
+            reports: services::place(&service, services::MAX_READERS, create)?,
             wake: services::notifier(&services::event(participant.node(), participant.fleet(), "done")?)?,
             name: padded(participant.name()),
         })
@@ -136,6 +146,15 @@ impl Reporter {
             tracing::debug!(%error, "waking the producer");
         }
         Ok(())
+    }
+
+    /// Reports that this reader leaves the lockstep of a run: nobody is to wait for it any more. To be called before a reader
+    /// ends; a run whose reader ends without it, or dies, ends by [`LockstepError::Timeout`].
+    ///
+    /// # Errors
+    /// [`PublishError`] if the report can't be delivered.
+    pub fn leave(&self, run_id: u64) -> Result<(), PublishError> {
+        self.done(run_id, Done::LEFT)
     }
 
     /// Gives the last report to readers that have joined since and come after this one. To be called every now and then

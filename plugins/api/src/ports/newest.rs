@@ -7,7 +7,8 @@ use iceoryx2::prelude::*;
 use iceoryx2::sample::Sample;
 use iceoryx2::service::port_factory::publish_subscribe;
 
-use super::error::{OpenError, ReadError, receive_error};
+use super::error::{OpenError, ReadError};
+use super::full_memory::received;
 use super::services::{self, Ipc};
 use crate::records::sequence::{LostSamples, Sequenced};
 
@@ -42,14 +43,14 @@ where
         what: &'static str,
         buffer: usize,
     ) -> Result<Self, OpenError> {
-        let port = service.subscriber_builder().buffer_size(buffer).create();
-        let port = port.map_err(|e| services::full_or(service.name(), services::MAX_READERS, e))?;
+        let create = || service.subscriber_builder().buffer_size(buffer).create();
+        let port = services::place(service, services::MAX_READERS, create)?;
         Ok(Self { port, held: None, lost: LostSamples::default(), missed: 0, what })
     }
 
     /// Whether a sample waits to be taken.
     pub(super) fn has_newer(&self) -> Result<bool, ReadError> {
-        self.port.has_samples().map_err(|e| receive_error(self.what, e))
+        received(self.what, || self.port.has_samples())
     }
 
     /// Holds the oldest sample that waits, and returns whether there was one.
@@ -75,7 +76,7 @@ where
         }
         // Given back first: a reader may hold few samples at a time.
         self.held = None;
-        self.held = self.port.receive().map_err(|e| receive_error(self.what, e))?;
+        self.held = received(self.what, || self.port.receive())?;
         if let Some(sample) = &self.held {
             self.missed += self.lost.before(sample.user_header());
         }

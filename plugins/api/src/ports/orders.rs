@@ -35,7 +35,9 @@ pub enum OrderError {
 
 /// Sends orders: collects them, then sends them as one sample, so that all take effect in the same tick.
 ///
-/// Each order gets a token, which the events that answer it carry. Tokens of senders of different names differ.
+/// Each order gets a token, which the events that answer it carry: a hash of the sender's name (32 bits) and a count
+/// (32 bits). So a sender's tokens are the same in every run, and those of two senders differ unless they have the same
+/// name, or one chance in four billion makes their hashes equal.
 ///
 /// ```no_run
 /// use regatta_plugin::order::RouteLeg;

@@ -4,6 +4,7 @@
 use std::cell::Cell;
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
+use std::rc::Rc;
 use std::time::{Duration, Instant};
 
 use iceoryx2::port::notifier::Notifier;
@@ -11,11 +12,11 @@ use iceoryx2::port::notifier::Notifier;
 use super::columns::ColumnPublisher;
 use super::error::{OpenError, PublishError, ReadError};
 pub use super::frame_loan::FrameLoan;
-use super::frame_loan::wall_time_nanos;
+use super::frame_loan::{LastTick, wall_time_nanos};
 use super::inbox::{OrderInbox, RequestInbox};
 use super::lockstep::{DoneReports, LockstepError};
 use super::services::{self, Ipc};
-use super::slices::SliceSender;
+use super::slices::{SliceSender, send};
 use crate::process::health;
 use crate::process::join::Participant;
 use crate::process::termination::Termination;
@@ -67,6 +68,7 @@ pub struct ProducerPorts {
     requests: RequestInbox,
     reports: DoneReports,
     participant: Participant,
+    last_tick: LastTick,
     /// The largest frame, in lines, that shared memory was found to have room for.
     roomy_lines: Cell<usize>,
 }
@@ -105,6 +107,7 @@ impl ProducerPorts {
             requests: RequestInbox::open(&participant)?,
             reports: DoneReports::open(&participant)?,
             participant,
+            last_tick: LastTick::default(),
             roomy_lines: Cell::new(0),
         })
     }
@@ -144,7 +147,7 @@ impl ProducerPorts {
             stride_lines: stride_lines(robots) as u32,
             ..FrameHeader::default()
         };
-        Ok(FrameLoan::new(sample, robots, self.frames.sequence().clone()))
+        Ok(FrameLoan::new(sample, robots, self.frames.sequence().clone(), Rc::clone(&self.last_tick)))
     }
 
     /// Checks that frames of `robots` robots have room. The operating system hands out shared memory that it doesn't
@@ -164,7 +167,10 @@ impl ProducerPorts {
             let [needed, available] = [needed, available].map(|bytes| bytes as f64 * 1e-6);
             return Err(PublishError::Loan {
                 what: "a frame",
-                reason: format!("{available:.1} MB are left and {needed:.1} MB are needed"),
+                reason: format!(
+                    "{available:.1} MB are left and {needed:.1} MB are needed: make /dev/shm larger, by `mount -o \
+                     remount,size=…` or `docker run --shm-size=…`"
+                ),
             });
         }
         self.roomy_lines.set(lines);
@@ -194,7 +200,7 @@ impl ProducerPorts {
         let mut sample = self.world.loan(layout.lines())?;
         layout.write(sample.payload_mut(), nodes, edges, robot_types);
         *sample.user_header_mut() = layout.header(self.run_id, self.revision + 1);
-        sample.send().map_err(|e| PublishError::Send { what: "the world", reason: e.to_string() })?;
+        send(sample, "the world")?;
         self.revision += 1;
         Ok(self.revision)
     }
@@ -308,6 +314,8 @@ impl ProducerPorts {
             }
             let mut missing = self.reports.missing(names, self.run_id, tick)?.peekable();
             if missing.peek().is_none() {
+                drop(missing);
+                self.tell_who_left(names);
                 return Ok(());
             }
             if waited >= timeout {
@@ -322,6 +330,18 @@ impl ProducerPorts {
                 core::hint::spin_loop();
             } else if !self.reports.sleep(timeout - waited)? {
                 return Err(LockstepError::Interrupted { tick });
+            }
+        }
+    }
+}
+
+impl ProducerPorts {
+    /// Tells the user, once, which of the readers in lockstep have left it.
+    fn tell_who_left(&mut self, names: &[String]) {
+        for name in self.reports.take_left() {
+            if names.contains(&name) && !Termination::was_requested() {
+                let fleet = self.participant.fleet();
+                crate::tell!("fleet '{fleet}': {name} has left the lockstep; the run goes on without waiting for it");
             }
         }
     }

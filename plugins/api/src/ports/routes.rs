@@ -3,10 +3,10 @@
 use std::time::{Duration, Instant};
 
 use iceoryx2::port::server::Server;
-use iceoryx2::prelude::*;
 
 use super::ask::{Asker, NoAnswer};
-use super::error::{OpenError, ReadError, receive_error};
+use super::error::{OpenError, ReadError};
+use super::full_memory::received;
 use super::services::{self, Ipc};
 use crate::process::join::Participant;
 use crate::records::name::FleetName;
@@ -145,13 +145,7 @@ impl RouteServer {
     /// contract, else [`OpenError::SharedMemory`].
     pub fn open_on(participant: &Participant) -> Result<Self, OpenError> {
         let service = services::routes(participant.node(), participant.fleet())?;
-        let server = service
-            .server_builder()
-            .backpressure_strategy(BackpressureStrategy::DiscardData)
-            .max_loaned_responses_per_request(1)
-            .create()
-            .map_err(|e| services::full_or(service.name(), 1, e))?;
-        Ok(Self { server })
+        Ok(Self { server: services::only_server(&service)? })
     }
 
     /// Answers what was asked since the last call, at most `most` requests; the rest waits for the next call. Allocates
@@ -165,7 +159,7 @@ impl RouteServer {
         mut answer: impl FnMut(&RouteRequest) -> RouteResponse,
     ) -> Result<(), ReadError> {
         for _ in 0..most {
-            let Some(request) = self.server.receive().map_err(|e| receive_error("route requests", e))? else { break };
+            let Some(request) = received("route requests", || self.server.receive())? else { break };
             // A client that has gone away, or is stopped, misses its answer; nobody waits for it.
             if let Err(error) = request.send_copy(answer(request.payload())) {
                 tracing::debug!(%error, "answering a route request");

@@ -7,14 +7,14 @@
 //!
 //! | service | subscribers | buffer | borrowed | history | loaned | chunks | chunk at 1 M robots |
 //! |---|---|---|---|---|---|---|---|
-//! | frames | 16 | 1 | 2 | 1 | 1 | 50 | 25.0 MB, a bucket of 32 MiB: 1.7 GB of address space |
-//! | world | 16 | 1 | 2 | 1 | 1 | 50 | 6.4 MB at 100 k edges |
-//! | events | 16 | 64 | 1 | 0 | 1 | 1041 | 24 B an event, 64 events to begin with: 1.6 MB |
+//! | frames | 64 | 1 | 2 | 1 | 1 | 194 | 25.0 MB: 4.9 GB of address space, 6.5 GB if the fleet has grown |
+//! | world | 64 | 1 | 2 | 1 | 1 | 194 | 6.4 MB at 100 k edges |
+//! | events | 64 | 64 | 1 | 0 | 1 | 4161 | 24 B an event, 64 events to begin with: 6.4 MB |
 //! | orders, per sender | 1 | 256 | 1 | 0 | 1 | 258 | 40 B a record, 64 to begin with: 0.7 MB |
-//! | columns, each | 16 | 1 or 8 | 2 | 1 | 1 | 162 | 4.0 MB |
-//! | contacts | 16 | 1 or 8 | 2 | 1 | 1 | 162 | 48 B a pair, 64 pairs to begin with: 0.5 MB |
-//! | contact events, order log | 16 | 64 | 1 | 0 | 1 | 1041 | 56 and 40 B each, 64 to begin with: 3.7 and 2.7 MB |
-//! | done, per reader | 16 | 1 | 1 | 1 | 1 | 34 | 80 B |
+//! | columns, each | 64 | 1 or 8 | 2 | 1 | 1 | 642 | 4.0 MB |
+//! | contacts | 64 | 1 or 8 | 2 | 1 | 1 | 642 | 48 B a pair, 64 pairs to begin with: 2.0 MB |
+//! | contact events, order log | 64 | 64 | 1 | 0 | 1 | 4161 | 56 and 40 B each, 64 to begin with: 15 and 11 MB |
+//! | done, per reader | 64 | 1 | 1 | 1 | 1 | 130 | 80 B |
 //! | routes, the server's answers | 16 | 1 | 1 | 0 | 1 | 8 per client and open request | 1056 B: 0.3 MB |
 //!
 //! Resident for frames: the newest frame (history; its readers share it), the one being written, and one more
@@ -28,6 +28,7 @@ use iceoryx2::node::NodeView;
 use iceoryx2::port::listener::{Listener, ListenerCreateError};
 use iceoryx2::port::notifier::{Notifier, NotifierCreateError};
 use iceoryx2::port::publisher::PublisherCreateError;
+use iceoryx2::port::server::Server;
 use iceoryx2::port::subscriber::SubscriberCreateError;
 use iceoryx2::prelude::*;
 use iceoryx2::service::attribute::{AttributeKey, AttributeValue};
@@ -36,9 +37,10 @@ use iceoryx2::service::builder::publish_subscribe::{PublishSubscribeOpenError, P
 use iceoryx2::service::builder::request_response::{RequestResponseOpenError, RequestResponseOpenOrCreateError};
 use iceoryx2::service::port_factory::client::ClientCreateError;
 use iceoryx2::service::port_factory::server::ServerCreateError;
-use iceoryx2::service::port_factory::{event, publish_subscribe, request_response};
+use iceoryx2::service::port_factory::{PortFactory, event, publish_subscribe, request_response};
 
 use super::error::OpenError;
+use super::full_memory::{FULL, guarded};
 use crate::records::column::ColumnHeader;
 use crate::records::contact::{ContactEvent, ContactEventHeader, ContactHeader, ContactRecord};
 use crate::records::control::{ControlRequest, ControlResponse};
@@ -56,13 +58,13 @@ use crate::records::world::WorldHeader;
 pub const CHUNKS_IN_USE: usize = 3;
 
 /// The largest number of readers of frames, world, events or one column at the same time.
-pub const MAX_READERS: usize = 16;
+pub const MAX_READERS: usize = 64;
 /// The largest number of frames, worlds, contacts or samples of one column that a reader may hold at the same time.
 /// Readers in Rust hold one.
 /// In a loop over frames in Python, the variable still refers to the last frame when the next is asked for.
 pub const MAX_HELD: usize = 2;
 /// The largest number of processes at one service: the producer, readers, senders of orders, control clients.
-pub const MAX_PARTICIPANTS: usize = 64;
+pub const MAX_PARTICIPANTS: usize = 128;
 /// The largest number of senders of orders at the same time.
 pub const MAX_ORDER_SENDERS: usize = 16;
 /// The number of samples of a column, or of contacts, that a reader of all samples may lag behind before it loses the
@@ -239,11 +241,11 @@ pub(crate) fn event(node: &Node<Ipc>, fleet: &FleetName, service: &str) -> Resul
 }
 
 pub(crate) fn notifier(service: &event::PortFactory<Ipc>) -> Result<Notifier<Ipc>, OpenError> {
-    service.notifier_builder().create().map_err(|e| full_or(service.name(), MAX_READERS, e))
+    place(service, MAX_READERS, || service.notifier_builder().create())
 }
 
 pub(crate) fn listener(service: &event::PortFactory<Ipc>) -> Result<Listener<Ipc>, OpenError> {
-    service.listener_builder().create().map_err(|e| full_or(service.name(), MAX_READERS, e))
+    place(service, MAX_READERS, || service.listener_builder().create())
 }
 
 type Builder<P, H> = iceoryx2::service::builder::publish_subscribe::Builder<[P], H, Ipc>;
@@ -300,6 +302,20 @@ where
         .max_nodes(MAX_PARTICIPANTS)
 }
 
+/// Opens the one server of a service.
+pub(super) fn only_server<Q, A>(
+    service: &request_response::PortFactory<Ipc, Q, (), A, ()>,
+) -> Result<Server<Ipc, Q, (), A, ()>, OpenError>
+where
+    Q: core::fmt::Debug + ZeroCopySend,
+    A: core::fmt::Debug + ZeroCopySend,
+{
+    place(service, 1, || {
+        let builder = service.server_builder().backpressure_strategy(BackpressureStrategy::DiscardData);
+        builder.max_loaned_responses_per_request(1).create()
+    })
+}
+
 /// The number of attempts to open a service, 50 ms apart: services come and go while other processes start and stop.
 const ATTEMPTS: usize = 10;
 
@@ -316,7 +332,11 @@ fn open<S, E: MayBeFull>(
     let version = version_attribute(CONTRACT_VERSION).map_err(|e| failed(e.to_string()))?;
     let mut attempts = 0;
     loop {
-        let error = match attempt(node.service_builder(&name), &version) {
+        let (outcome, missing) = guarded(|| attempt(node.service_builder(&name), &version));
+        if missing.any() {
+            return Err(failed(FULL.to_owned()));
+        }
+        let error = match outcome {
             Ok(service) => return Ok(service),
             Err(error) => error,
         };
@@ -326,7 +346,10 @@ fn open<S, E: MayBeFull>(
         }
         attempts += 1;
         if attempts == ATTEMPTS {
-            return Err(full_or(&name, MAX_PARTICIPANTS, error));
+            return Err(match error.is_full() {
+                true => OpenError::Full { service: what, limit: MAX_PARTICIPANTS, holders: names_at(node, fleet) },
+                false => failed(error.to_string()),
+            });
         }
         std::thread::sleep(core::time::Duration::from_millis(50));
     }
@@ -391,12 +414,74 @@ may_be_full! {
     ),
 }
 
-/// The error of opening a place at a service that has `limit` of them.
-pub(super) fn full_or(service: &ServiceName, limit: usize, error: impl MayBeFull) -> OpenError {
-    if error.is_full() {
-        return OpenError::Full { service: service.as_str().to_owned(), limit };
+/// Opens a place at a service that has `limit` of them.
+pub(super) fn place<S: PortFactory<Service = Ipc>, P, E: MayBeFull>(
+    service: &S,
+    limit: usize,
+    create: impl FnOnce() -> Result<P, E>,
+) -> Result<P, OpenError> {
+    let what = service.name().as_str().to_owned();
+    match guarded(create) {
+        (_, missing) if missing.any() => Err(OpenError::SharedMemory { what, reason: FULL.to_owned() }),
+        (Ok(port), _) => Ok(port),
+        (Err(error), _) if error.is_full() => Err(OpenError::Full { holders: holders(service), service: what, limit }),
+        (Err(error), _) => Err(OpenError::SharedMemory { what, reason: error.to_string() }),
     }
-    OpenError::SharedMemory { what: service.as_str().to_owned(), reason: error.to_string() }
+}
+
+/// Returns the processes at a service, by name and number: `3 × hello, viewer`.
+fn holders<S: PortFactory<Service = Ipc>>(service: &S) -> String {
+    let mut names = Vec::new();
+    // Those that can't be listed stay unnamed.
+    let _ = service.nodes(|node| {
+        names.push(participant_name(&node));
+        CallbackProgression::Continue
+    });
+    counted(names)
+}
+
+/// Returns the processes of a fleet, by name and number.
+fn names_at(node: &Node<Ipc>, fleet: &FleetName) -> String {
+    let prefix = service_name(fleet, "");
+    let mut names = Vec::new();
+    // Those that can't be listed stay unnamed.
+    let _ = Node::<Ipc>::list(node.config(), |node| {
+        let details = match &node {
+            NodeState::Alive(view) => view.details().as_ref(),
+            NodeState::Dead(view) => view.details().as_ref(),
+            _ => None,
+        };
+        if details.is_some_and(|details| details.name().as_str().starts_with(&prefix)) {
+            names.push(participant_name(&node));
+        }
+        CallbackProgression::Continue
+    });
+    counted(names)
+}
+
+/// Returns the name under which a process has joined.
+fn participant_name(node: &NodeState<Ipc>) -> String {
+    let details = match node {
+        NodeState::Alive(view) => view.details().as_ref(),
+        NodeState::Dead(view) => view.details().as_ref(),
+        _ => None,
+    };
+    let name = details.and_then(|details| details.name().as_str().rsplit('/').next());
+    name.unwrap_or("a process without a name").to_owned()
+}
+
+/// Returns names and how often each occurs, most frequent first.
+fn counted(names: Vec<String>) -> String {
+    let mut counts: Vec<(String, usize)> = Vec::new();
+    for name in names {
+        match counts.iter_mut().find(|(counted, _)| *counted == name) {
+            Some((_, count)) => *count += 1,
+            None => counts.push((name, 1)),
+        }
+    }
+    counts.sort_by(|a, b| b.1.cmp(&a.1).then_with(|| a.0.cmp(&b.0)));
+    let entries = counts.into_iter().map(|(name, count)| if count == 1 { name } else { format!("{count} × {name}") });
+    entries.collect::<Vec<_>>().join(", ")
 }
 
 /// Returns the owner of a service's publisher: `regatta (process 4711)`.

@@ -1,7 +1,9 @@
 //! Slices out: the sending end of a publish-subscribe service whose samples are slices of records.
 
-use core::cell::Cell;
+use core::cell::{Cell, RefCell};
 use core::fmt::Debug;
+use core::mem::MaybeUninit;
+use std::collections::HashMap;
 use std::rc::Rc;
 
 use bytemuck::AnyBitPattern;
@@ -9,9 +11,11 @@ use iceoryx2::port::publisher::{Publisher, PublisherCreateError};
 use iceoryx2::port::update_connections::UpdateConnections;
 use iceoryx2::prelude::*;
 use iceoryx2::sample_mut::SampleMut;
+use iceoryx2::sample_mut_uninit::SampleMutUninit;
 use iceoryx2::service::port_factory::publish_subscribe;
 
 use super::error::{OpenError, PublishError};
+use super::full_memory::{self, FULL};
 use super::services::{self, Ipc};
 
 type Service<T, H> = publish_subscribe::PortFactory<Ipc, [T], H>;
@@ -40,8 +44,38 @@ where
     publisher: Publisher<Ipc, [T], H>,
     service: Service<T, H>,
     sequence: Sequence,
+    reserved: RefCell<Reserved>,
     /// The subject of error messages.
     what: &'static str,
+}
+
+/// The chunks whose memory is there: their addresses, and how many records of each.
+#[derive(Debug, Default)]
+struct Reserved {
+    chunks: HashMap<usize, usize>,
+    /// The longest slice so far. A longer one may come from a new segment, at addresses that another one had.
+    longest: usize,
+}
+
+impl Reserved {
+    /// Makes sure that a chunk has memory. Returns `false` if there is too little.
+    fn take<T>(&mut self, chunk: &mut [MaybeUninit<T>]) -> bool {
+        if chunk.len() > self.longest {
+            self.longest = chunk.len();
+            self.chunks.clear();
+        }
+        let records = self.chunks.entry(chunk.as_ptr() as usize).or_default();
+        if chunk.len() <= *records {
+            return true;
+        }
+        if !full_memory::reserve(chunk) {
+            full_memory::release(chunk);
+            *records = 0;
+            return false;
+        }
+        *records = chunk.len();
+        true
+    }
 }
 
 impl<T, H> SliceSender<T, H>
@@ -57,10 +91,8 @@ where
         first_len: usize,
         senders: usize,
     ) -> Result<Self, OpenError> {
-        match create(&service, first_len) {
-            Ok(publisher) => Ok(Self { publisher, service, sequence: Sequence::default(), what }),
-            Err(error) => Err(services::full_or(service.name(), senders, error)),
-        }
+        let publisher = services::place(&service, senders, || create(&service, first_len))?;
+        Ok(Self::of(publisher, service, what))
     }
 
     /// Opens the one sending end of a service. `taken` makes the error if another process has it, given its owner.
@@ -71,36 +103,56 @@ where
         node: &Node<Ipc>,
         taken: impl FnOnce(String) -> OpenError,
     ) -> Result<Self, OpenError> {
-        let mut created = create(&service, first_len);
-        if matches!(created, Err(PublisherCreateError::ExceedsMaxSupportedPublishers)) {
+        let mut created = services::place(&service, 1, || create(&service, first_len));
+        if matches!(created, Err(OpenError::Full { .. })) {
             // Its owner may have died just now, or another process may be cleaning up after it.
             service.blocking_cleanup_dead_nodes(core::time::Duration::from_secs(1));
-            created = create(&service, first_len);
+            created = services::place(&service, 1, || create(&service, first_len));
         }
         match created {
-            Ok(publisher) => Ok(Self { publisher, service, sequence: Sequence::default(), what }),
-            Err(PublisherCreateError::ExceedsMaxSupportedPublishers) => {
-                Err(taken(services::publisher_owner(&service, node)))
-            }
-            Err(error) => Err(services::full_or(service.name(), 1, error)),
+            Ok(publisher) => Ok(Self::of(publisher, service, what)),
+            Err(OpenError::Full { .. }) => Err(taken(services::publisher_owner(&service, node))),
+            Err(error) => Err(error),
         }
+    }
+
+    fn of(publisher: Publisher<Ipc, [T], H>, service: Service<T, H>, what: &'static str) -> Self {
+        Self { publisher, service, sequence: Sequence::default(), reserved: RefCell::default(), what }
     }
 
     /// Sends copies of `records`, and returns how many readers have them.
     pub(super) fn send(&self, header: H, records: &[T]) -> Result<usize, PublishError> {
-        let sample = self.publisher.loan_slice_uninit(records.len()).map_err(|e| self.loan_error(e))?;
-        let mut sample = sample.write_from_slice(records);
+        let mut sample = self.loan_uninit(records.len())?.write_from_slice(records);
         *sample.user_header_mut() = header;
-        sample.send().map_err(|e| PublishError::Send { what: self.what, reason: e.to_string() })
+        send(sample, self.what)
     }
 
     /// Loans the memory of `len` records, to be written in place. Their values are left over from an older sample.
     #[expect(unsafe_code, reason = "the one way to loan a chunk without writing it twice")]
     pub(super) fn loan(&self, len: usize) -> Result<SampleMut<Ipc, [T], H>, PublishError> {
-        let sample = self.publisher.loan_slice_uninit(len).map_err(|e| self.loan_error(e))?;
+        let sample = self.loan_uninit(len)?;
         // SAFETY: every bit pattern is a value of `T` (`AnyBitPattern`), and the chunk is mapped from a shared-memory
         // file: its bytes are zero or those of an older sample, never undefined.
         Ok(unsafe { sample.assume_init() })
+    }
+
+    /// Loans a chunk that has memory.
+    fn loan_uninit(&self, len: usize) -> Result<SampleMutUninit<Ipc, [MaybeUninit<T>], H>, PublishError> {
+        let full = PublishError::MemoryFull { what: self.what };
+        let (loaned, missing) = full_memory::guarded(|| self.publisher.loan_slice_uninit(len));
+        if missing.any() {
+            // iceoryx2 has written the chunk's header. Other chunks are whole, and this one is from here on.
+            drop(loaned);
+            return match full_memory::restore(&missing) {
+                true => Err(full),
+                false => Err(self.loan_error("shared memory is full, and was damaged by that")),
+            };
+        }
+        let mut sample = loaned.map_err(|e| self.loan_error(e))?;
+        match self.reserved.borrow_mut().take(sample.payload_mut()) {
+            true => Ok(sample),
+            false => Err(full),
+        }
     }
 
     /// The sequence numbers of this sender.
@@ -110,8 +162,12 @@ where
 
     /// Connects readers that have joined since, and gives them what the service keeps for late joiners.
     pub(super) fn update(&self) {
-        // A reader that died half connected is cleaned up by the next one to join.
-        if let Err(error) = self.publisher.update_connections() {
+        let (updated, missing) = full_memory::guarded(|| self.publisher.update_connections());
+        if missing.any() {
+            // That reader has an error, and the others are served.
+            tracing::warn!("connecting a reader of {}: {FULL}", self.what);
+        } else if let Err(error) = updated {
+            // A reader that died half connected is cleaned up by the next one to join.
             tracing::debug!(%error, "connecting readers of {}", self.what);
         }
     }
@@ -124,6 +180,21 @@ where
     fn loan_error(&self, error: impl core::fmt::Display) -> PublishError {
         PublishError::Loan { what: self.what, reason: error.to_string() }
     }
+}
+
+/// Sends a sample, and returns how many readers have it.
+pub(super) fn send<T, H>(sample: SampleMut<Ipc, [T], H>, what: &'static str) -> Result<usize, PublishError>
+where
+    T: Debug + ZeroCopySend,
+    H: Debug + ZeroCopySend,
+{
+    let (sent, missing) = full_memory::guarded(|| sample.send());
+    if missing.any() {
+        // Sending connects readers that have joined. One of them couldn't be connected, and has an error.
+        tracing::warn!("connecting a reader of {what}: {FULL}");
+        return Ok(sent.unwrap_or_default());
+    }
+    sent.map_err(|e| PublishError::Send { what, reason: e.to_string() })
 }
 
 fn create<T, H>(service: &Service<T, H>, first_len: usize) -> Result<Publisher<Ipc, [T], H>, PublisherCreateError>

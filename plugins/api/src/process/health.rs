@@ -11,13 +11,12 @@ use std::time::Duration;
 use iceoryx2::node::NodeView;
 use iceoryx2::prelude::*;
 
-use super::join::config;
+pub use super::domain::SHARED_MEMORY;
+use super::domain::{self, DomainError, config};
+use super::management;
 use crate::ports::services::{self, Ipc};
 use crate::records::name::FleetName;
 use segments::{Segment, mapped_files, port_ids, segments};
-
-/// The folder of POSIX shared memory.
-pub const SHARED_MEMORY: &str = "/dev/shm";
 
 /// The error of inspecting shared memory.
 #[derive(Debug, thiserror::Error)]
@@ -30,6 +29,9 @@ pub enum HealthError {
         /// The reason.
         source: io::Error,
     },
+    /// This user has no directory for the files of shared memory.
+    #[error(transparent)]
+    Domain(#[from] DomainError),
     /// iceoryx2 can't list its nodes or services.
     #[error("iceoryx2 can't list {what} ({reason})")]
     List {
@@ -84,6 +86,37 @@ pub struct Cleaned {
     pub orphans: usize,
     /// The freed memory, in bytes.
     pub bytes: u64,
+    /// Whether iceoryx2's management segment was damaged, and is removed now.
+    pub repaired: bool,
+}
+
+/// Makes this process leave the resources of dead processes alone, except in [`clean`]. By default, each process that joins
+/// a fleet removes them. To be called before anything else of this crate.
+pub fn look_only() {
+    domain::look_only();
+}
+
+/// Returns the directory of iceoryx2's files, and the beginning of the names of its segments.
+///
+/// # Errors
+/// [`HealthError::Domain`] if this user has none.
+pub fn location() -> Result<(String, String), HealthError> {
+    let global = &config()?.global;
+    Ok((global.root_path().to_string(), global.prefix.to_string()))
+}
+
+/// Returns the damage of iceoryx2's management segment, if there is any: no process can join a fleet then.
+pub fn damage() -> Option<String> {
+    management::damage().map(|damage| damage.to_string())
+}
+
+/// Returns the size, in bytes, of this user's segments that belong to another directory than the current one: one of a
+/// container, for example, or one that was deleted.
+///
+/// # Errors
+/// [`HealthError`] if segments can't be listed.
+pub fn bytes_elsewhere() -> Result<u64, HealthError> {
+    segments::bytes_elsewhere()
 }
 
 /// Returns how much shared memory there is.
@@ -143,7 +176,7 @@ pub fn orphans() -> Result<Vec<Orphan>, HealthError> {
 /// [`HealthError`] if they can't be listed. Those that can't be removed are counted.
 pub fn clean() -> Result<Cleaned, HealthError> {
     let before: u64 = segments()?.iter().map(|s| s.bytes).sum();
-    let mut cleaned = Cleaned::default();
+    let mut cleaned = Cleaned { repaired: management::repair(), ..Cleaned::default() };
     each_node(|node| {
         if let NodeState::Dead(dead) = node {
             match dead.blocking_remove_stale_resources(Duration::from_secs(1)) {
@@ -214,7 +247,7 @@ fn occupant(node: &NodeState<Ipc>, bytes: u64) -> Occupant {
 }
 
 fn each_node(mut each: impl FnMut(NodeState<Ipc>)) -> Result<(), HealthError> {
-    Node::<Ipc>::list(config(), |node| {
+    Node::<Ipc>::list(config()?, |node| {
         each(node);
         CallbackProgression::Continue
     })
@@ -222,7 +255,7 @@ fn each_node(mut each: impl FnMut(NodeState<Ipc>)) -> Result<(), HealthError> {
 }
 
 fn each_service(mut each: impl FnMut(ServiceDetails<Ipc>)) -> Result<(), HealthError> {
-    Ipc::list(config(), |service| {
+    Ipc::list(config()?, |service| {
         each(service);
         CallbackProgression::Continue
     })

@@ -1,11 +1,13 @@
 //! Joining a fleet. Every port is opened on a [`Participant`].
 
 use std::rc::Rc;
-use std::sync::Once;
 
 use iceoryx2::prelude::*;
 
+use super::domain::config;
+use super::management;
 use crate::ports::error::OpenError;
+use crate::ports::full_memory::{FULL, guarded};
 use crate::ports::services::Ipc;
 use crate::records::cut;
 use crate::records::name::FleetName;
@@ -28,16 +30,27 @@ impl Participant {
     /// `name` is cut to 64 bytes.
     ///
     /// # Errors
-    /// [`OpenError::SharedMemory`] if this process may not use it.
+    /// [`OpenError::Domain`] if this user has no directory for shared memory, [`OpenError::SharedMemory`] if this process
+    /// may not use it.
     pub fn join(fleet: &FleetName, name: &str) -> Result<Self, OpenError> {
-        quiet();
         let name = cut(name, 64).to_owned();
         let failed = |reason: String| OpenError::SharedMemory { what: format!("fleet '{fleet}'"), reason };
-        let node = NodeBuilder::new()
-            .name(&NodeName::new(&format!("regatta/{fleet}/{name}")).map_err(|e| failed(format!("{e:?}")))?)
-            .signal_handling_mode(SignalHandlingMode::Disabled)
-            .create::<Ipc>()
-            .map_err(|e| failed(e.to_string()))?;
+        let config = config()?;
+        // Checked first: iceoryx2 would wait for ever for a segment without contents.
+        if let Some(damage) = management::damage() {
+            return Err(failed(damage.to_string()));
+        }
+        let node_name = format!("regatta/{fleet}/{name}");
+        let builder = NodeBuilder::new()
+            .config(config)
+            .name(&NodeName::new(cut(&node_name, MAX_NODE_NAME_BYTES)).map_err(|e| failed(format!("{e:?}")))?)
+            .signal_handling_mode(SignalHandlingMode::Disabled);
+        let (node, missing) = guarded(|| builder.create::<Ipc>());
+        if missing.any() {
+            return Err(failed(FULL.to_owned()));
+        }
+        let node = node.map_err(|e| failed(e.to_string()))?;
+        management::close_to_others();
         Ok(Self { node: Rc::new(node), fleet: fleet.clone(), name })
     }
 
@@ -57,27 +70,5 @@ impl Participant {
     }
 }
 
-static QUIET: Once = Once::new();
-
-/// Sets how much of its own log iceoryx2 writes to stderr: 0 nothing (unless `IOX2_LOG_LEVEL` says otherwise),
-/// 1 warnings, 2 everything.
-pub fn set_verbosity(level: u8) {
-    QUIET.call_once(|| ());
-    match level {
-        0 => set_log_level_from_env_or(LogLevel::Fatal),
-        1 => set_log_level(LogLevel::Warn),
-        _ => set_log_level(LogLevel::Trace),
-    }
-}
-
-/// The configuration of iceoryx2: its defaults, unless a file `config/iceoryx2.toml` (in the current, the user's or the
-/// system's configuration folder) says otherwise.
-pub(crate) fn config() -> &'static Config {
-    quiet();
-    Config::global_config()
-}
-
-/// Silences iceoryx2's log unless [`set_verbosity`] was called: each of its errors becomes one of ours.
-pub(crate) fn quiet() {
-    QUIET.call_once(|| set_log_level_from_env_or(LogLevel::Fatal));
-}
+/// iceoryx2's limit. The name of a node serves `regatta doctor` only, so a longer one is cut.
+const MAX_NODE_NAME_BYTES: usize = 128;

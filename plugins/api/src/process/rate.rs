@@ -10,25 +10,32 @@ use crate::records::frame::Frame;
 pub enum Rate {
     /// Every frame, as soon as it is there.
     EveryFrame,
-    /// This many per second of wall time (of simulated time in lockstep), or fewer if there are fewer.
+    /// This many per second of wall time (of simulated time in lockstep), or fewer if there are fewer: at least
+    /// [`MIN`](Self::MIN).
     PerSecond(f64),
 }
 
 /// The error of parsing a [`Rate`].
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("invalid rate {text:?}; give frames per second, greater than 0 and at most 1000000, or 'all'")]
+#[error("invalid rate {text:?}; give frames per second, 0.000001 to 1000000, or 'all'")]
 pub struct RateError {
     /// The text.
     text: String,
 }
 
 impl Rate {
+    /// The lowest rate: a frame every eleven days.
+    pub const MIN: f64 = 1e-6;
+    /// The highest rate.
+    pub const MAX: f64 = 1e6;
+
     /// The time between two frames.
     fn period(self) -> Duration {
         match self {
             Self::EveryFrame => Duration::ZERO,
             // A rate can be constructed without parsing: a meaningless one counts as every frame.
-            Self::PerSecond(rate) => Duration::try_from_secs_f64(1.0 / rate).unwrap_or_default(),
+            Self::PerSecond(rate) if rate > 0.0 => Duration::from_secs_f64(1.0 / rate.clamp(Self::MIN, Self::MAX)),
+            Self::PerSecond(_) => Duration::ZERO,
         }
     }
 }
@@ -41,7 +48,7 @@ impl FromStr for Rate {
             return Ok(Self::EveryFrame);
         }
         match text.parse() {
-            Ok(rate) if rate > 0.0 && rate <= 1e6 => Ok(Self::PerSecond(rate)),
+            Ok(rate) if (Self::MIN..=Self::MAX).contains(&rate) => Ok(Self::PerSecond(rate)),
             _ => Err(RateError { text: text.to_owned() }),
         }
     }
@@ -90,15 +97,28 @@ impl RateLimiter {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::records::frame::FrameHeader;
 
     #[test]
     fn rates_are_parsed() {
         assert_eq!("all".parse(), Ok(Rate::EveryFrame));
         assert_eq!("2.5".parse(), Ok(Rate::PerSecond(2.5)));
-        for bad in ["", "0", "-1", "nan", "inf", "1e7", "fast"] {
+        for bad in ["", "0", "-1", "nan", "inf", "1e7", "1e-7", "1e-19", "1e-20", "fast"] {
             assert!(bad.parse::<Rate>().is_err(), "{bad}");
         }
         assert_eq!(Rate::PerSecond(4.0).period(), Duration::from_millis(250));
-        assert_eq!(Rate::PerSecond(0.0).period(), Duration::ZERO);
+        for meaningless in [0.0, -1.0, f64::NAN] {
+            assert_eq!(Rate::PerSecond(meaningless).period(), Duration::ZERO);
+        }
+    }
+
+    #[test]
+    fn a_rate_however_low_has_a_next_frame() {
+        for rate in [Rate::MIN, 1e-19, 1e-20, f64::MIN_POSITIVE] {
+            let mut limiter = RateLimiter::new(Rate::PerSecond(rate));
+            let (header, lines) = (FrameHeader::default(), []);
+            let frame = Frame::new(&header, &lines).expect("a frame without robots");
+            assert!(limiter.admits(&frame) && limiter.left() > Duration::from_secs(900_000), "{rate}");
+        }
     }
 }

@@ -7,7 +7,8 @@ use std::time::{Duration, Instant};
 use clap::error::ErrorKind;
 use clap::{Args, CommandFactory, FromArgMatches, Parser};
 
-use super::join::{Participant, set_verbosity};
+use super::join::Participant;
+use super::log::set_verbosity;
 use super::plugin::Plugin;
 use super::rate::{Rate, RateLimiter};
 use super::silence::{SILENCE, Silence};
@@ -98,7 +99,7 @@ impl Options {
             while !termination.requested() {
                 runner.turn(&mut plugin)?;
             }
-            Ok(())
+            runner.lockstep.leave()
         });
         result.and(plugin.on_stop())
     }
@@ -328,6 +329,12 @@ impl LockstepTurn {
             none => none.insert(Reporter::open_on(&self.participant)?),
         };
         Ok(reporter.done(frame.run_id(), frame.tick())?)
+    }
+
+    /// Reports that the plugin ends, if it has reported ticks.
+    fn leave(&self) -> Result {
+        let Some(reporter) = &self.reporter else { return Ok(()) };
+        Ok(reporter.leave(self.last.0)?)
     }
 
     /// Gives the last report to plugins that have joined since.

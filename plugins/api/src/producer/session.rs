@@ -47,6 +47,11 @@ pub struct Session {
     orders_refused: u64,
     /// Answers to refused orders, which belong to the next frame.
     refused: Vec<EventRecord>,
+    /// Whether the first frame has been published.
+    has_begun: bool,
+    /// Since when shared memory has been full.
+    full_since: Option<Instant>,
+    frames_left_out: u64,
 }
 
 impl Session {
@@ -68,6 +73,9 @@ impl Session {
             steps_made: 0,
             orders_refused: 0,
             refused: Vec::new(),
+            has_begun: false,
+            full_since: None,
+            frames_left_out: 0,
         }
     }
 
@@ -77,6 +85,7 @@ impl Session {
     /// If a port fails, a reader in lockstep doesn't finish a tick in time, or the producer returns an error.
     pub fn run<P: Producer>(&mut self, producer: &mut P, termination: &Termination) -> Result<(), P::Error> {
         producer.start(self)?;
+        self.has_begun = true;
         // The first frame too: or else it would depend on who is faster whether a reader sees it.
         self.wait_for_lockstep()?;
         self.started = Instant::now();
@@ -242,13 +251,61 @@ impl Session {
         Ok(frame)
     }
 
+    /// Loans the next frame, or returns `None` where `/dev/shm` is full: then the tick has no frame, and the run goes on. The
+    /// user is told. A run in lockstep, or one that hasn't begun, has an error instead.
+    ///
+    /// # Errors
+    /// As [`loan`](Self::loan).
+    pub fn loan_unless_full(&mut self, robots: usize) -> Result<Option<FrameLoan>, PublishError> {
+        let loaned = self.loan(robots);
+        if loaned.is_ok() && self.full_since.take().is_some() {
+            crate::tell!(
+                "shared memory has room for frames again; {} frames were left out so far",
+                self.frames_left_out
+            );
+        }
+        match loaned {
+            Ok(frame) => Ok(Some(frame)),
+            Err(error) => {
+                self.unless_full(Err(error))?;
+                self.frames_left_out += 1;
+                Ok(None)
+            }
+        }
+    }
+
+    /// Passes an outcome on, except that full shared memory is no error: the readers miss what wasn't published, which the
+    /// sequence numbers tell them, and the run goes on. The user is told. A run in lockstep, or one that hasn't begun, has the
+    /// error.
+    ///
+    /// # Errors
+    /// The outcome's.
+    pub fn unless_full(&mut self, outcome: Result<(), PublishError>) -> Result<(), PublishError> {
+        match outcome {
+            Err(error @ PublishError::MemoryFull { .. }) if self.has_begun && !self.is_lockstep() => {
+                if self.full_since.is_none() {
+                    self.full_since = Some(Instant::now());
+                    crate::tell!("{error}");
+                }
+                Ok(())
+            }
+            outcome => outcome,
+        }
+    }
+
+    /// The number of frames that were left out because shared memory was full.
+    pub fn frames_left_out(&self) -> u64 {
+        self.frames_left_out
+    }
+
     /// Publishes a loaned frame and wakes the readers. Whatever belongs to its tick was published before.
     ///
     /// # Errors
     /// As [`FrameLoan::send`].
     pub fn send(&mut self, frame: FrameLoan) -> Result<(), PublishError> {
         if !self.refused.is_empty() {
-            self.ports.publish_events(self.now.tick, 0, &self.refused)?;
+            let published = self.ports.publish_events(self.now.tick, 0, &self.refused);
+            self.unless_full(published)?;
             self.refused.clear();
         }
         frame.send()?;
@@ -258,12 +315,13 @@ impl Session {
         Ok(())
     }
 
-    /// Publishes a frame of `robots` robots whose columns `fill` writes in full. They hold an older frame before.
+    /// Publishes a frame of `robots` robots whose columns `fill` writes in full. They hold an older frame before. Where
+    /// `/dev/shm` is full, the frame is left out, as by [`loan_unless_full`](Self::loan_unless_full).
     ///
     /// # Errors
     /// As [`loan`](Self::loan) and [`send`](Self::send).
     pub fn publish(&mut self, robots: usize, fill: impl FnOnce(&mut ColumnsMut<'_>)) -> Result<(), PublishError> {
-        let mut frame = self.loan(robots)?;
+        let Some(mut frame) = self.loan_unless_full(robots)? else { return Ok(()) };
         fill(&mut frame.columns_mut());
         self.send(frame)
     }

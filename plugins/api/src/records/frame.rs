@@ -10,7 +10,7 @@ mod view;
 
 /// The version of everything in this crate that crosses a process boundary. Two processes communicate only if
 /// their versions are equal.
-pub const CONTRACT_VERSION: u32 = 3;
+pub const CONTRACT_VERSION: u32 = 4;
 
 /// The value of the `edge` column for a robot that is on no edge.
 pub const NO_EDGE: u32 = u32::MAX;
@@ -38,7 +38,8 @@ pub struct FrameHeader {
     /// Differs between any two starts of a producer.
     pub run_id: u64,
     /// Ticks since the start of the run; the first frame, before any step, is tick 0. A frame is published again,
-    /// with the same tick, when the clock or the number of robots has changed between two ticks.
+    /// with the same tick and [`repeated`](Self::repeated), when the clock or the number of robots has changed between
+    /// two ticks.
     pub tick: u64,
     /// Counts the frames of the run, from 1. The publisher fills it in. A gap between two frames that a reader got is
     /// the number of frames that it lost.
@@ -65,8 +66,8 @@ pub struct FrameHeader {
     pub clock: u32,
     /// Nonzero if the producer waits until readers have reported that they have finished this tick.
     pub lockstep: u32,
-    /// Zero.
-    pub reserved: u32,
+    /// Nonzero if an earlier frame of the run has the same tick.
+    pub repeated: u32,
 }
 
 /// The state of the producer's clock.

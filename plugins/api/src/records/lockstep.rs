@@ -3,15 +3,20 @@
 use bytemuck::{Pod, Zeroable};
 use iceoryx2::prelude::ZeroCopySend;
 
-/// A reader's report that it has finished a tick.
+/// A reader's report that it has finished a tick, or that it has left.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
 #[repr(C)]
 #[type_name("regatta_Done")]
 pub struct Done {
     /// The run.
     pub run_id: u64,
-    /// The tick.
+    /// The tick, or [`LEFT`](Self::LEFT).
     pub tick: u64,
     /// The reader's name in UTF-8, padded with zeros.
     pub name: [u8; 64],
+}
+
+impl Done {
+    /// Stands for all ticks to come: the reader has ended as it was asked to, and isn't to be waited for.
+    pub const LEFT: u64 = u64::MAX;
 }

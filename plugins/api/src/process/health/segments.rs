@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime};
 
 use super::{HealthError, SHARED_MEMORY, io_error};
-use crate::process::join::config;
+use crate::process::domain::{SEGMENT_PREFIX, config};
 
 /// The age above which a file can't belong to a process that is just starting.
 const SETTLED: Duration = Duration::from_secs(10);
@@ -23,7 +23,7 @@ pub(super) struct Segment {
 
 pub(super) fn segments() -> Result<Vec<Segment>, HealthError> {
     let folder = Path::new(SHARED_MEMORY);
-    let prefix = config().global.prefix.to_string();
+    let prefix = config()?.global.prefix.to_string();
     let mut segments = Vec::new();
     for entry in fs::read_dir(folder).map_err(io_error(folder))? {
         let entry = entry.map_err(io_error(folder))?;
@@ -41,6 +41,21 @@ pub(super) fn segments() -> Result<Vec<Segment>, HealthError> {
     Ok(segments)
 }
 
+/// Returns the size of this user's segments of other directories.
+pub(super) fn bytes_elsewhere() -> Result<u64, HealthError> {
+    let folder = Path::new(SHARED_MEMORY);
+    let (ours, user) = (config()?.global.prefix.to_string(), rustix::process::getuid().as_raw());
+    let mut bytes = 0;
+    for entry in fs::read_dir(folder).map_err(io_error(folder))?.flatten() {
+        let name = entry.file_name().to_string_lossy().into_owned();
+        let (true, Ok(metadata)) = (name.starts_with(SEGMENT_PREFIX), entry.metadata()) else { continue };
+        if !name.starts_with(&ours) && metadata.uid() == user {
+            bytes += metadata.blocks() * 512;
+        }
+    }
+    Ok(bytes)
+}
+
 /// Returns the ids in a file's name. Ids have more than twenty digits; shorter numbers are versions and counts.
 fn ids(name: &str) -> Vec<u128> {
     let parts = name.split(['_', '.']).filter(|part| part.len() > 20);
@@ -49,7 +64,8 @@ fn ids(name: &str) -> Vec<u128> {
 
 /// Returns the ids of a node's ports. iceoryx2 keeps each as an empty file in the node's folder.
 pub(super) fn port_ids(node: u128) -> Vec<u128> {
-    let folder = PathBuf::from(config().global.node_dir().to_string()).join(node.to_string());
+    let Ok(config) = config() else { return Vec::new() };
+    let folder = PathBuf::from(config.global.node_dir().to_string()).join(node.to_string());
     let Ok(entries) = fs::read_dir(folder) else { return Vec::new() };
     entries.flatten().flat_map(|entry| ids(&entry.file_name().to_string_lossy())).collect()
 }

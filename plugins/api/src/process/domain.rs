@@ -1,0 +1,143 @@
+//! Where the shared memory of this user is: a directory and a file prefix of its own, so that users of one machine, and
+//! containers that share `/dev/shm`, don't meet.
+
+use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use iceoryx2::prelude::{Config, FileName, SemanticString};
+
+use super::log::quiet;
+
+/// The environment variable with the directory of iceoryx2's files. All processes of a fleet must have the same.
+///
+/// Without it, the directory is `/tmp/regatta-UID`, which only this user can use.
+pub const RUNTIME_DIR_VARIABLE: &str = "REGATTA_RUNTIME_DIR";
+
+/// The directory of iceoryx2's files can't be used.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "can't keep the files of shared memory in {path} ({reason}); set {RUNTIME_DIR_VARIABLE} to a directory of your own"
+)]
+pub struct DomainError {
+    path: String,
+    reason: String,
+}
+
+/// Returns the configuration of iceoryx2: for programs that open Regatta's services by iceoryx2 itself.
+///
+/// It is iceoryx2's own (from a file `config/iceoryx2.toml` in the current, the user's or the system's configuration
+/// folder, if there is one), with the directory of this user. The names of segments in `/dev/shm` begin with the identity
+/// of this directory (device and inode): processes that don't see the same directory never see the same segments.
+///
+/// # Errors
+/// [`DomainError`] if the directory can't be created, or belongs to another user.
+pub fn config() -> Result<&'static Config, DomainError> {
+    static CONFIG: OnceLock<Result<Config, DomainError>> = OnceLock::new();
+    quiet();
+    CONFIG.get_or_init(configure).as_ref().map_err(Clone::clone)
+}
+
+static LOOK_ONLY: AtomicBool = AtomicBool::new(false);
+
+/// Makes this process leave the resources of dead processes alone when it joins a fleet, opens a service or ends. To be
+/// called before anything else of this crate; `regatta doctor` does so.
+pub(super) fn look_only() {
+    LOOK_ONLY.store(true, Ordering::Relaxed);
+}
+
+#[cfg(unix)]
+fn configure() -> Result<Config, DomainError> {
+    use std::os::unix::fs::MetadataExt;
+
+    let directory = directory()?;
+    let failed = |reason: String| DomainError { path: directory.display().to_string(), reason };
+    let metadata = directory.metadata().map_err(|e| failed(e.to_string()))?;
+    let prefix = format!("{SEGMENT_PREFIX}{:x}-{:x}_", metadata.dev(), metadata.ino());
+    let mut config = Config::global_config().clone();
+    config.global.prefix = FileName::new(prefix.as_bytes()).map_err(|e| failed(format!("{e:?}")))?;
+    let path = iceoryx2::prelude::Path::new(directory.as_os_str().as_encoded_bytes());
+    config.global.set_root_path(&path.map_err(|e| failed(format!("{e:?}")))?);
+    if LOOK_ONLY.load(Ordering::Relaxed) {
+        config.global.node.cleanup_dead_nodes_on_creation = false;
+        config.global.node.cleanup_dead_nodes_on_destruction = false;
+        config.global.service.cleanup_dead_nodes_on_open = false;
+    }
+    Ok(config)
+}
+
+#[cfg(not(unix))]
+fn configure() -> Result<Config, DomainError> {
+    Ok(Config::global_config().clone())
+}
+
+/// The folder of POSIX shared memory.
+pub const SHARED_MEMORY: &str = "/dev/shm";
+
+/// The beginning of the names of all segments of Regatta's, of any user.
+pub(crate) const SEGMENT_PREFIX: &str = "regatta_";
+
+/// Returns the directory of iceoryx2's files, which exists from then on.
+#[cfg(unix)]
+fn directory() -> Result<PathBuf, DomainError> {
+    let given = std::env::var_os(RUNTIME_DIR_VARIABLE).filter(|path| !path.is_empty());
+    let Some(given) = given else {
+        let uid = rustix::process::getuid().as_raw();
+        let own = PathBuf::from(format!("/tmp/regatta-{uid}"));
+        return private(&own, uid).map(|()| own);
+    };
+    let given = PathBuf::from(given);
+    let failed = |e: std::io::Error| DomainError { path: given.display().to_string(), reason: e.to_string() };
+    std::fs::create_dir_all(&given).map_err(failed)?;
+    given.canonicalize().map_err(failed)
+}
+
+/// Creates a directory that only this user may use, or checks that it is one: in `/tmp`, another user may have created it.
+#[cfg(unix)]
+fn private(directory: &Path, uid: u32) -> Result<(), DomainError> {
+    use std::os::unix::fs::{DirBuilderExt, MetadataExt};
+
+    let failed = |reason: String| DomainError { path: directory.display().to_string(), reason };
+    match std::fs::DirBuilder::new().mode(0o700).create(directory) {
+        Err(error) if error.kind() != std::io::ErrorKind::AlreadyExists => return Err(failed(error.to_string())),
+        _ => {}
+    }
+    // Not followed if it is a link.
+    let metadata = directory.symlink_metadata().map_err(|e| failed(e.to_string()))?;
+    if !metadata.is_dir() {
+        return Err(failed("it is not a directory".to_owned()));
+    }
+    if metadata.uid() != uid {
+        return Err(failed(format!("it belongs to user {}", metadata.uid())));
+    }
+    if metadata.mode() & 0o022 != 0 {
+        return Err(failed("other users may write to it".to_owned()));
+    }
+    Ok(())
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    use std::os::unix::fs::PermissionsExt;
+
+    use super::*;
+
+    #[test]
+    fn a_directory_that_others_control_is_refused() {
+        let uid = rustix::process::getuid().as_raw();
+        let root = std::env::temp_dir().join(format!("regatta-domain-{}", std::process::id()));
+        std::fs::create_dir(&root).expect("created");
+        let own = root.join("own");
+        assert_eq!(private(&own, uid), Ok(()));
+        assert_eq!(own.metadata().expect("created").permissions().mode() & 0o777, 0o700);
+        assert_eq!(private(&own, uid), Ok(()), "the second time too");
+        let error = private(&own, uid + 1).expect_err("another user's");
+        assert!(error.to_string().contains(&format!("it belongs to user {uid}")), "{error}");
+
+        std::os::unix::fs::symlink(&own, root.join("link")).expect("linked");
+        assert!(private(&root.join("link"), uid).is_err(), "a link");
+        std::fs::set_permissions(&own, PermissionsExt::from_mode(0o777)).expect("changed");
+        assert!(private(&own, uid).is_err(), "others may write");
+        std::fs::remove_dir_all(&root).expect("removed");
+    }
+}

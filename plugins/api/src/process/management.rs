@@ -1,0 +1,105 @@
+//! iceoryx2's management segment: one small file in `/dev/shm`, which every process of a user opens when it joins.
+//!
+//! iceoryx2 creates it writable for everybody (0666): any local user could write rubbish into it, and then no process could
+//! join any more. So the first process to join closes it to others, and damage is recognised and repaired.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use super::domain::{SHARED_MEMORY, config};
+
+/// A management segment that no process can open.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Damage {
+    pub(super) path: PathBuf,
+}
+
+impl core::fmt::Display for Damage {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        write!(f, "{} is damaged; `regatta doctor --clean` repairs it", self.path.display())
+    }
+}
+
+/// Its length in bytes: iceoryx2's version, and a counter.
+const LENGTH: usize = 16;
+
+/// Returns this user's management segment, if there is one, and iceoryx2's version as its name has it: `0_10_0`.
+fn segment() -> Option<(PathBuf, [u16; 3])> {
+    let global = &config().ok()?.global;
+    let (prefix, suffix) = (global.prefix.to_string(), global.node.global_mgmt_suffix.to_string());
+    fs::read_dir(SHARED_MEMORY).ok()?.flatten().find_map(|entry| {
+        let name = entry.file_name().into_string().ok()?;
+        let stem = name.strip_prefix(&prefix)?.strip_suffix(&suffix)?;
+        let mut numbers = stem.rsplit('.').next()?.split('_').map_while(|number| number.parse().ok());
+        let version = [numbers.next()?, numbers.next()?, numbers.next()?];
+        Some((Path::new(SHARED_MEMORY).join(&name), version))
+    })
+}
+
+/// Takes the rights that others have to the segment away.
+#[cfg(unix)]
+pub(super) fn close_to_others() {
+    use std::os::unix::fs::{MetadataExt, PermissionsExt};
+    use std::sync::Once;
+
+    static CLOSED: Once = Once::new();
+    CLOSED.call_once(|| {
+        let Some((path, _)) = segment() else { return };
+        let is_open = path.symlink_metadata().is_ok_and(|metadata| metadata.is_file() && metadata.mode() & 0o077 != 0);
+        // Another user's can't be changed. It is that user's to close, in a directory that was shared on purpose.
+        if is_open && let Err(error) = fs::set_permissions(&path, fs::Permissions::from_mode(0o600)) {
+            tracing::debug!(%error, "closing {} to others", path.display());
+        }
+    });
+}
+
+#[cfg(not(unix))]
+pub(super) fn close_to_others() {}
+
+/// Returns the damage, if the segment exists and isn't what iceoryx2 expects.
+pub(super) fn damage() -> Option<Damage> {
+    let (path, version) = segment()?;
+    let (is_ready, bytes) = (is_ready(&path), fs::read(&path).ok()?);
+    (is_ready && !is_intact(&bytes, version)).then_some(Damage { path })
+}
+
+/// Whether its creator has finished it. Until then, iceoryx2 gives nobody the right to read it.
+#[cfg(unix)]
+fn is_ready(path: &Path) -> bool {
+    use std::os::unix::fs::MetadataExt;
+    path.symlink_metadata().is_ok_and(|metadata| metadata.mode() & 0o400 != 0)
+}
+
+#[cfg(not(unix))]
+fn is_ready(_path: &Path) -> bool {
+    true
+}
+
+/// Whether these are the contents of a segment of iceoryx2 of a version.
+fn is_intact(bytes: &[u8], [major, minor, patch]: [u16; 3]) -> bool {
+    let version = u64::from(major) << 32 | u64::from(minor) << 16 | u64::from(patch);
+    bytes.len() == LENGTH && bytes[..8] == version.to_ne_bytes()
+}
+
+/// Removes a damaged segment, and returns whether there was one. The next process to join creates another.
+///
+/// The counter in it makes the ids of nodes differ that are created within the same clock tick of one process; so it is
+/// harmless that it starts anew.
+pub(super) fn repair() -> bool {
+    damage().is_some_and(|damage| fs::remove_file(damage.path).is_ok())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_the_right_length_and_version_are_intact() {
+        let mut bytes = [0_u8; LENGTH];
+        bytes[..8].copy_from_slice(&0x000a_0000_u64.to_ne_bytes());
+        assert!(is_intact(&bytes, [0, 10, 0]));
+        assert!(!is_intact(&bytes, [0, 9, 0]));
+        assert!(!is_intact(&bytes[..15], [0, 10, 0]));
+        assert!(!is_intact(&[0; LENGTH], [0, 10, 0]));
+    }
+}

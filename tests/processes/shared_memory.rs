@@ -1,0 +1,184 @@
+//! Shared memory that is full, damaged, or crowded: nobody's behaviour ends an engine.
+
+use std::fs;
+use std::io::Write;
+use std::path::Path;
+use std::process::{Command, Output};
+use std::time::Duration;
+
+use regatta_plugin::{Control, OpenError, Participant, RUNTIME_DIR_VARIABLE, Subscriber, health, services};
+use tempfile::TempDir;
+
+use crate::fleet::{Fleet, Process, eventually, graphs, regatta, unique};
+
+/// The environment variable by which a test starts itself with a `/dev/shm` of its own.
+const ROLE: &str = "REGATTA_TEST_SMALL_MEMORY";
+
+/// Runs a test of this program with another `/dev/shm`, of this size, and a directory of its own. Returns `None` where this
+/// user may not mount.
+fn with_small_memory(test: &str, size: &str) -> Option<Output> {
+    let directory = TempDir::new().expect("a folder");
+    let script = format!("mount -t tmpfs -o size={size} tmpfs /dev/shm && exec \"$0\" --exact {test} --nocapture");
+    let allowed = Command::new("unshare").args(["--mount", "mount", "-t", "tmpfs", "tmpfs", "/dev/shm"]).output();
+    if !allowed.is_ok_and(|output| output.status.success()) {
+        eprintln!("skipped: this user may not mount a /dev/shm of its own");
+        return None;
+    }
+    let mut command = Command::new("unshare");
+    command.args(["--mount", "sh", "-c", &script]).arg(std::env::current_exe().expect("this program"));
+    Some(command.env(ROLE, size).env(RUNTIME_DIR_VARIABLE, directory.path()).output().expect("unshare starts"))
+}
+
+fn assert_passed(output: Option<Output>) {
+    let Some(output) = output else { return };
+    let [printed, messages] = [&output.stdout, &output.stderr].map(|bytes| String::from_utf8_lossy(bytes).into_owned());
+    assert!(output.status.success() && printed.contains("1 passed"), "{printed}\n{messages}");
+}
+
+/// Fills what is left of `/dev/shm`.
+fn fill() -> std::path::PathBuf {
+    let path = Path::new("/dev/shm/filler").to_owned();
+    let mut file = fs::File::create(&path).expect("created");
+    while file.write_all(&[1; 4096]).is_ok() {}
+    assert_eq!(health::space().expect("known").available, 0);
+    path
+}
+
+#[test]
+fn full_memory_leaves_frames_out_and_the_engine_goes_on() {
+    if std::env::var(ROLE).is_err() {
+        return assert_passed(with_small_memory(
+            "shared_memory::full_memory_leaves_frames_out_and_the_engine_goes_on",
+            "64m",
+        ));
+    }
+    // Frames of 1.5 MB.
+    let fleet = Fleet::start("full-memory", "warehouse-1000.yaml", &["--robots", "60000", "--rate", "50"]);
+    let mut readers: Vec<_> = (0..4).map(|_| fleet.subscriber()).collect();
+    eventually("a frame", || readers[0].latest().expect("readable").map(drop));
+    // Opened before: there will be no memory for another process.
+    let mut control = Control::open(&fleet.name).expect("opened");
+    let mut let_ticks_pass = |ticks: u64| {
+        let from = control.status().expect("answered").tick;
+        eventually("more ticks", || (control.status().expect("answered").tick >= from + ticks).then_some(()));
+    };
+    let_ticks_pass(1);
+    let filler = fill();
+    // Each reader holds a frame of its own from here on: the engine needs chunks that it hasn't used yet.
+    for reader in &mut readers[1..] {
+        let_ticks_pass(3);
+        let _ = reader.latest().expect("readable");
+    }
+    let_ticks_pass(20);
+    let stuck = readers[0].latest().expect("readable").map(|frame| frame.tick());
+    let_ticks_pass(20);
+    drop(readers);
+    fs::remove_file(filler).expect("removed");
+    let mut reader = fleet.subscriber();
+    let tick = eventually("frames again", || reader.latest().expect("readable").map(|frame| frame.tick()));
+    assert!(stuck.is_none_or(|stuck| tick > stuck + 15), "{stuck:?}, {tick}");
+    let output = fleet.engine.interrupt();
+    let messages = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.success(), "{messages}");
+    assert!(messages.contains("shared memory is full: make /dev/shm larger"), "{messages}");
+    assert!(messages.contains("shared memory has room for frames again"), "{messages}");
+}
+
+#[test]
+fn an_engine_that_memory_is_too_small_for_says_how_much_it_needs() {
+    if std::env::var(ROLE).is_err() {
+        let test = "shared_memory::an_engine_that_memory_is_too_small_for_says_how_much_it_needs";
+        return assert_passed(with_small_memory(test, "16m"));
+    }
+    let mut command = regatta();
+    command.arg("engine").arg(graphs("warehouse-1000.yaml")).args(["--robots", "1000000", "--fleet", "small"]);
+    let output = Process::start(&mut command).finish();
+    let message = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(!output.status.success() && message.lines().count() == 1, "{message}");
+    assert!(message.contains("75.0 MB are needed") && message.contains("--shm-size"), "{message}");
+}
+
+#[test]
+fn joining_with_full_memory_is_an_error_in_one_line() {
+    if std::env::var(ROLE).is_err() {
+        let test = "shared_memory::joining_with_full_memory_is_an_error_in_one_line";
+        return assert_passed(with_small_memory(test, "4m"));
+    }
+    let filler = fill();
+    for arguments in [&["engine", "graphs/thirty.yaml"][..], &["plugin", "hello"], &["status"]] {
+        let output = Process::start(regatta().current_dir(crate::fleet::root()).args(arguments)).finish();
+        let message = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(output.status.code().is_some_and(|code| code != 0), "{arguments:?}: {:?} {message}", output.status);
+        assert_eq!(message.lines().count(), 1, "{arguments:?}: {message}");
+    }
+    fs::remove_file(filler).expect("removed");
+}
+
+#[test]
+fn a_damaged_management_segment_is_reported_and_repaired() {
+    let directory = TempDir::new().expect("a folder");
+    let doctor = |arguments: &[&str]| {
+        let mut command = regatta();
+        command.arg("doctor").args(arguments).env(RUNTIME_DIR_VARIABLE, directory.path());
+        let output = Process::start(&mut command).finish();
+        (output.status.success(), String::from_utf8_lossy(&output.stdout).into_owned())
+    };
+    assert!(doctor(&[]).0);
+    // Anybody could write to it until it was closed.
+    let (prefix, segment) = segment_of(directory.path());
+    fs::write(&segment, "rubbish").expect("written");
+    let (healthy, printed) = doctor(&[]);
+    assert!(!healthy && printed.contains(&format!("{} is damaged", segment.display())), "{printed}");
+    let mut status = regatta();
+    let output = Process::start(status.arg("status").env(RUNTIME_DIR_VARIABLE, directory.path())).finish();
+    let message = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(message.contains("is damaged; `regatta doctor --clean` repairs it"), "{message}");
+    let (healthy, printed) = doctor(&["--clean"]);
+    assert!(healthy && printed.contains("removed the damaged management segment"), "{printed}");
+    for entry in fs::read_dir(health::SHARED_MEMORY).expect("listed").flatten() {
+        if entry.file_name().to_string_lossy().starts_with(&prefix) {
+            fs::remove_file(entry.path()).expect("removed");
+        }
+    }
+}
+
+/// Returns the prefix of the segments of a directory, and its management segment, which only this user may use.
+fn segment_of(directory: &Path) -> (String, std::path::PathBuf) {
+    use std::os::unix::fs::MetadataExt;
+    let metadata = directory.metadata().expect("a folder");
+    let prefix = format!("regatta_{:x}-{:x}_", metadata.dev(), metadata.ino());
+    let segment = fs::read_dir(health::SHARED_MEMORY)
+        .expect("listed")
+        .flatten()
+        .map(|entry| entry.path())
+        .find(|path| {
+            let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+            name.starts_with(&prefix) && name.ends_with("global_mgmt")
+        })
+        .expect("the management segment");
+    assert_eq!(segment.metadata().expect("it exists").mode() & 0o777, 0o600);
+    (prefix, segment)
+}
+
+#[test]
+fn all_places_can_be_taken_and_the_error_says_by_whom() {
+    let fleet = Fleet::start("many-readers", "thirty.yaml", &["--rate", "50"]);
+    let participant = Participant::join(&fleet.name, "crowd").expect("joined");
+    let mut readers = Vec::new();
+    let error = loop {
+        match Subscriber::open_on(&participant) {
+            Ok(reader) => readers.push(reader),
+            Err(error) => break error,
+        }
+    };
+    assert_eq!(readers.len(), services::MAX_READERS);
+    let OpenError::Full { limit, .. } = error else { panic!("{error}") };
+    assert_eq!(limit, services::MAX_READERS);
+    let message = error.to_string();
+    assert!(message.contains("crowd") && message.contains("engine"), "{message}");
+    for reader in &mut readers {
+        assert!(reader.wait(Duration::from_secs(10)).expect("readable").is_some(), "each of them has frames");
+    }
+    let name = unique("other");
+    assert!(Subscriber::open(&name).is_ok(), "another fleet has places of its own");
+}
