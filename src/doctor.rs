@@ -21,6 +21,8 @@ pub struct DoctorArgs {
 
 /// Less available shared memory than this gives a warning: the frames of a million robots take about 75 MB.
 const LOW_MEMORY: u64 = 128 << 20;
+/// Less memory than this that others use is not worth a warning.
+const WORTH_TELLING: u64 = 1 << 20;
 /// The longest time that the trial's frame may take.
 const TRIAL_TIMEOUT: Duration = Duration::from_secs(5);
 
@@ -126,7 +128,7 @@ fn directory() -> Vec<CheckResult> {
         results.push(failed(damage, "run `regatta doctor --clean`"));
     }
     match health::bytes_elsewhere() {
-        Ok(bytes) if bytes > 0 => results.push(Warning {
+        Ok(bytes) if bytes >= WORTH_TELLING => results.push(Warning {
             problem: format!("{} of segments belong to another directory", megabytes(bytes)),
             advice: format!(
                 "a container or another {RUNTIME_DIR_VARIABLE} may use them; if none does, remove {}/regatta_* that don't \
@@ -171,16 +173,19 @@ fn list(occupants: &[&Occupant]) -> String {
     if occupants.is_empty() {
         return "none".to_owned();
     }
-    occupants.iter().map(|occupant| describe(occupant)).collect::<Vec<_>>().join(", ")
+    let (unnamed, named): (Vec<_>, Vec<_>) = occupants.iter().partition(|occupant| occupant.name.is_empty());
+    let mut entries: Vec<_> = named.into_iter().map(|occupant| describe(occupant)).collect();
+    if !unnamed.is_empty() {
+        // The files with their names are already deleted, or belong to another user.
+        let bytes = unnamed.iter().map(|occupant| occupant.bytes).sum();
+        entries.push(format!("{} without a name ({})", unnamed.len(), megabytes(bytes)));
+    }
+    entries.join(", ")
 }
 
 fn describe(occupant: &Occupant) -> String {
     let Occupant { name, executable, pid, bytes, .. } = occupant;
-    match name.is_empty() {
-        // The file with its name is already deleted, or belongs to another user.
-        true => format!("a process without a name ({})", megabytes(*bytes)),
-        false => format!("{name} ({executable} {pid}, {})", megabytes(*bytes)),
-    }
+    format!("{name} ({executable} {pid}, {})", megabytes(*bytes))
 }
 
 fn versions() -> CheckResult {

@@ -9,7 +9,7 @@ use regatta_engine::graph::Handles;
 use regatta_engine::motion::Isa;
 use regatta_engine::scenario::Overrides;
 use regatta_plugin::producer::{LockstepOptions, Speed};
-use regatta_plugin::{FleetName, Termination};
+use regatta_plugin::{FleetName, SchedulingOptions, Termination};
 
 use crate::failure::{Failure, plugin_failure};
 use crate::scenario;
@@ -59,6 +59,8 @@ pub struct EngineOptions {
     #[arg(long)]
     pub handles: Option<Handles>,
     #[command(flatten)]
+    pub scheduling: SchedulingOptions,
+    #[command(flatten)]
     pub lockstep: LockstepOptions,
 }
 
@@ -93,6 +95,8 @@ impl EngineOptions {
         args.extend(pair("threads", &self.threads));
         args.extend(pair("isa", &self.isa));
         args.extend(pair("handles", &self.handles.map(Handles::name)));
+        args.extend(self.scheduling.priority.map(|priority| format!("--priority={priority}")));
+        args.extend(self.scheduling.pin.iter().map(|core| format!("--pin={core}")));
         args.extend(["--lockstep-timeout".to_owned(), self.lockstep.timeout.as_secs_f64().to_string()]);
         args.extend(self.lockstep.names.iter().flat_map(|name| ["--lockstep".to_owned(), name.clone()]));
         args
@@ -106,6 +110,7 @@ pub fn run(args: EngineArgs) -> Result<ExitCode, Failure> {
         eprintln!("{warning}");
     }
     let shared = args.options;
+    shared.scheduling.apply()?;
     let options = Options {
         fleet: shared.fleet,
         robots: shared.robots,

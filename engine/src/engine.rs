@@ -12,7 +12,7 @@ use regatta_plugin::producer::Session;
 use regatta_plugin::{FrameLoan, Participant, ProducerPorts, RouteServer, Termination, services};
 
 use crate::digest::Digest;
-use crate::fleet::{EventBuffer, Fleet, FleetConfig};
+use crate::fleet::{EventBuffer, Fleet, FleetConfig, check_size};
 use crate::graph::arc_length::Tracks;
 use crate::motion::Isa;
 use crate::scenario::{MAX_ROBOTS, Scenario};
@@ -63,6 +63,7 @@ impl Engine {
         }
         let participant = Participant::join(&options.fleet, "engine")?;
         let ports = ProducerPorts::create_on(participant, robots as usize)?;
+        check_size(&scenario.graph)?;
         let tracks = Arc::new(Tracks::compile(&scenario.graph));
         let config = FleetConfig {
             types: scenario.robot_types.clone(),

@@ -4,6 +4,7 @@
 
 mod ahead;
 mod columns;
+mod graph_size;
 mod orders;
 mod spawn;
 mod step_pool;
@@ -19,6 +20,7 @@ use regatta_plugin::world::Shape;
 
 pub use self::ahead::Ahead;
 use self::columns::FleetColumns;
+pub use self::graph_size::check_size;
 pub use self::spawn::{Placement, RouteSource};
 use self::step_pool::StepPool;
 use crate::graph::RouteGraph;
@@ -67,12 +69,28 @@ pub enum FleetError {
     #[error("{0} robot types are more than 65535; merge some")]
     TooManyTypes(usize),
     /// The route graph has more pieces than the fleet can index.
-    #[error("the route graph compiles to {pieces} pieces, more than {max}; use a smaller graph")]
+    #[error(
+        "the route graph compiles to {pieces} pieces (of 8 m at most), more than {max}: its edges are too long in all, or \
+         there are too many; are the positions in metres?"
+    )]
     TooManyPieces {
-        /// Number of pieces.
+        /// Number of pieces, or fewer.
         pieces: usize,
         /// The most pieces that a fleet can index.
         max: usize,
+    },
+    /// The route graph needs more memory than this machine has left.
+    #[error(
+        "the route graph compiles to {pieces} pieces (of 8 m at most), which need {needed_mb} MB of memory; {available_mb} MB \
+         are left: use a smaller graph; are the positions in metres?"
+    )]
+    GraphTooLarge {
+        /// Number of pieces, or fewer.
+        pieces: u64,
+        /// Memory that they need, in MB.
+        needed_mb: u64,
+        /// Memory that is left, in MB.
+        available_mb: u64,
     },
     /// This machine doesn't have that instruction set.
     #[error("this machine can't run {0} instructions; use {best}", best = Isa::detect())]

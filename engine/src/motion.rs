@@ -39,7 +39,7 @@ pub use events::EventBuffer;
 pub(crate) use isa::SupportedIsa;
 pub use isa::{Isa, ParseIsaError};
 pub(crate) use leg_table::{LegTable, TooManyPieces};
-pub(crate) use pieces::{PieceColumn, PieceIndex};
+pub(crate) use pieces::{MAX_PIECES, PieceColumn, PieceIndex};
 pub(crate) use profile::{KinematicLimits, UNLIMITED};
 pub use routes::Repeat;
 pub(crate) use routes::{Plans, Route};

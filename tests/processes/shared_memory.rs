@@ -2,7 +2,7 @@
 
 use std::fs;
 use std::io::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::time::Duration;
 
@@ -36,7 +36,7 @@ fn assert_passed(output: Option<Output>) {
 }
 
 /// Fills what is left of `/dev/shm`.
-fn fill() -> std::path::PathBuf {
+fn fill() -> PathBuf {
     let path = Path::new("/dev/shm/filler").to_owned();
     let mut file = fs::File::create(&path).expect("created");
     while file.write_all(&[1; 4096]).is_ok() {}
@@ -125,7 +125,7 @@ fn a_damaged_management_segment_is_reported_and_repaired() {
     };
     assert!(doctor(&[]).0);
     // Anybody could write to it until it was closed.
-    let (prefix, segment) = segment_of(directory.path());
+    let segment = management_segment(directory.path());
     fs::write(&segment, "rubbish").expect("written");
     let (healthy, printed) = doctor(&[]);
     assert!(!healthy && printed.contains(&format!("{} is damaged", segment.display())), "{printed}");
@@ -135,29 +135,29 @@ fn a_damaged_management_segment_is_reported_and_repaired() {
     assert!(message.contains("is damaged; `regatta doctor --clean` repairs it"), "{message}");
     let (healthy, printed) = doctor(&["--clean"]);
     assert!(healthy && printed.contains("removed the damaged management segment"), "{printed}");
-    for entry in fs::read_dir(health::SHARED_MEMORY).expect("listed").flatten() {
-        if entry.file_name().to_string_lossy().starts_with(&prefix) {
-            fs::remove_file(entry.path()).expect("removed");
-        }
-    }
+    remove_segments(directory.path());
 }
 
-/// Returns the prefix of the segments of a directory, and its management segment, which only this user may use.
-fn segment_of(directory: &Path) -> (String, std::path::PathBuf) {
+/// Returns the segments of a directory.
+fn segments(directory: &Path) -> Vec<PathBuf> {
     use std::os::unix::fs::MetadataExt;
     let metadata = directory.metadata().expect("a folder");
     let prefix = format!("regatta_{:x}-{:x}_", metadata.dev(), metadata.ino());
-    let segment = fs::read_dir(health::SHARED_MEMORY)
-        .expect("listed")
-        .flatten()
-        .map(|entry| entry.path())
-        .find(|path| {
-            let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-            name.starts_with(&prefix) && name.ends_with("global_mgmt")
-        })
-        .expect("the management segment");
-    assert_eq!(segment.metadata().expect("it exists").mode() & 0o777, 0o600);
-    (prefix, segment)
+    let entries = fs::read_dir(health::SHARED_MEMORY).expect("listed").flatten();
+    entries.filter(|entry| entry.file_name().to_string_lossy().starts_with(&prefix)).map(|entry| entry.path()).collect()
+}
+
+fn remove_segments(directory: &Path) {
+    segments(directory).iter().for_each(|segment| fs::remove_file(segment).expect("removed"));
+}
+
+/// Returns the management segment of a directory, which only this user may use.
+fn management_segment(directory: &Path) -> PathBuf {
+    use std::os::unix::fs::PermissionsExt;
+    let is_it = |path: &PathBuf| path.extension().is_some_and(|extension| extension == "global_mgmt");
+    let segment = segments(directory).into_iter().find(is_it).expect("the management segment");
+    assert_eq!(segment.metadata().expect("it exists").permissions().mode() & 0o777, 0o600);
+    segment
 }
 
 #[test]
@@ -181,4 +181,37 @@ fn all_places_can_be_taken_and_the_error_says_by_whom() {
     }
     let name = unique("other");
     assert!(Subscriber::open(&name).is_ok(), "another fleet has places of its own");
+}
+
+/// Processes that are killed while they join leave files that iceoryx2 doesn't clean up by itself.
+#[test]
+fn what_processes_killed_at_their_start_leave_is_cleaned_up() {
+    let directory = TempDir::new().expect("a folder");
+    let command = |arguments: &[&str]| {
+        let mut command = regatta();
+        command.args(arguments).env(RUNTIME_DIR_VARIABLE, directory.path());
+        Process::start(&mut command)
+    };
+    let engine = command(&["engine", "graphs/thirty.yaml", "--fleet", "killed-readers"]);
+    eventually("the engine answers", || {
+        command(&["status", "--fleet", "killed-readers"]).finish().status.success().then_some(())
+    });
+    for round in 0..30 {
+        let readers: Vec<_> = (0..5).map(|_| command(&["plugin", "hello", "--fleet", "killed-readers"])).collect();
+        std::thread::sleep(Duration::from_millis(round));
+        drop(readers);
+    }
+    // Younger files may belong to processes that are joining.
+    std::thread::sleep(Duration::from_secs(11));
+    let output = command(&["doctor", "--clean"]).finish();
+    let printed = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(output.status.success() && !printed.contains("can't clean up"), "{printed}");
+    let nodes: Vec<_> = fs::read_dir(directory.path().join("nodes"))
+        .expect("listed")
+        .map(|entry| entry.expect("listed").file_name().to_string_lossy().into_owned())
+        .collect();
+    // A folder and three files of the engine. `doctor` has removed its own.
+    assert!(nodes.len() <= 4, "{} of {nodes:?}", nodes.len());
+    assert!(engine.interrupt().status.success());
+    remove_segments(directory.path());
 }

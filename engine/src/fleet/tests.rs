@@ -5,4 +5,4 @@ mod equality;
 mod limits;
 mod orders;
 mod portable;
-mod support;
+pub(super) mod support;

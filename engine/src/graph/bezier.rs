@@ -43,6 +43,12 @@ impl CubicBezier {
         Self { control_points: [p3, p2, p1, p0] }
     }
 
+    /// Returns the length in metres of the line through `intervals + 1` points of the curve, which is at most the curve's own.
+    pub fn polyline_length(&self, intervals: u32) -> f64 {
+        let point = |i: u32| self.position(f64::from(i) / f64::from(intervals));
+        (0..intervals).map(|i| point(i).distance(point(i + 1))).sum()
+    }
+
     /// Returns the point at `lambda` in [0, 1] (equation 3.7), in metres. The ends are exactly P0 and P3.
     pub fn position(&self, lambda: f64) -> DVec2 {
         let [p0, p1, p2, p3] = self.control_points;

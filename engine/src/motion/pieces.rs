@@ -18,7 +18,7 @@ pub(super) const REVERSE: u32 = 1 << 31;
 const ROW_BITS: u32 = (1 << 27) - 1;
 
 /// The most pieces that a [`PieceIndex`] can tell apart.
-pub(super) const MAX_PIECES: usize = ROW_BITS as usize + 1;
+pub(crate) const MAX_PIECES: usize = ROW_BITS as usize + 1;
 
 /// Row of a piece in a [`LegTable`](super::leg_table::LegTable), and the gear in which a robot drives it. Only the
 /// table makes one.

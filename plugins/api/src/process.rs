@@ -8,5 +8,6 @@ mod management;
 pub mod plugin;
 pub mod rate;
 pub mod run;
+pub mod scheduling;
 mod silence;
 pub mod termination;

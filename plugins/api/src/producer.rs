@@ -8,6 +8,7 @@ mod clock;
 mod control;
 mod figures;
 mod options;
+mod overload;
 mod pending;
 mod session;
 mod speed;

@@ -19,7 +19,7 @@ user can use."""
 def iceoryx2_config() -> Any:
     """Returns the configuration of iceoryx2. The names of segments begin with the identity of the directory (device and
     inode): processes that don't see the same directory never see the same segments."""
-    config = iox.config.global_config()
+    config = iox.config.default()
     if not hasattr(os, "getuid"):
         return config
     directory = _directory()

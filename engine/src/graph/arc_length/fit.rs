@@ -16,6 +16,8 @@ use crate::graph::bezier::{CubicBezier, Side, Velocity};
 
 /// The longest piece in metres: with one step of the same length added, `w` still fits [`Distance`].
 const LONGEST: f64 = 8.0;
+/// The longest piece that is accepted, in metres.
+pub(super) const LONGEST_ACCEPTED: f64 = LONGEST + SHORTEST;
 /// The length in metres up to which a piece is accepted, as a straight line, whatever its error. Sixteen units of
 /// [`Distance`].
 const SHORTEST: f64 = 16.0 / Distance::PER_METRE;
@@ -105,7 +107,7 @@ struct Candidate {
 
 impl Candidate {
     fn is_good(&self) -> bool {
-        self.error <= 1.0 && self.length <= LONGEST + SHORTEST
+        self.error <= 1.0 && self.length <= LONGEST_ACCEPTED
     }
 
     /// Whether a longer candidate is unlikely to be good.

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use iceoryx2::prelude::{Config, FileName, SemanticString};
+use iceoryx2::prelude::{Config, FileName, FilePath, SemanticString};
 
 use super::log::quiet;
 
@@ -24,11 +24,11 @@ pub struct DomainError {
     reason: String,
 }
 
-/// Returns the configuration of iceoryx2: for programs that open Regatta's services by iceoryx2 itself.
+/// Returns the configuration of iceoryx2, for programs that open Regatta's services by iceoryx2 itself.
 ///
-/// It is iceoryx2's own (from a file `config/iceoryx2.toml` in the current, the user's or the system's configuration
-/// folder, if there is one), with the directory of this user. The names of segments in `/dev/shm` begin with the identity
-/// of this directory (device and inode): processes that don't see the same directory never see the same segments.
+/// It has iceoryx2's defaults, with the directory of this user. The names of segments in `/dev/shm` begin with the identity of
+/// this directory (device and inode): processes that don't see the same directory never see the same segments. It is also
+/// this process's global configuration of iceoryx2, unless that was in use before.
 ///
 /// # Errors
 /// [`DomainError`] if the directory can't be created, or belongs to another user.
@@ -54,10 +54,11 @@ fn configure() -> Result<Config, DomainError> {
     let failed = |reason: String| DomainError { path: directory.display().to_string(), reason };
     let metadata = directory.metadata().map_err(|e| failed(e.to_string()))?;
     let prefix = format!("{SEGMENT_PREFIX}{:x}-{:x}_", metadata.dev(), metadata.ino());
-    let mut config = Config::global_config().clone();
+    let mut config = Config::default();
     config.global.prefix = FileName::new(prefix.as_bytes()).map_err(|e| failed(format!("{e:?}")))?;
     let path = iceoryx2::prelude::Path::new(directory.as_os_str().as_encoded_bytes());
     config.global.set_root_path(&path.map_err(|e| failed(format!("{e:?}")))?);
+    make_global(&directory, &prefix).map_err(|e| failed(e.to_string()))?;
     if LOOK_ONLY.load(Ordering::Relaxed) {
         config.global.node.cleanup_dead_nodes_on_creation = false;
         config.global.node.cleanup_dead_nodes_on_destruction = false;
@@ -66,9 +67,28 @@ fn configure() -> Result<Config, DomainError> {
     Ok(config)
 }
 
+/// Makes this the global configuration of iceoryx2 in this process. iceoryx2 takes it from a file only, and uses it when it
+/// cleans up after a process whose own configuration it can't read.
+#[cfg(unix)]
+fn make_global(directory: &Path, prefix: &str) -> std::io::Result<()> {
+    let path = directory.join("iceoryx2.toml");
+    let text = format!("[global]\nroot-path = {:?}\nprefix = {prefix:?}\n", directory.display().to_string());
+    if !std::fs::read_to_string(&path).is_ok_and(|before| before == text) {
+        let new = directory.join(format!("iceoryx2.toml.{}", std::process::id()));
+        std::fs::write(&new, text)?;
+        std::fs::rename(&new, &path)?;
+    }
+    if let Ok(path) = FilePath::new(path.as_os_str().as_encoded_bytes())
+        && let Err(error) = Config::setup_global_config_from_file(&path)
+    {
+        tracing::debug!(%error, "reading the configuration of iceoryx2");
+    }
+    Ok(())
+}
+
 #[cfg(not(unix))]
 fn configure() -> Result<Config, DomainError> {
-    Ok(Config::global_config().clone())
+    Ok(Config::default())
 }
 
 /// The folder of POSIX shared memory.

@@ -1,5 +1,6 @@
 //! The state of shared memory on this machine: for `regatta doctor`, and for tests that nothing is left behind.
 
+mod remnants;
 mod segments;
 
 use std::collections::BTreeMap;
@@ -177,14 +178,17 @@ pub fn orphans() -> Result<Vec<Orphan>, HealthError> {
 pub fn clean() -> Result<Cleaned, HealthError> {
     let before: u64 = segments()?.iter().map(|s| s.bytes).sum();
     let mut cleaned = Cleaned { repaired: management::repair(), ..Cleaned::default() };
+    let dead = remnants::dead_nodes()?;
     each_node(|node| {
-        if let NodeState::Dead(dead) = node {
-            match dead.blocking_remove_stale_resources(Duration::from_secs(1)) {
-                Ok(()) => cleaned.occupants += 1,
-                Err(_) => cleaned.failed += 1,
-            }
+        if let NodeState::Dead(dead) = node
+            && let Err(error) = dead.blocking_remove_stale_resources(Duration::from_secs(1))
+        {
+            tracing::debug!(%error, "cleaning up after a dead process");
         }
     })?;
+    remnants::remove(&remnants::dead_nodes()?);
+    cleaned.failed = remnants::dead_nodes()?.len();
+    cleaned.occupants = dead.len().saturating_sub(cleaned.failed);
     for orphan in orphans()? {
         cleaned.orphans += usize::from(fs::remove_file(&orphan.path).is_ok());
     }

@@ -13,6 +13,7 @@ use crate::ports::producer::ProducerPorts;
 use crate::process::join::Participant;
 use crate::process::log::set_verbosity;
 use crate::process::run::{NAME_VARIABLE, one_line};
+use crate::process::scheduling::SchedulingOptions;
 use crate::process::termination::Termination;
 use crate::records::name::FleetName;
 
@@ -32,6 +33,9 @@ pub struct ProducerOptions {
     /// The plugins to wait for
     #[command(flatten)]
     pub lockstep: LockstepOptions,
+    /// Priority and processors
+    #[command(flatten)]
+    pub scheduling: SchedulingOptions,
     /// The name to go by in `regatta doctor` [default: the program's name]
     #[arg(long, value_name = "NAME")]
     pub name: Option<String>,
@@ -129,6 +133,7 @@ impl ProducerOptions {
     {
         set_verbosity(self.verbose);
         let termination = Termination::watch()?;
+        self.scheduling.apply()?;
         let given = std::env::var(NAME_VARIABLE).ok();
         let name = self.name.as_deref().or(given.as_deref()).unwrap_or(program);
         let ports = ProducerPorts::create_on(Participant::join(&self.fleet, name)?, 0)?;

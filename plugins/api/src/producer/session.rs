@@ -4,6 +4,7 @@ use std::time::{Duration, Instant};
 
 use super::clock::Clock;
 use super::figures::Figures;
+use super::overload::Overload;
 use super::pending::Pending;
 use super::speed::Speed;
 use super::{LockstepOptions, Producer};
@@ -33,6 +34,7 @@ pub struct Session {
     ports: ProducerPorts,
     pub(super) clock: Clock,
     pub(super) figures: Figures,
+    overload: Overload,
     lockstep: LockstepOptions,
     tick_period: Duration,
     pub(super) now: Moment,
@@ -63,6 +65,7 @@ impl Session {
             ports,
             clock: Clock::new(speed, 0, now),
             figures: Figures::new(0, now),
+            overload: Overload::new(now),
             lockstep,
             tick_period,
             now: Moment::default(),
@@ -133,6 +136,7 @@ impl Session {
         self.steps_made += ticks.min(self.clock.steps_left());
         self.clock.finish(ticks, self.now.sim_nanos, after, now);
         self.figures.note_time(self.now.sim_nanos, now);
+        self.overload.note(ticks, self.clock.late_ticks(), now, self.ports.participant().fleet());
         Ok(())
     }
 

@@ -30,12 +30,11 @@ pub(super) fn segments() -> Result<Vec<Segment>, HealthError> {
         let name = entry.file_name().to_string_lossy().into_owned();
         // A file that has vanished since it was listed is skipped.
         let (true, Ok(metadata)) = (name.starts_with(&prefix), entry.metadata()) else { continue };
-        let age = metadata.modified().ok().and_then(|time| SystemTime::now().duration_since(time).ok());
         segments.push(Segment {
             path: entry.path(),
             ids: ids(&name),
             bytes: metadata.blocks() * 512,
-            settled: age.is_some_and(|age| age > SETTLED),
+            settled: is_settled(&metadata),
         });
     }
     Ok(segments)
@@ -56,8 +55,14 @@ pub(super) fn bytes_elsewhere() -> Result<u64, HealthError> {
     Ok(bytes)
 }
 
+/// Whether a file is older than a process takes to start.
+pub(super) fn is_settled(metadata: &fs::Metadata) -> bool {
+    let age = metadata.modified().ok().and_then(|time| SystemTime::now().duration_since(time).ok());
+    age.is_some_and(|age| age > SETTLED)
+}
+
 /// Returns the ids in a file's name. Ids have more than twenty digits; shorter numbers are versions and counts.
-fn ids(name: &str) -> Vec<u128> {
+pub(super) fn ids(name: &str) -> Vec<u128> {
     let parts = name.split(['_', '.']).filter(|part| part.len() > 20);
     parts.filter_map(|part| part.parse().ok()).collect()
 }

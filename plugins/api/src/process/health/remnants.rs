@@ -1,0 +1,56 @@
+//! Files of nodes that iceoryx2 leaves behind: those of processes that were killed while they joined or left.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use iceoryx2::node::NodeState;
+
+use super::segments::{ids, is_settled};
+use super::{HealthError, each_node};
+use crate::process::domain::config;
+
+/// Returns the files and folders of dead nodes, by the node's id: of those that iceoryx2 knows to be dead, and of those
+/// that it doesn't know, if they are older than a process takes to join.
+pub(super) fn dead_nodes() -> Result<BTreeMap<u128, Vec<PathBuf>>, HealthError> {
+    let folder = PathBuf::from(config()?.global.node_dir().to_string());
+    let (mut dead, mut living) = (BTreeMap::new(), BTreeSet::new());
+    each_node(|node| match node {
+        NodeState::Dead(_) => drop(dead.insert(node.node_id().value(), Vec::new())),
+        NodeState::Alive(_) | NodeState::Inaccessible(_) => drop(living.insert(node.node_id().value())),
+        NodeState::Undefined(_) => {}
+    })?;
+    // Before any process has joined, there is no folder.
+    for entry in fs::read_dir(&folder).into_iter().flatten().flatten() {
+        let Some(id) = ids(&entry.file_name().to_string_lossy()).last().copied() else { continue };
+        if !dead.contains_key(&id) && !entry.metadata().is_ok_and(|metadata| is_settled(&metadata)) {
+            living.insert(id);
+        }
+        if !living.contains(&id) {
+            dead.entry(id).or_default().push(entry.path());
+        }
+    }
+    dead.retain(|id, _| !living.contains(id));
+    Ok(dead)
+}
+
+/// Removes what iceoryx2 has left of dead nodes, except for nodes that some process has a file of open.
+pub(super) fn remove(nodes: &BTreeMap<u128, Vec<PathBuf>>) {
+    if nodes.is_empty() {
+        return;
+    }
+    let open = open_files();
+    for paths in nodes.values().filter(|paths| !paths.iter().any(|path| open.contains(path))) {
+        let (folders, files): (Vec<_>, Vec<_>) = paths.iter().partition(|path| path.is_dir());
+        // What can't be removed stays, and is counted.
+        folders.into_iter().for_each(|folder| drop(fs::remove_dir_all(folder)));
+        files.into_iter().for_each(|file| drop(fs::remove_file(file)));
+    }
+}
+
+/// Returns the files that some process has open, as far as this user may see.
+fn open_files() -> BTreeSet<PathBuf> {
+    let processes = fs::read_dir("/proc").into_iter().flatten().flatten();
+    let folders = processes.filter_map(|process| fs::read_dir(Path::new(&process.path()).join("fd")).ok());
+    folders.flatten().flatten().filter_map(|descriptor| fs::read_link(descriptor.path()).ok()).collect()
+}

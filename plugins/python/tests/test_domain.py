@@ -1,0 +1,32 @@
+"""The directory of shared memory's files."""
+
+from pathlib import Path
+
+import pytest
+import regatta
+from regatta._domain import iceoryx2_config
+
+
+@pytest.fixture(autouse=True)
+def fresh_cache() -> object:
+    iceoryx2_config.cache_clear()
+    yield
+    iceoryx2_config.cache_clear()
+
+
+def test_a_directory_that_was_named_is_used(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("REGATTA_RUNTIME_DIR", str(tmp_path / "own"))
+    config = iceoryx2_config()
+    status = (tmp_path / "own").stat()
+    assert f"regatta_{status.st_dev:x}-{status.st_ino:x}_" in str(config.global_cfg.prefix)
+    assert str(tmp_path / "own") in str(config.global_cfg.root_path)
+
+
+def test_a_directory_that_cannot_be_used_is_an_error_in_one_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "file").write_text("")
+    monkeypatch.setenv("REGATTA_RUNTIME_DIR", str(tmp_path / "file"))
+    with pytest.raises(regatta.OpenError, match="set REGATTA_RUNTIME_DIR") as caught:
+        regatta.join("nobody")
+    assert "\n" not in str(caught.value)
