@@ -97,13 +97,14 @@ class Sample(Generic[SequencedHeader]):
 
     __slots__ = ("elements", "header", "missed", "payload")
 
-    def __init__(self, sample: Any, header: type[SequencedHeader], element_bytes: int) -> None:
+    def __init__(self, sample: Any, port: Any, header: type[SequencedHeader], element_bytes: int) -> None:
         self.missed = 0
         """The number of samples that were published between the one that this reader got before and this one."""
         self.header: SequencedHeader = header()
         ctypes.memmove(ctypes.byref(self.header), sample.user_header_ptr, ctypes.sizeof(header))
         self.elements: int = sample.header.number_of_elements
-        memory = _Memory(sample.payload_ptr, self.elements * element_bytes, sample, writeable=False)
+        # The port, too: a publisher takes back, and overwrites, the memory of samples whose receiver is gone.
+        memory = _Memory(sample.payload_ptr, self.elements * element_bytes, (port, sample), writeable=False)
         self.payload: Bytes = np.asarray(memory)
 
 
@@ -144,7 +145,7 @@ class Receiver(Generic[SequencedHeader]):
             sample = self._receive_after_collecting()
         if sample is None:
             return None
-        received = Sample(sample, self._header, self._element_bytes)
+        received = Sample(sample, self._port, self._header, self._element_bytes)
         received.missed = self._lost.before(received.header)
         return received
 
