@@ -64,6 +64,12 @@ class Lockstep:
             self._reporter = self._reporter or self._node.reporter()
             self._reporter.done(header.run_id, header.tick)
 
+    def close(self) -> None:
+        """Frees the places at the services."""
+        for port in (self._reporter, self._reports):
+            if port is not None:
+                port.close()
+
     def update(self) -> None:
         """Gives the last report to programs that have joined since. Must be called every now and then while no frame
         comes."""
