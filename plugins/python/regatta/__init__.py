@@ -15,6 +15,7 @@ Units are SI: metres, radians (counter-clockwise from east, in (-π, π]), secon
 
 import argparse
 from collections.abc import Iterable
+from typing import SupportsIndex
 from weakref import WeakValueDictionary
 
 from regatta._columns import ColumnPublisher
@@ -24,12 +25,11 @@ from regatta._contract import (
     NO_EDGE,
     ContactEventHeader,
     ContactHeader,
-    ControlResponse,
     EventHeader,
     FrameHeader,
     OrderLogHeader,
 )
-from regatta._control import Control
+from regatta._control import Control, ControlResponse, RobotsByState
 from regatta._enums import (
     ClockState,
     ContactChange,
@@ -41,6 +41,7 @@ from regatta._enums import (
     Shape,
 )
 from regatta._errors import (
+    ClosedError,
     ControlError,
     Error,
     FullError,
@@ -60,6 +61,7 @@ from regatta._frame import ColumnValues, Frame
 from regatta._frames import Frames
 from regatta._orders import Leg, Orders
 from regatta._rate import checked_rate
+from regatta._routes import Route
 from regatta._world import World
 
 _joined: WeakValueDictionary[str, Fleet] = WeakValueDictionary()
@@ -84,6 +86,21 @@ def world(fleet: str = "default", timeout: float | None = None) -> World:
 def column(fleet: str, name: str) -> ColumnPublisher:
     """Opens a column of a fleet for writing; see :class:`ColumnPublisher`."""
     return _shared(fleet).column(name)
+
+
+def columns(fleet: str = "default") -> list[str]:
+    """Returns the names of the columns that a fleet's processes publish now; see :meth:`Fleet.columns`."""
+    return _shared(fleet).columns()
+
+
+def route(fleet: str, robot: SupportsIndex) -> Route | None:
+    """Returns the legs that a robot has still to drive; see :meth:`Fleet.route`."""
+    return _shared(fleet).route(robot)
+
+
+def routes(fleet: str, robots: Iterable[SupportsIndex]) -> list[Route | None]:
+    """Returns the routes of many robots; see :meth:`Fleet.routes`."""
+    return _shared(fleet).routes(robots)
 
 
 def orders(fleet: str = "default") -> Orders:
@@ -146,7 +163,7 @@ def _fleet(text: str) -> str:
 def _shared(name: str) -> Fleet:
     """Returns the fleet, joined once for all functions of this module."""
     fleet = _joined.get(name)
-    if fleet is None:
+    if fleet is None or fleet.closed:
         fleet = _joined[name] = Fleet(name)
     return fleet
 
@@ -155,6 +172,7 @@ __all__ = [
     "CONTRACT_VERSION",
     "NO_EDGE",
     "ClockState",
+    "ClosedError",
     "ColumnPublisher",
     "ColumnValues",
     "ContactChange",
@@ -187,6 +205,8 @@ __all__ = [
     "Refusal",
     "RefusedError",
     "RobotState",
+    "RobotsByState",
+    "Route",
     "Shape",
     "TakenError",
     "TickReader",
@@ -194,6 +214,7 @@ __all__ = [
     "VersionError",
     "World",
     "column",
+    "columns",
     "contacts",
     "control",
     "events",
@@ -201,5 +222,7 @@ __all__ = [
     "join",
     "orders",
     "parser",
+    "route",
+    "routes",
     "world",
 ]

@@ -1,6 +1,9 @@
 """Columns: one value per robot, published by a plugin."""
 
+from __future__ import annotations
+
 import time
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
@@ -9,23 +12,36 @@ from regatta._contract import WORDS_PER_LINE, ColumnHeader, Line
 from regatta._errors import PublishError, ReadError
 from regatta._frame import ColumnValues, Frame
 from regatta._node import Node
+from regatta._open import Open
 from regatta._ports import Bytes, Sender
 from regatta._sequence import SequenceCounter
+
+if TYPE_CHECKING:
+    from regatta._fleet import Fleet
 
 FIRST_WAIT = 1.0
 """The longest time, in seconds, to wait until a publisher gives a new reader the values that it has published
 before."""
 
 
-class ColumnPublisher:
+class ColumnPublisher(Open):
     """Publishes a column: one value per robot, for the frame that the values were computed from.
 
     The viewer can tint robots by it, and every other process can read it.
     """
 
-    def __init__(self, node: Node, name: str) -> None:
-        self._sender: Sender[ColumnHeader] = node.sender(f"columns/{name}", "a column", Line, ColumnHeader)
+    def __init__(self, fleet: Fleet, name: str) -> None:
+        what = f"column '{name}'"
+        self._sender: Sender[ColumnHeader] = fleet._node.sender(f"columns/{name}", what, Line, ColumnHeader)
         self._sequence = SequenceCounter()
+        super().__init__(fleet, self._sender)
+        fleet._publishers.add(self)
+
+    def close(self) -> None:
+        """Stops publishing: readers keep the last values that they have got, and another process may publish the
+        column. Closing it again does nothing."""
+        self._fleet._publishers.discard(self)
+        super().close()
 
     def publish(self, frame: Frame, values: npt.ArrayLike) -> None:
         """Publishes one value per robot of the frame, as 32-bit floats.
@@ -61,6 +77,11 @@ class ColumnReader:
         self._receiver = node.receiver(f"columns/{name}", f"column '{name}'", Line, ColumnHeader)
         self._name = name
         self._newest: ColumnValues | None = None
+
+    def close(self) -> None:
+        """Frees the place at the column."""
+        self._newest = None
+        self._receiver.close()
 
     def first(self) -> ColumnValues | None:
         """Returns the newest values. If there is a publisher, waits a moment for the values that it has published

@@ -1,12 +1,18 @@
 """Contacts: pairs of robots that touch or are about to, as a collision checker publishes them."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
 from regatta._contract import ContactHeader, ContactRecord, dtype
-from regatta._node import Node
+from regatta._open import Open
+
+if TYPE_CHECKING:
+    from regatta._fleet import Fleet
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,12 +28,28 @@ class Contacts:
     missed: int
     """The number of samples that were published between the one that this reader returned before and this one."""
 
+    @property
+    def run_id(self) -> int:
+        """The run that the frame belongs to."""
+        return self.header.run_id
 
-class ContactReader:
+    @property
+    def tick(self) -> int:
+        """The tick of the frame."""
+        return self.header.tick
+
+    @property
+    def sim_time(self) -> float:
+        """The simulated time of the frame since the start of the run, in seconds."""
+        return self.header.sim_time_nanos / 1e9
+
+
+class ContactReader(Open):
     """Reads the newest contacts of a fleet, which a collision checker publishes while it runs."""
 
-    def __init__(self, node: Node) -> None:
-        self._receiver = node.receiver("contacts", "contacts", ContactRecord, ContactHeader)
+    def __init__(self, fleet: Fleet) -> None:
+        self._receiver = fleet._node.receiver("contacts", "contacts", ContactRecord, ContactHeader)
+        super().__init__(fleet, self._receiver)
         self._dtype = dtype(ContactRecord)
         self._newest: Contacts | None = None
 

@@ -39,6 +39,10 @@ class Record(ctypes.Structure):
         """Returns the name by which iceoryx2 compares types."""
         return f"regatta_{cls.__name__}"
 
+    def __repr__(self) -> str:
+        names = [name for name, *_ in self._fields_ if name != "reserved"]
+        return f"{type(self).__name__}({', '.join(f'{name}={getattr(self, name)!r}' for name in names)})"
+
 
 class Sequenced(Record):
     """A header that numbers the samples of a run."""

@@ -1,22 +1,83 @@
 """Control: pause, resume, step, speed, number of robots, status."""
 
-import time
+from __future__ import annotations
 
-from regatta._contract import ControlRequest, ControlResponse
-from regatta._enums import ControlKind
-from regatta._errors import ControlError, NoEngineError, PublishError, ReadError, RefusedError
-from regatta._node import Node
-from regatta._ports import Client
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
 
-TIMEOUT = 5.0
-"""The longest time, in seconds, to wait for the answer to a request that the engine answers at once."""
-POLL = 0.0005
-"""The time between two checks for an answer, in seconds."""
-CHECK = 1.0
-"""The time between two checks whether the engine is still alive, in seconds."""
+from regatta import _contract
+from regatta._ask import TIMEOUT, Asker
+from regatta._contract import ControlRequest
+from regatta._enums import ClockState, ControlKind
+from regatta._errors import RefusedError
+from regatta._open import Open
+
+if TYPE_CHECKING:
+    from regatta._fleet import Fleet
 
 
-class Control:
+class RobotsByState(NamedTuple):
+    """The numbers of robots by state: ``robots_by_state.held``, or ``robots_by_state[RobotState.HELD]``."""
+
+    idle: int
+    driving: int
+    waiting: int
+    held: int
+    faulted: int
+
+
+@dataclass(frozen=True, repr=False)
+class ControlResponse:
+    """The status of an engine after a request."""
+
+    run_id: int
+    """The run."""
+    tick: int
+    """Ticks since its start."""
+    sim_time_nanos: int
+    """Simulated time since its start, in nanoseconds; :attr:`sim_time` has seconds."""
+    late_ticks: int
+    """The number of ticks that ended after their deadline."""
+    tick_cost_p50_nanos: int
+    """The median cost of a tick over the last second or so, in nanoseconds."""
+    tick_cost_p99_nanos: int
+    """The 99th percentile of the cost of a tick, in nanoseconds."""
+    resident_bytes: int
+    """The engine's resident memory, in bytes; 0 where it is unknown."""
+    wall_time_nanos: int
+    """Wall time since the start of the run, in nanoseconds."""
+    robots_by_state: RobotsByState
+    """The numbers of robots by state."""
+    robots: int
+    """The number of robots."""
+    pid: int
+    """The engine's process."""
+    clock: ClockState
+    """The state of the clock."""
+    speed: float
+    """The requested speed, in simulated seconds per wall second; ``inf`` for as fast as possible."""
+    real_time_factor: float
+    """The measured speed over the last second or so."""
+    accepted: bool
+    """Whether the engine carried the request out. It did, unless an error was raised."""
+    reason: str
+    """The reason for a refusal, or an empty text."""
+
+    @property
+    def sim_time(self) -> float:
+        """Simulated time since the start of the run, in seconds."""
+        return self.sim_time_nanos / 1e9
+
+    def __repr__(self) -> str:
+        states = [f"{count} {state}" for state, count in self.robots_by_state._asdict().items() if count]
+        return (
+            f"<regatta.ControlResponse: tick {self.tick} ({self.sim_time:.2f} s), {self.clock.name.lower()} at"
+            f" {self.speed:g} x, {self.robots} robots ({', '.join(states) or 'none'}), {self.late_ticks} late ticks,"
+            f" process {self.pid}>"
+        )
+
+
+class Control(Open):
     """Controls a fleet's engine. Every request returns the status after it.
 
     Requests raise :class:`NoEngineError <regatta.NoEngineError>` if the fleet has no engine, :class:`RefusedError
@@ -24,14 +85,13 @@ class Control:
     or doesn't answer in time.
     """
 
-    def __init__(self, node: Node) -> None:
-        self._client: Client[ControlRequest, ControlResponse] = node.client("control", ControlRequest, ControlResponse)
-        self._fleet = node.fleet
+    def __init__(self, fleet: Fleet) -> None:
+        self._asker = Asker(fleet._node, "control", ControlRequest, _contract.ControlResponse)
+        super().__init__(fleet, self._asker)
 
     def has_engine(self) -> bool:
         """Whether the fleet has an engine."""
-        self._client.forget_dead()
-        return self._client.has_server()
+        return self._asker.has_engine()
 
     def status(self) -> ControlResponse:
         """Returns the status."""
@@ -63,44 +123,31 @@ class Control:
         return self._request(ControlRequest(_count(round(seconds * 1e9), 2**64), ControlKind.SEEK))
 
     def _request(self, request: ControlRequest, timeout: float | None = TIMEOUT) -> ControlResponse:
-        if not self._client.has_server():
-            raise NoEngineError(
-                f"fleet '{self._fleet}' has no engine; start one with `regatta run`, or name another fleet"
-            )
-        try:
-            answer = self._answer(request, timeout)
-        except (PublishError, ReadError) as error:
-            raise ControlError(
-                f"can't reach the engine of fleet '{self._fleet}' ({error}); `regatta doctor` reports what is wrong"
-            ) from None
-        if not answer.accepted:
-            reason = answer.reason.decode(errors="replace")
-            raise RefusedError(f"the engine of fleet '{self._fleet}' refused the request: {reason}")
-        return answer
+        response = _readable(self._asker.wait(self._asker.send(request), timeout))
+        if not response.accepted:
+            raise RefusedError(f"the engine of fleet '{self._fleet.name}' refused the request: {response.reason}")
+        return response
 
-    def _answer(self, request: ControlRequest, timeout: float | None) -> ControlResponse:
-        pending = self._client.ask(request)
-        start = time.monotonic()
-        next_check = start + CHECK
-        while True:
-            # Checked before the answer, so that an answer sent just before the end is not missed.
-            connected = pending.is_connected
-            answer = self._client.answer(pending)
-            if answer is not None:
-                return answer
-            now = time.monotonic()
-            if not connected:
-                raise ControlError(f"the engine of fleet '{self._fleet}' ended before it answered")
-            if timeout is not None and now - start >= timeout:
-                raise ControlError(
-                    f"the engine of fleet '{self._fleet}' has not answered within {timeout:.1f} s; is it stopped or"
-                    " overloaded?"
-                )
-            if now >= next_check:
-                next_check = now + CHECK
-                # An engine that was killed counts as connected until its resources are removed.
-                self._client.forget_dead()
-            time.sleep(POLL)
+
+def _readable(response: _contract.ControlResponse) -> ControlResponse:
+    return ControlResponse(
+        run_id=response.run_id,
+        tick=response.tick,
+        sim_time_nanos=response.sim_time_nanos,
+        late_ticks=response.late_ticks,
+        tick_cost_p50_nanos=response.tick_cost_p50_nanos,
+        tick_cost_p99_nanos=response.tick_cost_p99_nanos,
+        resident_bytes=response.resident_bytes,
+        wall_time_nanos=response.wall_time_nanos,
+        robots_by_state=RobotsByState(*response.robots_by_state),
+        robots=response.robots,
+        pid=response.pid,
+        clock=ClockState(response.clock),
+        speed=response.speed,
+        real_time_factor=response.real_time_factor,
+        accepted=response.accepted != 0,
+        reason=response.reason.decode(errors="replace"),
+    )
 
 
 def _count(count: int, limit: int) -> int:

@@ -21,6 +21,10 @@ class FullError(OpenError):
     """All places of a service are taken."""
 
 
+class ClosedError(Error):
+    """The program uses something that it has closed."""
+
+
 class ReadError(Error):
     """A sample can't be read."""
 

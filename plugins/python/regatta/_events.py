@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from regatta._contract import LAYOUT, ContactEventHeader, EventHeader, OrderLogHeader, Record, dtype
+from regatta._open import Open
 from regatta._ports import NAP
 from regatta._termination import Termination
 
@@ -48,7 +49,7 @@ class TickRecords(Generic[Header]):
         return self.header.tick
 
 
-class TickReader(Generic[Header]):
+class TickReader(Open, Generic[Header]):
     """Reads the records of a service tick by tick.
 
     Loop over it, or call :meth:`take` in a loop over frames::
@@ -73,14 +74,19 @@ class TickReader(Generic[Header]):
     """
 
     def __init__(self, fleet: Fleet, service: str, what: str, record: type[Record], header: type[Header]) -> None:
-        # The reference keeps the fleet of the functions of the module `regatta`: its frames fill this reader's queue.
-        self._fleet = fleet
         self._what = what
         self._receiver = fleet._node.receiver(service, what, record, header)
+        super().__init__(fleet, self._receiver)
         self._dtype = dtype(record)
         self._queue: deque[TickRecords[Header]] = deque()
         self._warn_at = 1
         fleet._readers.add(self)
+
+    def close(self) -> None:
+        """Stops reading, and discards the queue. Closing it again does nothing."""
+        self._fleet._readers.discard(self)
+        self._queue.clear()
+        super().close()
 
     @property
     def lost(self) -> int:
@@ -98,7 +104,7 @@ class TickReader(Generic[Header]):
         """Waits for records, tick by tick, until Ctrl-C or SIGTERM."""
         wake = self._fleet._node.wake()
         with Termination() as termination:
-            while not termination.requested:
+            while not (termination.requested or self.closed):
                 if not self._queue:
                     self._receive()
                 if self._queue:

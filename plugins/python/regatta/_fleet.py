@@ -1,9 +1,8 @@
 """A fleet, as a program has joined it: everything else is opened on it.
 
-This module imports the modules of the classes that are opened on a fleet. ``_events``, ``_frame``, ``_frames`` and
-``_orders`` (and ``_columns``, through ``_frame``) import this one, too, but for type annotations only
-(``TYPE_CHECKING``): objects of these classes refer to their fleet, which is passed to them. At run time there is no
-import circle.
+This module imports the modules of the classes that are opened on a fleet. Those modules import this one, too, but for
+type annotations only (``TYPE_CHECKING``): objects of these classes refer to their fleet, which is passed to them. At run
+time there is no import circle.
 """
 
 import os
@@ -12,7 +11,7 @@ import sys
 import time
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Any
+from typing import Any, SupportsIndex
 from weakref import WeakSet
 
 from regatta._columns import ColumnPublisher, ColumnReader
@@ -34,7 +33,10 @@ from regatta._events import TickReader
 from regatta._frame import ColumnValues
 from regatta._frames import Frames
 from regatta._node import Node
-from regatta._orders import Orders, Tokens
+from regatta._open import Closes, Open
+from regatta._orders import Orders
+from regatta._routes import Route, Routes
+from regatta._tokens import Tokens
 from regatta._world import World, world_of
 
 MAX_NAME_BYTES = 64
@@ -47,11 +49,17 @@ NAME_VARIABLE = "REGATTA_PLUGIN_NAME"
 name in the scenario."""
 
 
-class Fleet:
+class Fleet(Closes):
     """A fleet, as a program has joined it, whether or not it has an engine yet. Everything else is opened on it.
 
     A fleet, and everything that is opened on it, belongs to one thread and one process. It doesn't work after
     ``os.fork``: with ``multiprocessing``, use the start method ``spawn`` and join the fleet in each process.
+
+    Everything that is open can be closed, and ``with`` does so at its end; closing the fleet closes all of it::
+
+        with regatta.join("default") as fleet:
+            orders = fleet.orders()
+            ...
     """
 
     def __init__(self, name: str, participant: str | None = None) -> None:
@@ -61,11 +69,30 @@ class Fleet:
         """The name that this program goes by, in lockstep and in ``regatta doctor``."""
         self._node = Node(self.name, self.participant)
         self._tokens = Tokens(self.participant)
+        self._closed = False
+        self._open: WeakSet[Open] = WeakSet()
         self._columns: dict[str, ColumnReader] = {}
+        self._routes: Routes | None = None
         self._publishers: WeakSet[ColumnPublisher] = WeakSet()
         self._readers: WeakSet[TickReader[Any]] = WeakSet()
         self._worlds = self._node.receiver("world", "the world", Line, WorldHeader)
         self._world: World | None = None
+
+    @property
+    def closed(self) -> bool:
+        """Whether it was closed."""
+        return self._closed
+
+    def close(self) -> None:
+        """Closes everything that is open on the fleet, and leaves the fleet. Frames that the program still refers to
+        stay readable. Closing it again does nothing."""
+        self._closed = True
+        for opened in list(self._open):
+            opened.close()
+        for port in (self._worlds, self._routes, *self._columns.values()):
+            if port is not None:
+                port.close()
+        self._node.close()
 
     def frames(self, rate: float | None = None, after: Iterable[str] = ()) -> Frames:
         """Opens the frames: all of them, or ``rate`` per second.
@@ -94,9 +121,26 @@ class Fleet:
     def column(self, name: str) -> ColumnPublisher:
         """Opens a column for writing. Raises :class:`TakenError <regatta.TakenError>` if another process publishes it.
         (``frame.column`` reads one.)"""
-        publisher = ColumnPublisher(self._node, checked_name(name))
-        self._publishers.add(publisher)
-        return publisher
+        return ColumnPublisher(self, checked_name(name))
+
+    def columns(self) -> list[str]:
+        """Returns the names of the columns that processes publish now, sorted; ``frame.column`` reads them. Takes some
+        milliseconds."""
+        return self._node.columns()
+
+    def route(self, robot: SupportsIndex) -> Route | None:
+        """Returns the legs that a robot has still to drive; ``None`` if there is no such robot.
+
+        Raises :class:`NoEngineError <regatta.NoEngineError>` if nobody serves routes (a replay doesn't), or
+        :class:`ControlError <regatta.ControlError>` if the engine ends or doesn't answer in time.
+        """
+        return self.routes([robot])[0]
+
+    def routes(self, robots: Iterable[SupportsIndex]) -> list[Route | None]:
+        """Returns the routes of many robots, in their order. That is faster than one by one, because several requests
+        are answered in each tick. Raises the same errors as :meth:`route`."""
+        self._routes = self._routes or Routes(self._node)
+        return self._routes.ask(robots)
 
     def orders(self) -> Orders:
         """Opens the orders for sending."""
@@ -104,7 +148,7 @@ class Fleet:
 
     def control(self) -> Control:
         """Opens the control service."""
-        return Control(self._node)
+        return Control(self)
 
     def events(self) -> TickReader[EventHeader]:
         """Opens the events of robots. Records have ``kind`` (an :class:`EventKind <regatta.EventKind>`), ``robot``,
@@ -118,7 +162,7 @@ class Fleet:
 
     def contacts(self) -> ContactReader:
         """Opens the contacts: pairs of robots that touch or are about to, which a collision checker publishes."""
-        return ContactReader(self._node)
+        return ContactReader(self)
 
     def contact_events(self) -> TickReader[ContactEventHeader]:
         """Opens the contacts that begin and end. Records have ``robots``, ``level`` (a :class:`ContactLevel
@@ -139,6 +183,7 @@ class Fleet:
     def _column_values(self, name: str) -> ColumnValues | None:
         if name not in self._columns:
             reader = self._columns[name] = ColumnReader(self._node, checked_name(name))
+            self._update_columns()  # the program may publish it itself
             return reader.first()
         return self._columns[name].newest()
 
@@ -148,11 +193,18 @@ class Fleet:
             self._world = world_of(sample)
         return self._world
 
+    def _known_world(self, header: FrameHeader) -> World | None:
+        """Returns a frame's world if it has arrived."""
+        world = self._world if self._closed else self._newest_world()
+        if world is not None and world.run_id == header.run_id and world.revision >= header.world_revision:
+            return world
+        return None
+
     def _world_of(self, header: FrameHeader) -> World:
         start = time.monotonic()
         while True:
-            world = self._newest_world()
-            if world is not None and world.run_id == header.run_id and world.revision >= header.world_revision:
+            world = self._known_world(header)
+            if world is not None:
                 return world
             if time.monotonic() - start >= WORLD_WAIT:
                 raise ReadError(

@@ -2,24 +2,36 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
 from regatta._contract import BYTES_PER_LINE, WORDS_PER_LINE, FrameHeader
+from regatta._enums import ClockState
 from regatta._errors import ReadError
-from regatta._ports import Sample
+from regatta._ports import Bytes, Sample
+from regatta._table import to_html, to_pandas, to_polars
 
 if TYPE_CHECKING:
+    import pandas
+    import polars
+
     from regatta._fleet import Fleet
     from regatta._world import World
 
 
-@dataclass(frozen=True, eq=False)
+Scalar = TypeVar("Scalar", bound=np.generic)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
 class ColumnValues:
-    """A reader's view of a column. ``values`` is a read-only view of shared memory."""
+    """A reader's view of a column. ``values`` is a read-only view of shared memory.
+
+    A reader can hold two samples of a column; to keep more, :meth:`copy` them. What a program or a notebook has shown
+    (by its ``repr``) is a copy from then on.
+    """
 
     run_id: int
     """The run that the values belong to."""
@@ -30,6 +42,15 @@ class ColumnValues:
     missed: int
     """The number of samples that were published between the one that this program got before and this one."""
 
+    def copy(self) -> ColumnValues:
+        """Returns a copy whose ``values`` are an array of its own, which can be kept and changed."""
+        return replace(self, values=self.values.copy())
+
+    def __repr__(self) -> str:
+        # Kept by what shows it, for example by `Out[]` of a notebook.
+        object.__setattr__(self, "values", _owned(self.values))
+        return f"<regatta.ColumnValues: tick {self.tick}, {self.values!r}>"
+
 
 class Frame:
     """A reader's view of a frame in shared memory.
@@ -38,10 +59,11 @@ class Frame:
     ``i``; the values of rows whose ``state`` is :attr:`RobotState.ABSENT <regatta.RobotState.ABSENT>` are meaningless.
 
     A frame and its columns stay unchanged for as long as something refers to them. A reader can hold two frames, so
-    that a loop can compare each with the one before; to keep values for longer, copy them: ``frame.x.copy()``.
+    that a loop can compare each with the one before; to keep more, :meth:`copy` them, or single columns:
+    ``frame.x.copy()``. A frame that a program or a notebook has shown (by its ``repr``) is a copy from then on.
     """
 
-    __slots__ = ("_fleet", "_sample", "_words", "header")
+    __slots__ = ("_fleet", "_payload", "_words", "_world", "header", "missed")
 
     def __init__(self, sample: Sample[FrameHeader], fleet: Fleet) -> None:
         self.header = sample.header
@@ -52,16 +74,51 @@ class Frame:
             raise ReadError(
                 f"a frame of {sample.elements} lines contradicts its header ({robots} robots); its producer is at fault"
             )
-        self._sample = sample
-        self._words = sample.payload.view(np.float32)
+        self.missed = sample.missed
+        """The number of frames that were published between the one that this reader got before and this one, exactly. A
+        loop with a rate skips frames on purpose; those count too."""
         self._fleet = fleet
+        self._refer_to(sample.payload[: lines * BYTES_PER_LINE])
+        self._world: World | None = None
 
     def __len__(self) -> int:
         """Returns the number of rows: robot ids are ``0 .. len(frame) - 1``."""
         return self.header.robots
 
+    def copy(self) -> Frame:
+        """Returns a copy with arrays of its own. It can be kept for as long as you like, and its arrays can be
+        changed."""
+        copy: Frame = object.__new__(Frame)
+        copy.header, copy.missed, copy._fleet = self.header, self.missed, self._fleet
+        copy._refer_to(self._payload.copy())
+        # A later world may have replaced this frame's when the copy is asked for it.
+        copy._world = self._world = self._world or self._fleet._known_world(self.header)
+        return copy
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """Returns a copy as a data frame of pandas, which must be installed.
+
+        It has a row per robot, without absent ones. The index is the robot's id; the columns are ``tick``,
+        ``sim_time``, ``x``, ``y``, ``theta``, ``speed``, ``s``, ``edge`` (missing if the robot is on none) and
+        ``state`` (a category: ``"driving"``, for example).
+        """
+        return to_pandas(self)
+
+    def to_polars(self) -> polars.DataFrame:
+        """Returns a copy as a data frame of polars, which must be installed. Its columns are those of
+        :meth:`to_pandas`, and ``robot``."""
+        return to_polars(self)
+
+    def __str__(self) -> str:
+        return f"<regatta.Frame: tick {self.tick} ({self.sim_time:.2f} s), {len(self)} robots>"
+
     def __repr__(self) -> str:
-        return f"<regatta.Frame: tick {self.tick}, {len(self)} robots>"
+        self._own()
+        return str(self)
+
+    def _repr_html_(self) -> str:
+        self._own()
+        return to_html(self)
 
     @property
     def run_id(self) -> int:
@@ -74,15 +131,14 @@ class Frame:
         return self.header.tick
 
     @property
-    def missed(self) -> int:
-        """The number of frames that were published between the one that this reader got before and this one, exactly. A
-        loop with a rate skips frames on purpose; those count too."""
-        return self._sample.missed
-
-    @property
     def sim_time(self) -> float:
         """Simulated time since the start of the run, in seconds."""
-        return self.header.sim_time_nanos * 1e-9
+        return self.header.sim_time_nanos / 1e9
+
+    @property
+    def clock(self) -> ClockState:
+        """The state of the producer's clock."""
+        return ClockState(self.header.clock)
 
     @property
     def x(self) -> npt.NDArray[np.float32]:
@@ -118,7 +174,7 @@ class Frame:
     def state(self) -> npt.NDArray[np.uint8]:
         """The state of each robot, a :class:`RobotState <regatta.RobotState>`."""
         start = 6 * self.header.stride_lines * BYTES_PER_LINE
-        return self._sample.payload[start : start + self.header.robots]
+        return self._payload[start : start + self.header.robots]
 
     @property
     def world(self) -> World:
@@ -126,7 +182,8 @@ class Frame:
 
         Raises :class:`ReadError <regatta.ReadError>` if the producer doesn't publish them.
         """
-        return self._fleet._world_of(self.header)
+        self._world = self._world or self._fleet._world_of(self.header)
+        return self._world
 
     def column(self, name: str) -> ColumnValues | None:
         """Returns the newest values of a column, or ``None`` as long as no process has published any.
@@ -141,3 +198,20 @@ class Frame:
     def _column(self, number: int) -> npt.NDArray[np.float32]:
         start = number * self.header.stride_lines * WORDS_PER_LINE
         return self._words[start : start + self.header.robots]
+
+    def _refer_to(self, payload: Bytes) -> None:
+        self._payload, self._words = payload, payload.view(np.float32)
+
+    def _own(self) -> None:
+        """Makes this frame a copy of itself, because what shows an object may keep it: a notebook's ``Out[]`` would
+        hold shared memory with each frame that a cell shows."""
+        self._refer_to(_owned(self._payload))
+
+
+def _owned(array: npt.NDArray[Scalar]) -> npt.NDArray[Scalar]:
+    """Returns a read-only copy of an array, or the array itself if it holds no shared memory."""
+    if array.flags.owndata:
+        return array
+    copy = array.copy()
+    copy.flags.writeable = False
+    return copy

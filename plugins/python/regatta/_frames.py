@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from regatta._contract import FrameHeader, Line
 from regatta._frame import Frame
 from regatta._lockstep import Lockstep
+from regatta._open import Open
 from regatta._rate import SLICE, RateLimiter, checked_rate
 from regatta._silence import Silence
 from regatta._termination import Termination
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
     from regatta._fleet import Fleet
 
 
-class Frames:
+class Frames(Open):
     """Reads a fleet's frames: always the newest, at any pace. It can't slow the engine down.
 
     Loop over it::
@@ -39,11 +40,11 @@ class Frames:
     def __init__(self, fleet: Fleet, rate: float | None, after: Iterable[str] = ()) -> None:
         if rate is not None:
             checked_rate(rate)
-        self._fleet = fleet
         self._rate = rate
         self._lockstep = Lockstep(fleet._node, [after] if isinstance(after, str) else after)
         self._frames = fleet._node.receiver("frames", "a frame", Line, FrameHeader)
         self._wake = fleet._node.wake()
+        super().__init__(fleet, self._frames, self._wake, self._lockstep)
 
     @property
     def fleet(self) -> Fleet:
@@ -79,7 +80,7 @@ class Frames:
         limiter, lockstep = RateLimiter(self._rate), self._lockstep
         silence = Silence(self._frames, self._fleet._node)
         with Termination() as termination:
-            while not termination.requested:
+            while not (termination.requested or self.closed):
                 left = limiter.left()
                 if left > 0:
                     self._sleep(left)
@@ -102,4 +103,5 @@ class Frames:
                     # Given back before the next is waited for, unless the body of the loop refers to it.
                     del frame
                     # A program that leaves the loop has finished the frame, too.
-                    lockstep.report(header)
+                    if not self.closed:
+                        lockstep.report(header)

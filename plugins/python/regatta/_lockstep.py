@@ -37,6 +37,7 @@ class Lockstep:
         self._reports: DoneReports | None = None
         self._last = (0, -1)
         self._run = [0]
+        self._leave: weakref.finalize[[Reporter, list[int]], Lockstep] | None = None
 
     def is_new(self, header: FrameHeader) -> bool:
         """Registers a frame, and returns whether it is to be handed out. In lockstep each tick counts once: whether a
@@ -69,9 +70,17 @@ class Lockstep:
             if self._reporter is None:
                 self._reporter = self._node.reporter()
                 # Runs when the loop's object is gone, at the latest when the program ends.
-                weakref.finalize(self, _leave, self._reporter, self._run)
+                self._leave = weakref.finalize(self, _leave, self._reporter, self._run)
             self._run[0] = header.run_id
             self._reporter.done(header.run_id, header.tick)
+
+    def close(self) -> None:
+        """Leaves the lockstep, and frees the places at the services."""
+        if self._leave is not None:
+            self._leave()
+        for port in (self._reporter, self._reports):
+            if port is not None:
+                port.close()
 
     def update(self) -> None:
         """Gives the last report to programs that have joined since. Must be called every now and then while no frame
@@ -82,6 +91,7 @@ class Lockstep:
 
 def _leave(reporter: Reporter, run: list[int]) -> None:
     """Leaves the lockstep, unless the program ends because of an error: then the engine names it."""
-    if getattr(sys, "last_type", None) is None:
+    failed = sys.exc_info()[0] not in (None, GeneratorExit, KeyboardInterrupt, SystemExit)
+    if not failed and getattr(sys, "last_type", None) is None:
         with contextlib.suppress(PublishError):
             reporter.leave(run[0])

@@ -6,9 +6,10 @@ from typing import Any, TypeVar
 
 import iceoryx2 as iox
 
-from regatta._contract import CONTRACT_VERSION, LAYOUT, Done, Record, Sequenced
+from regatta._contract import CONTRACT_VERSION, LAYOUT, ColumnHeader, Done, Line, Record, Sequenced
 from regatta._domain import iceoryx2_config
 from regatta._errors import VersionError
+from regatta._open import ClosedPort
 from regatta._ports import Client, Receiver, Sender, Wake, unusable
 from regatta._reports import DoneReports, Reporter
 
@@ -36,7 +37,7 @@ class Node:
         # iceoryx2's own handling intercepts every signal that a process can get.
         builder = builder.signal_handling_mode(iox.SignalHandlingMode.Disabled)
         try:
-            self._node = builder.create(iox.ServiceType.Ipc)
+            self._node: Any = builder.create(iox.ServiceType.Ipc)
         except iox.NodeCreationFailure as error:
             raise unusable(f"fleet '{fleet}'", 0, error) from None
 
@@ -54,7 +55,20 @@ class Node:
     def client(self, service: str, request: type[Request], response: type[Response]) -> Client[Request, Response]:
         """Opens a client of a request-response service."""
         opened = self._open("RequestResponse", service, lambda builder: builder.request_response(request, response))
-        return Client(opened, response)
+        return Client(opened, f"the service '{service}' of fleet '{self.fleet}'", response)
+
+    def columns(self) -> list[str]:
+        """Returns the names of the columns that living processes publish, sorted. Takes some milliseconds, because it
+        lists all services of the machine."""
+        prefix = f"regatta/{self.fleet}/columns/"
+        services = iox.Service.list(self._node.config, iox.ServiceType.Ipc)
+        names = sorted(service.name().to_string() for service in services)
+        columns = [name.removeprefix(prefix) for name in names if name.startswith(prefix)]
+        return [name for name in columns if self._is_published(name)]
+
+    def close(self) -> None:
+        """Leaves the fleet, as soon as nothing that was opened is left."""
+        self._node = ClosedPort(f"fleet '{self.fleet}'")
 
     def wake(self) -> Wake:
         """Opens the event service that wakes readers after each frame."""
@@ -67,6 +81,11 @@ class Node:
     def done_reports(self) -> DoneReports:
         """Opens the receiving end of lockstep reports."""
         return DoneReports(self._done(), Wake(self._event("done")))
+
+    def _is_published(self, column: str) -> bool:
+        service = self._slices(f"columns/{column}", Line, ColumnHeader)
+        service.try_cleanup_dead_nodes()
+        return int(service.dynamic_config.number_of_publishers) > 0
 
     def _done(self) -> Any:
         return self._open("PublishSubscribe", "done", lambda builder: builder.publish_subscribe(Done))
@@ -92,9 +111,10 @@ class Node:
         version = iox.AttributeVerifier.new().require(
             iox.AttributeKey.new(LAYOUT["version_attribute"]), iox.AttributeValue.new(str(CONTRACT_VERSION))
         )
+        service_builder = self._node.service_builder
         for attempt in range(1, ATTEMPTS + 1):
             try:
-                builder = typed(self._node.service_builder(name))
+                builder = typed(service_builder(name))
                 # The layout names each setting as iceoryx2's builders do.
                 for setting, value in config.items():
                     if isinstance(value, int):

@@ -2,21 +2,25 @@
 
 from __future__ import annotations
 
-import itertools
-import operator
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, SupportsIndex
+from typing import TYPE_CHECKING, Any, cast, overload
 
 import numpy as np
+import numpy.typing as npt
 
-from regatta._contract import LAYOUT, OrderHeader, OrderRecord
+from regatta._contract import LAYOUT, OrderHeader, OrderRecord, dtype
 from regatta._enums import OrderKind
 from regatta._errors import NoEngineError, OrderError
+from regatta._numbers import Number, Numbers, number, numbers
+from regatta._open import Open
 from regatta._ports import Bytes, Sender
+from regatta._tokens import TokenArray
 
 if TYPE_CHECKING:
     from regatta._fleet import Fleet
+
+RECORD = dtype(OrderRecord)
 
 
 @dataclass(frozen=True)
@@ -31,63 +35,116 @@ class Leg:
     """Whether the robot may drive the edge now. If not, it is horizon, and so are all legs after it."""
 
 
-class Orders:
+Floats = Sequence[float] | npt.NDArray[np.floating[Any]]
+"""Numbers of metres: a list or an array."""
+
+Legs = Iterable[Leg | Number]
+"""A route. A plain number is the id of an edge that the robot may drive forward now."""
+
+
+class Orders(Open):
     """Collects orders, then sends them together, so that they take effect in the same tick::
 
         orders = regatta.orders("default")
         orders.hold(4)
+        orders.resume(np.flatnonzero(frame.x > 40.0))
         orders.assign(7, [12, regatta.Leg(13, released=False)])
         orders.send()
 
     Each order gets a token, which the events that answer it carry. Programs with different names get different tokens.
+    For a list or an array of robots, each robot gets an order of its own, and the tokens are an array.
     """
 
     def __init__(self, fleet: Fleet) -> None:
-        self._fleet = fleet
         self._sender: Sender[OrderHeader] = fleet._node.sender("orders", "orders", OrderRecord, OrderHeader)
-        self._records: list[OrderRecord] = []
+        self._records = bytearray()
+        super().__init__(fleet, self._sender)
 
-    def assign(self, robot: SupportsIndex, legs: Iterable[Leg | SupportsIndex]) -> int:
+    @overload
+    def assign(self, robot: Number, legs: Legs) -> int: ...
+    @overload
+    def assign(self, robot: Numbers, legs: Iterable[Legs]) -> TokenArray: ...
+    def assign(self, robot: Number | Numbers, legs: Legs | Iterable[Legs]) -> int | TokenArray:
         """Gives a robot a new route, from the end of its edge, or from its node. A plain number is the id of an edge
-        that the robot may drive forward now. Returns the order's token."""
+        that the robot may drive forward now. Returns the order's token. Several robots need one route each."""
         return self._route(OrderKind.ASSIGN, robot, legs)
 
-    def extend(self, robot: SupportsIndex, legs: Iterable[Leg | SupportsIndex]) -> int:
-        """Drops a robot's horizon and appends legs to its released base. Returns the order's token."""
+    @overload
+    def extend(self, robot: Number, legs: Legs) -> int: ...
+    @overload
+    def extend(self, robot: Numbers, legs: Iterable[Legs]) -> TokenArray: ...
+    def extend(self, robot: Number | Numbers, legs: Legs | Iterable[Legs]) -> int | TokenArray:
+        """Drops a robot's horizon and appends legs to its released base. Returns the order's token. Several robots need
+        one route each."""
         return self._route(OrderKind.EXTEND, robot, legs)
 
-    def cancel(self, robot: SupportsIndex) -> int:
+    @overload
+    def cancel(self, robot: Number) -> int: ...
+    @overload
+    def cancel(self, robot: Numbers) -> TokenArray: ...
+    def cancel(self, robot: Number | Numbers) -> int | TokenArray:
         """Drops a robot's route beyond the edge that it is on. Returns the order's token."""
-        return self._push(OrderKind.CANCEL, robot=_number(robot, "robot"))
+        return self._push(OrderKind.CANCEL, robot=numbers(robot, "robot"))
 
-    def hold(self, robot: SupportsIndex) -> int:
+    @overload
+    def hold(self, robot: Number) -> int: ...
+    @overload
+    def hold(self, robot: Numbers) -> TokenArray: ...
+    def hold(self, robot: Number | Numbers) -> int | TokenArray:
         """Makes a robot brake and stand. It keeps its route. Returns the order's token."""
-        return self._push(OrderKind.HOLD, robot=_number(robot, "robot"))
+        return self._push(OrderKind.HOLD, robot=numbers(robot, "robot"))
 
-    def resume(self, robot: SupportsIndex) -> int:
+    @overload
+    def resume(self, robot: Number) -> int: ...
+    @overload
+    def resume(self, robot: Numbers) -> TokenArray: ...
+    def resume(self, robot: Number | Numbers) -> int | TokenArray:
         """Ends a hold. Returns the order's token."""
-        return self._push(OrderKind.RESUME, robot=_number(robot, "robot"))
+        return self._push(OrderKind.RESUME, robot=numbers(robot, "robot"))
 
-    def spawn_at_node(self, robot_type: SupportsIndex, node: SupportsIndex) -> int:
+    @overload
+    def spawn_at_node(self, robot_type: Number, node: Number) -> int: ...
+    @overload
+    def spawn_at_node(self, robot_type: Number | Numbers, node: Numbers) -> TokenArray: ...
+    @overload
+    def spawn_at_node(self, robot_type: Numbers, node: Number) -> TokenArray: ...
+    def spawn_at_node(self, robot_type: Number | Numbers, node: Number | Numbers) -> int | TokenArray:
         """Spawns a robot on a node, given by its id, in the node's pose. ``robot_type`` is an index into the world's
-        robot types. Returns the order's token; the event ``SPAWNED`` has the robot's id."""
+        robot types. Returns the order's token; the event ``SPAWNED`` has the robot's id. An array of nodes spawns a
+        robot on each."""
         return self._push(
-            OrderKind.SPAWN_AT_NODE, robot_type=_number(robot_type, "robot type"), id=_number(node, "node")
+            OrderKind.SPAWN_AT_NODE, robot_type=numbers(robot_type, "robot type"), id=numbers(node, "node")
         )
 
-    def spawn_on_edge(self, robot_type: SupportsIndex, edge: SupportsIndex, s: float) -> int:
-        """Spawns a robot on an edge, given by its id, ``s`` metres from its origin. Returns the order's token."""
+    @overload
+    def spawn_on_edge(self, robot_type: Number, edge: Number, s: float) -> int: ...
+    @overload
+    def spawn_on_edge(self, robot_type: Number | Numbers, edge: Numbers, s: float | Floats) -> TokenArray: ...
+    @overload
+    def spawn_on_edge(self, robot_type: Number | Numbers, edge: Number, s: Floats) -> TokenArray: ...
+    def spawn_on_edge(
+        self, robot_type: Number | Numbers, edge: Number | Numbers, s: float | Floats
+    ) -> int | TokenArray:
+        """Spawns a robot on an edge, given by its id, ``s`` metres from its origin. Returns the order's token. Arrays
+        spawn a robot for each of their elements."""
         return self._push(
-            OrderKind.SPAWN_ON_EDGE, robot_type=_number(robot_type, "robot type"), id=_number(edge, "edge"), s=s
+            OrderKind.SPAWN_ON_EDGE,
+            robot_type=numbers(robot_type, "robot type"),
+            id=numbers(edge, "edge"),
+            s=_metres(s),
         )
 
-    def remove(self, robot: SupportsIndex) -> int:
+    @overload
+    def remove(self, robot: Number) -> int: ...
+    @overload
+    def remove(self, robot: Numbers) -> TokenArray: ...
+    def remove(self, robot: Number | Numbers) -> int | TokenArray:
         """Removes a robot from the fleet. Returns the order's token."""
-        return self._push(OrderKind.REMOVE, robot=_number(robot, "robot"))
+        return self._push(OrderKind.REMOVE, robot=numbers(robot, "robot"))
 
     def __len__(self) -> int:
         """Returns the number of records collected so far: one per order, and one per leg."""
-        return len(self._records)
+        return len(self._records) // RECORD.itemsize
 
     def clear(self) -> None:
         """Discards the collected orders."""
@@ -102,12 +159,11 @@ class Orders:
         """
         if not self._records:
             return
-        records = (OrderRecord * len(self._records))(*self._records)
 
         def fill(memory: Bytes) -> None:
-            memory[:] = np.frombuffer(memoryview(records).cast("B"), np.uint8)
+            memory[:] = np.frombuffer(self._records, np.uint8)
 
-        if self._sender.send(OrderHeader(self._fleet._tokens.sender), len(records), fill) == 0:
+        if self._sender.send(OrderHeader(self._fleet._tokens.sender), len(self), fill) == 0:
             if self._sender.receivers() == 0:
                 raise NoEngineError(
                     f"fleet '{self._fleet.name}' has no engine to take orders; start one with `regatta run`, or name"
@@ -119,44 +175,52 @@ class Orders:
             )
         self._records.clear()
 
-    def _route(self, kind: OrderKind, robot: SupportsIndex, legs: Iterable[Leg | SupportsIndex]) -> int:
-        parsed = [leg if isinstance(leg, Leg) else Leg(_number(leg, "edge")) for leg in legs]
-        edges = [_number(leg.edge, "edge") for leg in parsed]
-        token = self._push(kind, robot=_number(robot, "robot"), legs=len(parsed))
-        for edge, leg in zip(edges, parsed):
-            self._records.append(
-                OrderRecord(token=token, kind=OrderKind.LEG, id=edge, reverse=leg.reverse, released=leg.released)
+    def _route(self, kind: OrderKind, robot: Number | Numbers, legs: Legs | Iterable[Legs]) -> int | TokenArray:
+        robots, given = numbers(robot, "robot"), cast(Any, legs)
+        if isinstance(robots, int):
+            return self._push_route(kind, robots, _parsed(given))
+        routes = [_parsed(route) for route in given]
+        if len(routes) != len(robots):
+            raise ValueError(f"{len(routes)} routes for {len(robots)} robots; give one route per robot")
+        tokens = [self._push_route(kind, robot, route) for robot, route in zip(robots.tolist(), routes)]
+        return np.array(tokens, np.uint64)
+
+    def _push_route(self, kind: OrderKind, robot: int, legs: list[Leg]) -> int:
+        token = self._fleet._tokens.next()
+        self._records += OrderRecord(token=token, kind=kind, robot=robot, legs=len(legs))
+        for leg in legs:
+            self._records += OrderRecord(
+                token=token, kind=OrderKind.LEG, id=leg.edge, reverse=leg.reverse, released=leg.released
             )
         return token
 
-    def _push(self, kind: OrderKind, **fields: float) -> int:
-        token = self._fleet._tokens.next()
-        self._records.append(OrderRecord(token=token, kind=kind, **fields))
-        return token
+    def _push(self, kind: OrderKind, **fields: float | npt.NDArray[Any]) -> int | TokenArray:
+        shapes = [values.shape for values in fields.values() if isinstance(values, np.ndarray)]
+        if not shapes:
+            token = self._fleet._tokens.next()
+            self._records += OrderRecord(token=token, kind=kind, **fields)
+            return token
+        if len(set(shapes)) != 1:
+            lengths = " and ".join(str(len(values)) for values in fields.values() if isinstance(values, np.ndarray))
+            raise ValueError(f"lists of {lengths} elements don't fit together; give lists of one length")
+        records = np.zeros(shapes[0], RECORD)
+        tokens = records["token"] = self._fleet._tokens.take(len(records))
+        records["kind"] = kind
+        for name, values in fields.items():
+            records[name] = values
+        self._records += records.tobytes()
+        return tokens
 
 
-class Tokens:
-    """The tokens of a participant, and its number as a sender."""
-
-    def __init__(self, name: str) -> None:
-        self.sender = _fnv1a(name.encode())
-        self._count = itertools.count(1)
-
-    def next(self) -> int:
-        """Returns the next token."""
-        return ((self.sender << 32) + next(self._count)) & (2**64 - 1)
+def _metres(values: float | Floats) -> float | npt.NDArray[np.float32]:
+    array = np.asarray(values, np.float32)
+    return array if array.ndim else float(array)
 
 
-def _number(value: SupportsIndex, what: str) -> int:
-    number = operator.index(value)
-    if not 0 <= number < 2**32:
-        raise ValueError(f"invalid {what} {number}; give a number from 0 to {2**32 - 1}")
-    return number
-
-
-def _fnv1a(text: bytes) -> int:
-    """Returns the 64-bit FNV-1a hash of a text: the same name gives the same tokens in every run."""
-    value = 0xCBF2_9CE4_8422_2325
-    for byte in text:
-        value = ((value ^ byte) * 0x0000_0100_0000_01B3) & (2**64 - 1)
-    return value
+def _parsed(legs: Legs) -> list[Leg]:
+    """Returns a route with the ids of its edges as plain numbers."""
+    parsed = []
+    for leg in legs:
+        leg = leg if isinstance(leg, Leg) else Leg(cast(int, leg))
+        parsed.append(Leg(number(leg.edge, "edge"), leg.reverse, leg.released))
+    return parsed

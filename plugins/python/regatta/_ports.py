@@ -5,6 +5,7 @@ Only this module, ``_reports`` and ``_node`` use iceoryx2.
 
 import ctypes
 import gc
+import sys
 from collections.abc import Callable
 from typing import Any, Generic, TypeVar
 
@@ -14,6 +15,7 @@ import numpy.typing as npt
 
 from regatta._contract import Record, Sequenced
 from regatta._errors import FullError, HeldError, OpenError, PublishError, ReadError, TakenError
+from regatta._open import ClosedPort
 from regatta._sequence import LostSamples
 
 Header = TypeVar("Header", bound=Record)
@@ -97,13 +99,14 @@ class Sample(Generic[SequencedHeader]):
 
     __slots__ = ("elements", "header", "missed", "payload")
 
-    def __init__(self, sample: Any, header: type[SequencedHeader], element_bytes: int) -> None:
+    def __init__(self, sample: Any, port: Any, header: type[SequencedHeader], element_bytes: int) -> None:
         self.missed = 0
         """The number of samples that were published between the one that this reader got before and this one."""
         self.header: SequencedHeader = header()
         ctypes.memmove(ctypes.byref(self.header), sample.user_header_ptr, ctypes.sizeof(header))
         self.elements: int = sample.header.number_of_elements
-        memory = _Memory(sample.payload_ptr, self.elements * element_bytes, sample, writeable=False)
+        # The port, too: a publisher takes back, and overwrites, the memory of samples whose receiver is gone.
+        memory = _Memory(sample.payload_ptr, self.elements * element_bytes, (port, sample), writeable=False)
         self.payload: Bytes = np.asarray(memory)
 
 
@@ -144,7 +147,7 @@ class Receiver(Generic[SequencedHeader]):
             sample = self._receive_after_collecting()
         if sample is None:
             return None
-        received = Sample(sample, self._header, self._element_bytes)
+        received = Sample(sample, self._port, self._header, self._element_bytes)
         received.missed = self._lost.before(received.header)
         return received
 
@@ -163,6 +166,10 @@ class Receiver(Generic[SequencedHeader]):
             newest.missed += missed
         return newest
 
+    def close(self) -> None:
+        """Frees the place at the service, as soon as nothing refers to a sample any more."""
+        self._port = ClosedPort(self._what)
+
     def has_publisher(self) -> bool:
         """Whether a living process publishes. Takes a millisecond or so, because it removes what dead processes
         left."""
@@ -176,9 +183,10 @@ class Receiver(Generic[SequencedHeader]):
             return self._port.receive()
         except iox.ReceiveError:
             held = self._service.static_config.subscriber_max_borrowed_samples
+            notebook = " (a notebook's Out[] refers to each array that a cell shows)" if "IPython" in sys.modules else ""
             raise HeldError(
-                f"can't read {self._what}: variables or arrays of this program still refer to the last {held}; keep"
-                " copies instead, for example frame.x.copy()"
+                f"can't read {self._what}: variables or arrays of this program still refer to the last {held}{notebook};"
+                " keep copies instead, for example frame.copy() or frame.x.copy()"
             ) from None
 
     def _broken(self, error: Exception) -> ReadError:
@@ -220,6 +228,10 @@ class Sender(Generic[Header]):
         joiners."""
         update_connections(self._port)
 
+    def close(self) -> None:
+        """Frees the place at the service."""
+        self._port = ClosedPort(self._what)
+
     def receivers(self) -> int:
         """Returns the number of readers of the service."""
         return int(self._service.dynamic_config.number_of_subscribers)
@@ -228,8 +240,9 @@ class Sender(Generic[Header]):
 class Client(Generic[Request, Response]):
     """Sends requests to the server of a service."""
 
-    def __init__(self, service: Any, response: type[Response]) -> None:
+    def __init__(self, service: Any, what: str, response: type[Response]) -> None:
         self._service = service
+        self._what = what
         self._response = response
         builder = service.client_builder().backpressure_strategy(iox.BackpressureStrategy.DiscardData)
         self._port = create(service, service.static_config.max_clients, builder.create)
@@ -257,6 +270,10 @@ class Client(Generic[Request, Response]):
         """Whether the service has a server. One that was killed counts until :meth:`forget_dead`."""
         return int(self._service.dynamic_config.number_of_servers) > 0
 
+    def close(self) -> None:
+        """Frees the place at the service."""
+        self._port = self._service = ClosedPort(self._what)
+
     def forget_dead(self) -> None:
         """Removes what dead processes left at this service."""
         self._service.try_cleanup_dead_nodes()
@@ -268,6 +285,10 @@ class Wake:
     def __init__(self, service: Any) -> None:
         limit = service.static_config.max_listeners
         self._port = create(service, limit, lambda: service.listener_builder().create())
+
+    def close(self) -> None:
+        """Frees the place at the service."""
+        self._port = ClosedPort("a wake-up")
 
     def sleep(self, seconds: float) -> None:
         """Sleeps until woken or until a signal arrives, but no longer than ``seconds`` or a :data:`NAP`.

@@ -7,6 +7,7 @@ import iceoryx2 as iox
 
 from regatta._contract import Done
 from regatta._errors import PublishError, ReadError
+from regatta._open import ClosedPort
 from regatta._ports import Wake, create, update_connections
 
 
@@ -38,6 +39,10 @@ class Reporter:
         """Reports that this reader leaves the lockstep of a run: nobody is to wait for it any more."""
         self.done(run_id, LEFT)
 
+    def close(self) -> None:
+        """Frees the places at the services."""
+        self._reports = self._wake = ClosedPort("lockstep")
+
     def update(self) -> None:
         """Gives the last report to processes that have joined since. Must be called every now and then while no frame
         comes."""
@@ -52,6 +57,11 @@ class DoneReports:
         self._reports = create(reports, reports.static_config.max_subscribers, builder.create)
         self._wake = wake
         self._finished: dict[str, tuple[int, int]] = {}
+
+    def close(self) -> None:
+        """Frees the places at the services."""
+        self._reports = ClosedPort("lockstep")
+        self._wake.close()
 
     def missing(self, names: Sequence[str], run_id: int, tick: int) -> list[str]:
         """Returns the readers among ``names`` that haven't finished a tick of a run yet."""

@@ -15,7 +15,7 @@ from regatta._ports import Sample
 Records = npt.NDArray[np.void]
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class World:
     """The route graph and the robot types, as structured arrays: ``world.nodes["x"]``, ``world.edges[7]["length"]``.
 
@@ -34,8 +34,12 @@ class World:
     metres per second, the latter 0 if reverse gear is not allowed. A frame's ``edge`` column holds indices into
     these."""
     robot_types: Records
-    """``name`` (UTF-8), ``shape`` (a :class:`Shape <regatta.Shape>`), ``length`` and ``width`` in metres, ``max_speed``
+    """``name`` (a ``str``), ``shape`` (a :class:`Shape <regatta.Shape>`), ``length`` and ``width`` in metres, ``max_speed``
     and ``max_acceleration`` in SI units, ``inf`` for no limit. The column ``type`` holds indices into these."""
+
+    def __repr__(self) -> str:
+        counts = f"{len(self.nodes)} nodes, {len(self.edges)} edges, {len(self.robot_types)} robot types"
+        return f"<regatta.World: revision {self.revision}, {counts}>"
 
 
 def world_of(sample: Sample[WorldHeader]) -> World:
@@ -55,4 +59,17 @@ def world_of(sample: Sample[WorldHeader]) -> World:
             )
         sections.append(sample.payload[start:end].view(record_type).copy())
         start = -(-end // BYTES_PER_LINE) * BYTES_PER_LINE
-    return World(header.run_id, header.revision, *sections)
+    nodes, edges, robot_types = sections
+    return World(header.run_id, header.revision, nodes, edges, _with_text(robot_types))
+
+
+def _with_text(records: Records) -> Records:
+    """Returns records whose text is ``str`` instead of UTF-8."""
+    columns = {name: records[name] for name in records.dtype.names or ()}
+    for name, column in columns.items():
+        if column.dtype.kind == "S":
+            columns[name] = np.char.decode(column, "utf-8", "replace")
+    text = np.zeros(len(records), [(name, column.dtype) for name, column in columns.items()])
+    for name, column in columns.items():
+        text[name] = column
+    return text

@@ -101,6 +101,23 @@ def test_a_held_frame_is_unchanged_even_when_its_engine_dies(engine: Engine) -> 
     np.testing.assert_array_equal(x, copy)
 
 
+def test_a_frame_is_unchanged_after_its_reader_is_gone(engine: Engine) -> None:
+    """Otherwise the engine would take the memory back, and write to it, while arrays still refer to it."""
+    fleet = regatta.join(engine.name, "test")
+    frames = fleet.frames()
+    engine.start("--speed", "max")
+    x = next_frame(frames).x
+    copy = x.copy()
+    del frames
+    others = [regatta.frames(engine.name) for _ in range(4)]
+    held = []
+    for other in 2 * others:
+        # The more different frames are held, the more of its memory the engine uses.
+        held.append(next_frame(other))
+        let_ticks_pass(other.fleet, 10)
+    np.testing.assert_array_equal(x, copy)
+
+
 def test_a_reader_holds_at_most_two_frames(fleet: regatta.Fleet) -> None:
     frames = fleet.frames()
     held = []

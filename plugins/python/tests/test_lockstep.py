@@ -188,3 +188,16 @@ def test_a_program_goes_by_the_name_in_the_scenario(engine: Engine, monkeypatch:
     monkeypatch.setenv("REGATTA_PLUGIN_NAME", "from-the-scenario")
     assert regatta.join(engine.name).participant == "from-the-scenario"
     assert regatta.join(engine.name, "mine").participant == "mine"
+
+
+@pytest.mark.parametrize("end", ["break", "raise RuntimeError('an error')"])
+def test_a_program_that_ends_leaves_the_lockstep_and_one_that_fails_does_not(engine: Engine, end: str) -> None:
+    engine.python(
+        "for frame in regatta.join(FLEET, 'reader').frames():\n"
+        "    if frame.tick == 20:\n"
+        f"        {end}\n"
+    )
+    arguments = ("--lockstep", "reader", "--lockstep-timeout", "2", "--ticks", "60", "--speed", "max")
+    process = engine.start_unanswered(*arguments)
+    left = "reader has left the lockstep" in (process.errors if process.child.wait(60) == 0 else "")
+    assert left == (end == "break"), process.errors

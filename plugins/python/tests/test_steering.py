@@ -4,6 +4,8 @@ import math
 from collections.abc import Callable
 
 import numpy as np
+import numpy.typing as npt
+import pandas
 import pytest
 from conftest import Engine, eventually, let_ticks_pass, next_frame
 
@@ -111,8 +113,94 @@ def test_orders_are_checked_before_they_are_sent(warehouse: regatta.Fleet) -> No
     with pytest.raises(TypeError, match="str"):
         orders.hold("a")  # type: ignore[arg-type]
     with pytest.raises(TypeError):
-        orders.hold(1.5)  # type: ignore[arg-type]
+        orders.hold(1.5)  # type: ignore[call-overload]
     assert len(orders) == 0, "no part of an invalid order is kept"
+
+
+def test_orders_for_arrays_of_robots(engine: Engine) -> None:
+    engine.start("--robots", "0", scenario="warehouse-1000.yaml")
+    fleet = regatta.join(engine.name, "manager")
+    answers, orders, log = Answers(fleet), fleet.orders(), fleet.order_log()
+    fleet.control().pause()
+    nodes, edges = fleet.world().nodes["id"], fleet.world().edges
+
+    def accepted(tokens: npt.NDArray[np.uint64]) -> None:
+        assert tokens.dtype == np.uint64 and len(set(tokens)) == len(tokens)
+        orders.send()
+        fleet.control().step(1)
+        assert {EventKind(answers.to(token)["kind"]) for token in tokens} == {EventKind.ACCEPTED}
+
+    accepted(orders.spawn_at_node(0, nodes[:3]))
+    accepted(orders.spawn_on_edge([0, 0], edges["id"][:2], s=[0.25, 0.5]))
+    accepted(orders.hold(np.arange(5)))
+    assert set(next_frame(fleet.frames()).state[:5]) == {RobotState.HELD}
+    accepted(orders.resume([0, 2, 4]))
+    states = next_frame(fleet.frames()).state
+    assert set(states[[1, 3]]) == {RobotState.HELD} and RobotState.HELD not in states[[0, 2, 4]]
+    leaving = [edges["id"][edges["origin"] == node] for node in range(3)]
+    ahead = [next(edge for edge in edges if edge["origin"] == edges[on]["destination"])["id"] for on in range(2)]
+    accepted(orders.assign([0, 1, 2, 3, 4], [[legs[0]] for legs in leaving] + [np.array([edge]) for edge in ahead]))
+    accepted(orders.cancel([3, 4]))
+    accepted(orders.assign(np.array([4, 3]), np.array([ahead[1:], ahead[:1]])))
+    accepted(orders.remove(range(5)))
+    logged = np.concatenate([tick.records for tick in log.take()])
+    routes = logged[(logged["kind"] == regatta.OrderKind.ASSIGN) | (logged["kind"] == regatta.OrderKind.LEG)]
+    assert list(routes["kind"][:4]) == [1, 0, 1, 0], "each order is followed by its legs"
+    assert list(routes["token"][::2]) == list(routes["token"][1::2])
+
+
+def test_orders_for_arrays_are_checked_before_they_are_sent(warehouse: regatta.Fleet) -> None:
+    orders = warehouse.orders()
+    for bad in ([1, -1], [2**32], np.array([0, 2**40]), [2**70]):
+        with pytest.raises(ValueError, match="robot"):
+            orders.hold(bad)
+    with pytest.raises(ValueError, match="one route per robot"):
+        orders.assign([1, 2], [[3]])
+    with pytest.raises(ValueError, match="edge"):
+        orders.extend([1, 2], [[3], [4, -1]])
+    with pytest.raises(ValueError, match="one after the other|list"):
+        orders.hold(np.zeros((2, 2), int))
+    with pytest.raises(ValueError, match="3.*2|2.*3"):
+        orders.spawn_at_node([0, 0], [1, 2, 3])
+    for wrong in (np.ones(20, bool), [1.5, 2.0], ["a"]):
+        with pytest.raises(TypeError, match="robot"):
+            orders.hold(wrong)  # type: ignore[arg-type]
+    assert len(orders) == 0, "no part of an invalid order is kept"
+    assert len(orders.hold([])) == 0 == len(orders)
+    assert len(orders.hold([1, 2])) == 2 == len(orders)
+    orders.assign([1, 2], [[3, 4], [5]])
+    assert len(orders) == 7
+
+
+def test_tokens_of_arrays_continue_those_of_single_orders(engine: Engine) -> None:
+    orders = regatta.join(engine.name, "a").orders()
+    first = orders.hold(0)
+    assert isinstance(first, int) and orders.hold([1, 2, 3]).tolist() == [first + 1, first + 2, first + 3]
+    assert orders.hold(np.uint8(4)) == first + 4 and orders.hold(np.array(5)) == first + 5
+    robots = pandas.DataFrame({"x": [1.0, 2.0, 3.0]})
+    assert len(orders.hold(robots.index[robots.x > 1.5].to_numpy())) == 2
+
+
+def test_a_response_is_readable(warehouse: regatta.Fleet) -> None:
+    status = warehouse.control().pause()
+    assert status.clock is regatta.ClockState.PAUSED and status.accepted is True and status.reason == ""
+    assert status.sim_time == status.sim_time_nanos / 1e9 == pytest.approx(status.tick * 0.01)
+    assert status.robots_by_state.driving == status.robots_by_state[RobotState.DRIVING] > 0
+    assert repr(status) == (
+        f"<regatta.ControlResponse: tick {status.tick} ({status.sim_time:.2f} s), paused at 1 x, 20 robots"
+        f" (20 driving), {status.late_ticks} late ticks, process {status.pid}>"
+    )
+
+
+def test_headers_are_readable(warehouse: regatta.Fleet) -> None:
+    header = next_frame(warehouse.frames()).header
+    text = repr(header)
+    assert text.startswith(f"FrameHeader(run_id={header.run_id}, tick={header.tick}, ") and "reserved" not in text
+
+
+def test_names_are_text(warehouse: regatta.Fleet) -> None:
+    name = warehouse.world().robot_types["name"][0]
+    assert isinstance(name, str) and name and name.isprintable()
 
 
 def test_orders_without_an_engine_are_kept(engine: Engine) -> None:
@@ -170,7 +258,8 @@ def test_a_request_without_an_engine_is_an_error(engine: Engine) -> None:
     process.kill()
     with pytest.raises(regatta.ControlError):
         control.status()
-    assert not control.has_engine()
+    # While another process cleans up after it, it still counts.
+    eventually("the end of the engine", lambda: not control.has_engine() or None)
 
 
 def test_a_column_is_read_as_it_was_published(warehouse: regatta.Fleet, engine: Engine) -> None:
@@ -357,12 +446,13 @@ def test_contacts_are_read(engine: Engine) -> None:
     pairs["robots"] = [[1, 2], [3, 4]]
     pairs["level"] = [regatta.ContactLevel.TOUCHING, regatta.ContactLevel.POSSIBLE]
     pairs["relative_speed"] = 1.5
-    header = ContactHeader(run_id=1, tick=7, sequence=3, touching=1, possible=1)
+    header = ContactHeader(run_id=1, tick=7, sim_time_nanos=70_000_000, sequence=3, touching=1, possible=1)
     sender.send(header, 2, lambda memory: np.copyto(memory, pairs.view(np.uint8)))
     contacts = reader.latest()
     assert contacts is not None and (contacts.header.tick, contacts.header.touching) == (7, 1)
     np.testing.assert_array_equal(contacts.pairs, pairs)
     assert reader.latest() is None and reader.current() is contacts
+    assert (contacts.run_id, contacts.tick, contacts.sim_time) == (1, 7, 0.07)
     assert contacts.missed == 0, "samples from before the reader joined don't count"
     sender.send(ContactHeader(run_id=1, tick=8, sequence=5), 0, lambda memory: None)
     empty = reader.latest()
