@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import atexit
 import contextlib
 import logging
 import os
 import sys
 import time
-import weakref
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
+from functools import partial
 
 from regatta._contract import FrameHeader
 from regatta._errors import PublishError
@@ -37,7 +38,7 @@ class Lockstep:
         self._reports: DoneReports | None = None
         self._last = (0, -1)
         self._run = [0]
-        self._leave: weakref.finalize[[Reporter, list[int]], Lockstep] | None = None
+        self._leave: Callable[[], None] | None = None
 
     def is_new(self, header: FrameHeader) -> bool:
         """Registers a frame, and returns whether it is to be handed out. In lockstep each tick counts once: whether a
@@ -69,8 +70,9 @@ class Lockstep:
         if header.lockstep:
             if self._reporter is None:
                 self._reporter = self._node.reporter()
-                # Runs when the loop's object is gone, at the latest when the program ends.
-                self._leave = weakref.finalize(self, _leave, self._reporter, self._run)
+                # Only then is it known whether the program fails. It keeps the reporter until then.
+                self._leave = partial(_leave, self._reporter, self._run)
+                atexit.register(self._leave)
             self._run[0] = header.run_id
             self._reporter.done(header.run_id, header.tick)
 
@@ -78,6 +80,7 @@ class Lockstep:
         """Leaves the lockstep, and frees the places at the services."""
         if self._leave is not None:
             self._leave()
+            atexit.unregister(self._leave)
         for port in (self._reporter, self._reports):
             if port is not None:
                 port.close()
