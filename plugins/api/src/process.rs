@@ -7,3 +7,4 @@ pub mod rate;
 pub mod run;
 mod silence;
 pub mod termination;
+pub mod usage;
