@@ -1,17 +1,28 @@
 //! The arguments of the command line, and log output.
 
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::sync::LazyLock;
 
 use clap::{CommandFactory, Parser, Subcommand};
 use clap_complete::Shell;
+use regatta_engine::scenario::RobotCount;
 use regatta_plugin::producer::Speed;
+use regatta_plugin::usage_line;
 
+use crate::arguments::Time;
 use crate::control::Target;
-use crate::{doctor, engine, graph, plugin, report, run};
+use crate::failure::Failure;
+use crate::output::{Force, write_file};
+use crate::{doctor, engine, graph, plugin, report, run, version};
+
+static SHORT_VERSION: LazyLock<String> = LazyLock::new(version::short);
+static LONG_VERSION: LazyLock<String> = LazyLock::new(version::long);
 
 /// Simulate, watch and steer a large fleet of mobile robots.
 #[derive(Parser)]
-#[command(name = "regatta", version, arg_required_else_help = false, max_term_width = 100)]
+#[command(name = "regatta", version = SHORT_VERSION.as_str(), long_version = LONG_VERSION.as_str())]
+#[command(arg_required_else_help = false, max_term_width = 100)]
 pub struct Cli {
     /// Print more: -v shows progress and the causes of errors, -vv also details.
     #[arg(short, long, global = true, action = clap::ArgAction::Count)]
@@ -32,6 +43,7 @@ pub enum Command {
     /// Show a fleet in 3D, in a window or (with --headless) in pictures.
     Viewer(Box<regatta_viewer::Options>),
     /// Check, describe, generate and draw route graphs.
+    #[command(arg_required_else_help = false)]
     Graph {
         #[command(subcommand)]
         command: graph::GraphCommand,
@@ -57,17 +69,17 @@ pub enum Command {
     },
     /// Jump to a simulated time of a replay.
     Seek {
-        /// Time on the recording's clock, as in `--from` and in exported tables: 12.5s, 3min … (A recording that began
-        /// late in a run starts at that time, not at 0.)
+        /// Time on the recording's clock, as in `--from` and in exported tables: 4 (seconds), 12.5s, 3min … (A recording
+        /// that began late in a run starts at that time, not at 0.)
         #[arg(allow_negative_numbers = true)]
-        time: humantime::Duration,
+        time: Time,
         #[command(flatten)]
         target: Target,
     },
     /// Change the number of robots while the fleet runs.
     Robots {
-        /// New number of robots.
-        robots: u32,
+        /// New number of robots: 500, 10k, 1M …
+        robots: RobotCount,
         #[command(flatten)]
         target: Target,
     },
@@ -79,6 +91,14 @@ pub enum Command {
         #[command(flatten)]
         target: Target,
     },
+    /// List the fleets that run on this machine.
+    List {
+        /// Print JSON.
+        #[arg(long)]
+        json: bool,
+    },
+    /// End the run of a fleet, as Ctrl-C in its terminal does.
+    Stop(Target),
     /// Record a fleet to an MCAP file, or repair such a recording.
     Record(regatta_record::RecordArgs),
     /// Publish a recording as if its fleet were running, so that every reader works with it.
@@ -90,6 +110,7 @@ pub enum Command {
     /// Watch and steer a running fleet live in this terminal.
     Top(Target),
     /// Repeat the experiments that Regatta's accuracy and speed are measured with.
+    #[command(arg_required_else_help = false)]
     Report {
         #[command(subcommand)]
         command: report::ReportCommand,
@@ -100,6 +121,14 @@ pub enum Command {
     Completions {
         /// Shell that runs the script.
         shell: Shell,
+    },
+    /// Write the man pages to a folder.
+    #[command(hide = true)]
+    Man {
+        /// Folder that exists.
+        folder: PathBuf,
+        #[command(flatten)]
+        force: Force,
     },
 }
 
@@ -131,17 +160,34 @@ pub fn print_usage(error: &clap::Error) -> ExitCode {
         let _ = error.print();
         return ExitCode::SUCCESS;
     }
-    let text = error.to_string();
-    // Clap's first paragraph says what is wrong, in several lines if arguments are missing. The usage follows it.
-    let paragraph: Vec<_> = text.lines().take_while(|line| !line.is_empty()).map(str::trim).collect();
-    let message = paragraph.join(" ");
-    eprintln!("regatta: {}; --help lists all commands and options", message.trim_start_matches("error: "));
+    eprintln!("regatta: {}; --help lists all commands and options", usage_line(error));
     ExitCode::from(2)
+}
+
+/// Returns all commands, for completions and man pages.
+fn commands() -> clap::Command {
+    Cli::command().mut_subcommand("plugin", plugin::with_subcommands)
 }
 
 /// Writes a completion script to standard output.
 pub fn print_completions(shell: Shell) {
     let mut script = Vec::new();
-    clap_complete::generate(shell, &mut Cli::command(), "regatta", &mut script);
+    clap_complete::generate(shell, &mut commands(), "regatta", &mut script);
     print!("{}", String::from_utf8_lossy(&script));
+}
+
+/// Writes a man page per command, `regatta-run.1` for example, to a folder.
+pub fn write_man_pages(folder: &Path, force: Force) -> Result<(), Failure> {
+    let mut command = commands().disable_help_subcommand(true);
+    command.build();
+    write_man_page(&command, folder, force)
+}
+
+fn write_man_page(command: &clap::Command, folder: &Path, force: Force) -> Result<(), Failure> {
+    let man = clap_mangen::Man::new(command.clone());
+    let mut page = Vec::new();
+    man.render(&mut page)?;
+    write_file(&folder.join(man.get_filename()), &page, force)?;
+    let mut shown = command.get_subcommands().filter(|command| !command.is_hide_set());
+    shown.try_for_each(|command| write_man_page(command, folder, force))
 }

@@ -78,7 +78,8 @@ pub fn status_line(status: &ControlResponse) -> String {
     )
 }
 
-fn status_json(status: &ControlResponse) -> String {
+/// Formats the status of a fleet as JSON.
+pub fn status_json(status: &ControlResponse) -> String {
     let [idle, driving, waiting, held, faulted] = status.robots_by_state;
     let speed = if status.speed.is_finite() { serde_json::json!(status.speed) } else { serde_json::json!("max") };
     serde_json::json!({

@@ -7,16 +7,18 @@ use clap::Args;
 use regatta_engine::engine::{Engine, Options};
 use regatta_engine::graph::Handles;
 use regatta_engine::motion::Isa;
-use regatta_engine::scenario::Overrides;
+use regatta_engine::scenario::{Overrides, RobotCount};
 use regatta_plugin::producer::{LockstepOptions, Speed};
 use regatta_plugin::{FleetName, SchedulingOptions, Termination};
 
+use crate::arguments::{handles_parser, isa_parser};
 use crate::failure::{Failure, plugin_failure};
 use crate::scenario;
 
 #[derive(Args)]
 pub struct EngineArgs {
-    /// Scenario file; the built-in demo if not given.
+    /// Scenario file, - for standard input; the built-in demo if not given.
+    #[arg(value_hint = clap::ValueHint::FilePath)]
     pub scenario: Option<PathBuf>,
     #[command(flatten)]
     pub options: EngineOptions,
@@ -37,9 +39,9 @@ pub struct EngineOptions {
     /// Simulated seconds per wall second: a factor from 0.001 to 1000, or max.
     #[arg(long, default_value = "1")]
     pub speed: Option<Speed>,
-    /// Number of robots instead of the scenario's; the scenario's groups are repeated.
+    /// Number of robots instead of the scenario's (500, 10k, 1M …); the scenario's groups are repeated.
     #[arg(long)]
-    pub robots: Option<u32>,
+    pub robots: Option<RobotCount>,
     /// Ticks per simulated second instead of the scenario's.
     #[arg(long, value_name = "HZ")]
     pub rate: Option<f64>,
@@ -52,11 +54,11 @@ pub struct EngineOptions {
     /// Number of threads that move robots.
     #[arg(long, default_value = "1", value_parser = parse_threads)]
     pub threads: Option<usize>,
-    /// Instruction set of the motion kernel: scalar, baseline, avx2 or avx512; the best available if not given.
-    #[arg(long)]
+    /// Instruction set of the motion kernel; the best available if not given.
+    #[arg(long, value_parser = isa_parser())]
     pub isa: Option<Isa>,
-    /// Handle length at an edge's origin instead of the graph's setting: b_at_origin or f_at_origin.
-    #[arg(long)]
+    /// Handle length at an edge's origin instead of the graph's setting.
+    #[arg(long, value_parser = handles_parser())]
     pub handles: Option<Handles>,
     #[command(flatten)]
     pub scheduling: SchedulingOptions,
@@ -67,7 +69,7 @@ pub struct EngineOptions {
 /// The largest allowed number of threads per core: more threads only slow each other down.
 const THREADS_PER_CORE: usize = 4;
 
-fn parse_threads(text: &str) -> Result<usize, String> {
+pub fn parse_threads(text: &str) -> Result<usize, String> {
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let most = THREADS_PER_CORE * cores;
     match text.parse() {
@@ -113,7 +115,7 @@ pub fn run(args: EngineArgs) -> Result<ExitCode, Failure> {
     shared.scheduling.apply()?;
     let options = Options {
         fleet: shared.fleet,
-        robots: shared.robots,
+        robots: shared.robots.map(|count| count.0),
         speed: shared.speed.unwrap_or(Speed::Factor(1.0)),
         threads: shared.threads.unwrap_or(1),
         isa: shared.isa,

@@ -1,20 +1,32 @@
 //! `regatta graph`: checks, describes, generates and draws route graphs.
 
+mod check;
+
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Args, Subcommand};
 use regatta_engine::graph::generate::{Grid, Warehouse};
 use regatta_engine::graph::info::Info;
-use regatta_engine::graph::{self, Findings, GraphError, Handles, ReadOptions, RouteGraph, draw};
+use regatta_engine::graph::{self, GraphError, Handles, ReadOptions, RouteGraph, draw};
+use regatta_engine::scenario::is_scenario;
 
+use crate::arguments::handles_parser;
 use crate::failure::Failure;
+use crate::output::{Destination, Force, STANDARD_STREAM};
+use crate::progress::Progress;
 
 /// A subcommand of `regatta graph`.
 #[derive(Debug, Subcommand)]
 pub enum GraphCommand {
-    /// List all problems of a route graph; exit code 0 if it can be driven
-    Check(FileArgs),
+    /// List all problems of a route graph or a scenario; exit code 0 if it can be driven
+    Check {
+        #[command(flatten)]
+        file: FileArgs,
+        /// Print JSON
+        #[arg(long)]
+        json: bool,
+    },
     /// Print counts, length, bounding box, speeds and components
     Info {
         #[command(flatten)]
@@ -24,6 +36,7 @@ pub enum GraphCommand {
         json: bool,
     },
     /// Generate a route graph of any size
+    #[command(arg_required_else_help = false)]
     Generate {
         #[command(subcommand)]
         generator: Generator,
@@ -32,19 +45,22 @@ pub enum GraphCommand {
     Draw {
         #[command(flatten)]
         file: FileArgs,
-        /// File to write
+        /// SVG file to write; - for standard output
         #[arg(short, long, value_name = "SVG")]
-        output: PathBuf,
+        output: Destination,
+        #[command(flatten)]
+        force: Force,
     },
 }
 
 /// A route graph file and how to read it.
 #[derive(Debug, Args)]
 pub struct FileArgs {
-    /// Route graph file (YAML)
+    /// Route graph file (YAML); - for standard input
+    #[arg(value_hint = clap::ValueHint::FilePath)]
     file: PathBuf,
-    /// Handle length at an edge's origin instead of the file's setting: b_at_origin or f_at_origin
-    #[arg(long)]
+    /// Handle length at an edge's origin instead of the file's setting
+    #[arg(long, value_parser = handles_parser())]
     handles: Option<Handles>,
 }
 
@@ -87,9 +103,11 @@ pub enum Generator {
 /// The destination of a generated graph.
 #[derive(Debug, Args)]
 pub struct Output {
-    /// File to write; standard output if not given
-    #[arg(short, long, value_name = "FILE")]
-    output: Option<PathBuf>,
+    /// File to write; - for standard output
+    #[arg(short, long, value_name = "FILE", default_value = STANDARD_STREAM)]
+    output: Destination,
+    #[command(flatten)]
+    force: Force,
 }
 
 /// Runs `regatta graph`.
@@ -98,82 +116,79 @@ pub struct Output {
 /// Returns an error if a file can't be read or written, if a route graph is invalid, or if an argument is out of range.
 pub fn run(command: GraphCommand) -> Result<ExitCode, Failure> {
     match command {
-        GraphCommand::Check(file) => check(&file),
-        GraphCommand::Info { file, json } => info(&file, json),
-        GraphCommand::Generate { generator } => generate(&generator),
-        GraphCommand::Draw { file, output } => {
-            let graph = read(&file)?;
-            write_file(&output, &draw::svg(&graph))
-        }
+        GraphCommand::Check { file, json } => return check::run(&file, json),
+        GraphCommand::Info { file, json } => info(&file, json)?,
+        GraphCommand::Generate { generator } => generate(&generator)?,
+        GraphCommand::Draw { file, output, force } => draw(&file, &output, force)?,
     }
+    Ok(ExitCode::SUCCESS)
 }
 
-fn check(file: &FileArgs) -> Result<ExitCode, Failure> {
-    let (findings, summary) = match graph::read(&file.file, &file.options()) {
-        Ok((graph, warnings)) => {
-            let (edges, nodes) = (graph.edges().len(), graph.nodes().len());
-            (warnings, format!("can be driven: {edges} edges, {nodes} nodes"))
-        }
-        Err(GraphError::Invalid(findings)) => (findings, "can't be driven".to_owned()),
-        Err(error) => return Err(error.into()),
-    };
-    print(&report(&file.file, &findings, &summary))?;
-    Ok(if findings.errors() == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+fn info(file: &FileArgs, json: bool) -> Result<(), Failure> {
+    let _progress = Progress::start(format!("reading {}", file.name()), 0);
+    let info = Info::of(&file.read()?);
+    print!("{}", if json { serde_json::to_string_pretty(&info)? + "\n" } else { info.to_string() });
+    Ok(())
 }
 
-/// Formats every finding and a summary line.
-fn report(file: &Path, findings: &Findings, summary: &str) -> String {
-    let mut text: String = findings.as_slice().iter().map(|finding| format!("{finding}\n")).collect();
-    let (errors, warnings) = (findings.errors(), findings.warnings());
-    let unlisted = errors + warnings - findings.as_slice().len();
-    if unlisted > 0 {
-        text.push_str(&format!("({unlisted} more findings are not listed)\n"));
-    }
-    let (errors, warnings) = (with_plural(errors, "error"), with_plural(warnings, "warning"));
-    text + &format!("{}: {summary}; {errors}, {warnings}\n", file.display())
-}
-
-fn with_plural(count: usize, noun: &str) -> String {
-    format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
-}
-
-fn info(file: &FileArgs, json: bool) -> Result<ExitCode, Failure> {
-    let info = Info::of(&read(file)?);
-    let text = if json { serde_json::to_string_pretty(&info)? + "\n" } else { info.to_string() };
-    print(&text)
-}
-
-fn generate(generator: &Generator) -> Result<ExitCode, Failure> {
-    let (text, output) = match *generator {
-        Generator::Warehouse { aisles, rows, bays, ref output } => {
-            (Warehouse { aisles, rows, bays }.generate()?, output)
-        }
-        Generator::Grid { columns, rows, spacing, one_way, ref output } => {
-            (Grid { columns, rows, spacing, one_way }.generate()?, output)
+fn generate(generator: &Generator) -> Result<(), Failure> {
+    let (Generator::Warehouse { output, .. } | Generator::Grid { output, .. }) = generator;
+    output.output.check(output.force)?;
+    let progress = Progress::start("generating", 0);
+    let text = match *generator {
+        Generator::Warehouse { aisles, rows, bays, .. } => Warehouse { aisles, rows, bays }.generate()?,
+        Generator::Grid { columns, rows, spacing, one_way, .. } => {
+            Grid { columns, rows, spacing, one_way }.generate()?
         }
     };
-    match &output.output {
-        Some(file) => write_file(file, &text),
-        None => print(&text),
+    drop(progress);
+    output.output.write(&text, output.force)
+}
+
+fn draw(file: &FileArgs, output: &Destination, force: Force) -> Result<(), Failure> {
+    if let Destination::File(path) = output
+        && path.extension().is_none_or(|extension| !extension.eq_ignore_ascii_case("svg"))
+    {
+        return Err(format!("{}: a map is drawn as SVG; give a file that ends in .svg", path.display()).into());
     }
+    output.check(force)?;
+    let progress = Progress::start(format!("reading {}", file.name()), 0);
+    let graph = file.read()?;
+    progress.set_current("drawing");
+    let map = draw::svg(&graph);
+    drop(progress);
+    output.write(&map, force)
 }
 
 impl FileArgs {
     fn options(&self) -> ReadOptions {
         ReadOptions { handles: self.handles }
     }
-}
 
-fn read(file: &FileArgs) -> Result<RouteGraph, GraphError> {
-    graph::read(&file.file, &file.options()).map(|(graph, _)| graph)
-}
+    /// Returns the name of the file in messages.
+    fn name(&self) -> String {
+        if self.is_standard_input() { "standard input".to_owned() } else { self.file.display().to_string() }
+    }
 
-fn write_file(file: &Path, text: &str) -> Result<ExitCode, Failure> {
-    std::fs::write(file, text).map_err(|error| format!("{}: can't write: {error}", file.display()))?;
-    Ok(ExitCode::SUCCESS)
-}
+    fn is_standard_input(&self) -> bool {
+        self.file == Path::new(STANDARD_STREAM)
+    }
 
-fn print(text: &str) -> Result<ExitCode, Failure> {
-    print!("{text}");
-    Ok(ExitCode::SUCCESS)
+    fn text(&self) -> Result<String, GraphError> {
+        if self.is_standard_input() {
+            return graph::read_stream(std::io::stdin().lock(), &self.name());
+        }
+        graph::read_file(&self.file)
+    }
+
+    fn read(&self) -> Result<RouteGraph, Failure> {
+        let text = self.text()?;
+        match graph::parse(&text, &self.name(), &self.options()) {
+            Ok((graph, _)) => Ok(graph),
+            Err(_) if is_scenario(&text) => {
+                Err(format!("{}: this is a scenario; give the route graph that it names", self.name()).into())
+            }
+            Err(error) => Err(error.into()),
+        }
+    }
 }

@@ -1,20 +1,25 @@
 //! The command line of Regatta. `regatta run` starts the engine, the plugins and the viewer as child processes of this same
 //! binary. Each subcommand has a file of its own, which only connects the command line to the crate that does the work.
 
+mod arguments;
 mod cli;
 mod control;
 mod doctor;
 mod engine;
 mod failure;
+mod fleets;
 mod graph;
+mod output;
 mod output_error;
 mod plugin;
+mod progress;
 mod recording;
 mod report;
 mod run;
 mod scenario;
 mod supervisor;
 mod top;
+mod version;
 mod viewer;
 
 use std::process::ExitCode;
@@ -54,9 +59,11 @@ fn dispatch(cli: Cli) -> Result<ExitCode, Failure> {
         Command::Resume(target) => control::resume(&target),
         Command::Step { ticks, target } => control::step(ticks, &target),
         Command::Speed { speed, target } => control::speed(speed, &target),
-        Command::Seek { time, target } => control::seek(*time, &target),
-        Command::Robots { robots, target } => control::robots(robots, &target),
+        Command::Seek { time, target } => control::seek(time.0, &target),
+        Command::Robots { robots, target } => control::robots(robots.0, &target),
         Command::Status { json, target } => control::status(json, &target),
+        Command::List { json } => fleets::list(json),
+        Command::Stop(target) => fleets::stop(&target),
         Command::Record(args) => recording::record(&args),
         Command::Replay(args) => recording::replay(&args),
         Command::Export(args) => recording::export(&args),
@@ -66,6 +73,10 @@ fn dispatch(cli: Cli) -> Result<ExitCode, Failure> {
         Command::Doctor(args) => doctor::run(args),
         Command::Completions { shell } => {
             cli::print_completions(shell);
+            Ok(ExitCode::SUCCESS)
+        }
+        Command::Man { folder, force } => {
+            cli::write_man_pages(&folder, force)?;
             Ok(ExitCode::SUCCESS)
         }
     }

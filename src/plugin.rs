@@ -2,22 +2,68 @@
 
 use std::process::ExitCode;
 
-use clap::Args;
+use clap::{Args, Command, CommandFactory};
+use regatta_engine::scenario::closest;
 
 use crate::failure::{Failure, plugin_failure};
 
-/// A function that runs a plugin with its arguments, the first of which is the plugin's name.
-type Run = fn(Vec<String>) -> regatta_plugin::Result;
+/// A built-in plugin.
+struct BuiltIn {
+    name: &'static str,
+    about: &'static str,
+    /// Runs the plugin with its arguments, the first of which is its name.
+    run: fn(Vec<String>) -> regatta_plugin::Result,
+    /// Adds the plugin's options, for completions and man pages.
+    add_options: fn(Command) -> Command,
+}
 
-/// The built-in plugins by name. A new one is a crate under `plugins/` and a line here.
-const PLUGINS: &[(&str, Run)] = &[
-    ("collision", |args| regatta_collision::run_from(args)),
-    ("hello", |args| regatta_plugin::run_from(regatta_hello::Centre, args)),
-    ("metrics", |args| regatta_metrics::run_from(args)),
-    ("record", regatta_record::record_from),
-    ("udp", |args| regatta_udp::run(args)),
-    ("udp-source", |args| regatta_udp::source::run(args)),
+/// The built-in plugins. A new one is a crate under `plugins/` and an entry here.
+const PLUGINS: &[BuiltIn] = &[
+    BuiltIn {
+        name: "collision",
+        about: "Mark robots that collide, now or soon",
+        run: |args| regatta_collision::run_from(args),
+        add_options: |_| regatta_collision::Cli::command(),
+    },
+    BuiltIn {
+        name: "hello",
+        about: "Print the fleet's centre: the smallest plugin, to copy",
+        run: run_hello,
+        add_options: regatta_plugin::Options::augment_args,
+    },
+    BuiltIn {
+        name: "metrics",
+        about: "Export metrics to Prometheus, and write them as CSV",
+        run: |args| regatta_metrics::run_from(args),
+        add_options: |_| regatta_metrics::exporter::Cli::command(),
+    },
+    BuiltIn {
+        name: "record",
+        about: "Record the fleet to an MCAP file",
+        run: regatta_record::record_from,
+        add_options: regatta_record::RecordArgs::augment_args,
+    },
+    BuiltIn {
+        name: "udp",
+        about: "Send poses over UDP, as lines of text",
+        run: |args| regatta_udp::run(args),
+        add_options: |command| command,
+    },
+    BuiltIn {
+        name: "udp-source",
+        about: "Make a fleet of poses that arrive over UDP",
+        run: |args| regatta_udp::source::run(args),
+        add_options: |command| command,
+    },
 ];
+
+fn run_hello(mut args: Vec<String>) -> regatta_plugin::Result {
+    // The plugin's help begins with the name of its program.
+    if let Some(program) = args.first_mut() {
+        *program = "regatta plugin hello".to_owned();
+    }
+    regatta_plugin::run_from(regatta_hello::Centre, args)
+}
 
 #[derive(Args)]
 pub struct PluginArgs {
@@ -28,16 +74,29 @@ pub struct PluginArgs {
 
 /// Whether a built-in plugin has this name.
 pub fn is_built_in(name: &str) -> bool {
-    PLUGINS.iter().any(|(built_in, _)| *built_in == name)
+    PLUGINS.iter().any(|plugin| plugin.name == name)
 }
 
 /// Returns the error message for a name that no built-in plugin has.
 pub fn unknown(name: &str) -> String {
-    format!("unknown plugin '{name}'; the built-in plugins are: {}", names())
+    let suggestion = closest(name, PLUGINS.iter().map(|plugin| plugin.name));
+    let suggestion = suggestion.map(|name| format!("; did you mean '{name}'?")).unwrap_or_default();
+    format!("unknown plugin '{name}'{suggestion}; the built-in plugins are: {}", names())
 }
 
 fn names() -> String {
-    PLUGINS.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", ")
+    PLUGINS.iter().map(|plugin| plugin.name).collect::<Vec<_>>().join(", ")
+}
+
+/// Turns `regatta plugin` into a command with a subcommand per plugin, as completions and man pages show it. (To parse a
+/// command line, everything after the name goes to the plugin as it is.)
+pub fn with_subcommands(command: Command) -> Command {
+    let subcommands = PLUGINS
+        .iter()
+        .map(|plugin| (plugin.add_options)(Command::new(plugin.name)).name(plugin.name).about(plugin.about));
+    // A command's arguments can't be removed; only `about` is worth keeping.
+    let about = command.get_about().cloned().unwrap_or_default();
+    Command::new("plugin").about(about).subcommands(subcommands)
 }
 
 pub fn run(args: PluginArgs) -> Result<ExitCode, Failure> {
@@ -45,13 +104,15 @@ pub fn run(args: PluginArgs) -> Result<ExitCode, Failure> {
         return Err(format!("the name of the plugin is missing; the built-in plugins are: {}", names()).into());
     };
     if ["-h", "--help"].contains(&name.as_str()) {
+        let plugins = PLUGINS.iter().map(|plugin| format!("  {:<10}  {}\n", plugin.name, plugin.about));
         println!(
-            "Usage: regatta plugin NAME [OPTIONS]\n\nPlugins: {}\nFor a plugin's options: regatta plugin NAME --help",
-            names()
+            "Run one of the built-in plugins, in this process\n\nUsage: regatta plugin NAME [OPTIONS]\n\nPlugins:\n{}\n\
+             For a plugin's options: regatta plugin NAME --help",
+            plugins.collect::<String>()
         );
         return Ok(ExitCode::SUCCESS);
     }
-    let (_, run) = PLUGINS.iter().find(|(built_in, _)| built_in == name).ok_or_else(|| unknown(name))?;
-    run(args.name_and_args).map_err(plugin_failure)?;
+    let plugin = PLUGINS.iter().find(|plugin| plugin.name == name).ok_or_else(|| unknown(name))?;
+    (plugin.run)(args.name_and_args).map_err(plugin_failure)?;
     Ok(ExitCode::SUCCESS)
 }

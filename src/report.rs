@@ -16,6 +16,11 @@ use clap::Subcommand;
 use crate::failure::Failure;
 use output::Output;
 
+/// Returns the parser of the time that each load is measured for, in seconds.
+fn seconds_parser() -> clap::builder::RangedU64ValueParser {
+    clap::value_parser!(u64).range(1..=86_400)
+}
+
 /// A subcommand of `regatta report`.
 #[derive(Subcommand)]
 pub enum ReportCommand {

@@ -1,5 +1,7 @@
 //! `regatta run`: runs a scenario as a set of child processes.
 
+use std::fs::File;
+use std::io::{self, Seek};
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 use std::time::{Duration, Instant};
@@ -8,6 +10,7 @@ use clap::Args;
 use regatta_engine::scenario::{LightEntry, PluginCommand, Scenario, Viewer};
 use regatta_plugin::{AFTER_VARIABLE, Control, FleetName, Termination};
 
+use crate::arguments::Time;
 use crate::engine::EngineOptions;
 use crate::failure::{Failure, plugin_failure};
 use crate::supervisor::{EndedChild, Supervisor};
@@ -26,29 +29,36 @@ const VIEWER: &str = "viewer";
 
 #[derive(Args, Default)]
 pub struct RunArgs {
-    /// Scenario file; the built-in demo if not given.
+    /// Scenario file, - for standard input; the built-in demo if not given.
+    #[arg(value_hint = clap::ValueHint::FilePath)]
     scenario: Option<PathBuf>,
     #[command(flatten)]
     options: EngineOptions,
-    /// Stop after this time: 10s, 5min, 1h …
+    /// Stop after this time: 10 (seconds), 5min, 1h …
     #[arg(long = "for", value_name = "TIME")]
-    time_limit: Option<humantime::Duration>,
+    time_limit: Option<Time>,
+    /// Print JSON: a line about the fleet, then its status once per second.
+    #[arg(long)]
+    json: bool,
 }
 
 pub fn run(args: RunArgs) -> Result<ExitCode, Failure> {
     let termination = Termination::watch().map_err(plugin_failure)?;
-    // The engine reads the scenario too. Reading it here first reports an error once, before any process starts.
-    let scenario = scenario::load(args.scenario.as_deref(), &args.options.overrides())?;
+    let (scenario, input) = read_scenario(&args)?;
     let fleet = &args.options.fleet;
     let plugins = scenario.plugins.iter().map(|plugin| plugin_command(plugin, fleet));
     let plugins = plugins.collect::<Result<Vec<_>, _>>()?;
 
     let mut supervisor = Supervisor::default();
-    let engine = supervisor.start(ENGINE, &mut engine_command(args.scenario.as_deref(), &args.options)?)?;
+    let mut engine = engine_command(args.scenario.as_deref(), &args.options)?;
+    if let Some(input) = input {
+        engine.stdin(input);
+    }
+    let engine = supervisor.start(ENGINE, &mut engine)?;
     for (plugin, mut command) in scenario.plugins.iter().zip(plugins) {
         supervisor.start(&plugin.name, &mut command)?;
     }
-    print_summary(&scenario, fleet);
+    print_summary(&scenario, &args);
     match scenario.viewer {
         Viewer::Off => {}
         Viewer::Auto if !has_display() => eprintln!("regatta: no display; the run continues without a viewer"),
@@ -58,7 +68,7 @@ pub fn run(args: RunArgs) -> Result<ExitCode, Failure> {
     }
 
     let required = Required { engine_pid: engine, viewer: scenario.viewer == Viewer::On };
-    let mut success = watch(&mut supervisor, &required, fleet, args.time_limit.map(Into::into), &termination)?;
+    let mut success = watch(&mut supervisor, &required, &args, &termination)?;
     for failure in supervisor.stop() {
         eprintln!("regatta: {failure}");
         success = false;
@@ -66,13 +76,32 @@ pub fn run(args: RunArgs) -> Result<ExitCode, Failure> {
     Ok(if success { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
-fn print_summary(scenario: &Scenario, fleet: &FleetName) {
-    println!(
-        "fleet '{fleet}': {} robots on {} edges, {} ticks a second; Ctrl-C stops",
-        scenario.robots(),
-        scenario.graph.edges().len(),
-        (1.0 / scenario.tick_period.as_secs_f64()).round()
-    );
+/// Reads the scenario. The engine reads it too; reading it here first reports an error once, before any process starts. Also
+/// returns the text of standard input, if the scenario came from there, for the engine to read again.
+fn read_scenario(args: &RunArgs) -> Result<(Scenario, Option<File>), Failure> {
+    let (path, overrides) = (args.scenario.as_deref(), args.options.overrides());
+    if !scenario::is_standard_input(path) {
+        return Ok((scenario::load(path, &overrides)?, None));
+    }
+    let mut file = tempfile::tempfile()?;
+    io::copy(&mut io::stdin().lock(), &mut file)?;
+    file.rewind()?;
+    let scenario = Scenario::read_from(&file, Path::new(scenario::STANDARD_INPUT), &overrides)?;
+    file.rewind()?;
+    Ok((scenario, Some(file)))
+}
+
+fn print_summary(scenario: &Scenario, args: &RunArgs) {
+    let fleet = &args.options.fleet;
+    let robots = args.options.robots.map_or_else(|| scenario.robots(), |count| count.0);
+    let edges = scenario.graph.edges().len();
+    let rate_hz = (1.0 / scenario.tick_period.as_secs_f64()).round();
+    if args.json {
+        let fleet = fleet.as_str();
+        println!("{}", serde_json::json!({"fleet": fleet, "robots": robots, "edges": edges, "rate_hz": rate_hz}));
+    } else {
+        println!("fleet '{fleet}': {robots} robots on {edges} edges, {rate_hz} ticks a second; Ctrl-C stops");
+    }
 }
 
 /// The child processes that a run can't continue without. Plugins aren't among them: neither the engine nor another plugin
@@ -115,12 +144,13 @@ fn has_display() -> bool {
 fn watch(
     supervisor: &mut Supervisor,
     required: &Required,
-    fleet: &FleetName,
-    limit: Option<Duration>,
+    args: &RunArgs,
     termination: &Termination,
 ) -> Result<bool, Failure> {
     let started = Instant::now();
-    let mut control = Control::open(fleet)?;
+    let limit = args.time_limit.map(|Time(limit)| limit);
+    let format = if args.json { control::status_json } else { control::status_line };
+    let mut control = Control::open(&args.options.fleet)?;
     let mut answered = false;
     let mut next_line = started;
     let mut success = true;
@@ -134,7 +164,7 @@ fn watch(
             match control.status() {
                 // Another engine has this fleet name: this run's engine is about to report that and end.
                 Ok(status) if status.pid != required.engine_pid => {}
-                Ok(status) => println!("{}", control::status_line(&status)),
+                Ok(status) => println!("{}", format(&status)),
                 // Either the engine has ended, which the next iteration reports, or the next request succeeds.
                 Err(error) => tracing::info!("{error}"),
             }

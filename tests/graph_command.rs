@@ -1,7 +1,7 @@
 //! `regatta graph` as a process: its exit codes, its output, and the shipped graphs.
 
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::{Command, Output, Stdio};
 
 fn graphs(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("graphs").join(name)
@@ -80,4 +80,117 @@ fn draw_writes_svg_and_info_writes_json() {
     let json = regatta_graph(&["info", "--json"], Some(&graphs("square.yaml"))).stdout;
     let info: serde_json::Value = serde_json::from_slice(&json).expect("JSON");
     assert_eq!((&info["nodes"], &info["strong_components"]["count"]), (&8.into(), &1.into()));
+}
+
+/// Runs `regatta graph` with a text on standard input.
+fn with_input(args: &[&str], input: &str) -> Output {
+    use std::io::Write;
+    let mut child = Command::new(env!("CARGO_BIN_EXE_regatta"))
+        .arg("graph")
+        .args(args)
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("regatta starts");
+    child.stdin.take().expect("a pipe").write_all(input.as_bytes()).expect("written");
+    child.wait_with_output().expect("its output")
+}
+
+#[test]
+fn no_file_is_replaced_without_force() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (graph, map) = (folder.path().join("g.yaml"), folder.path().join("map.svg"));
+    std::fs::copy(graphs("square.yaml"), &graph).expect("copied");
+    let original = std::fs::read(&graph).expect("readable");
+    let graph_name = graph.to_str().expect("UTF-8");
+    let map_name = map.to_str().expect("UTF-8");
+
+    // The picture of a graph doesn't replace the graph, not even by force.
+    for force in [&[][..], &["--force"]] {
+        let output = regatta_graph(&[&["draw", "-o", graph_name][..], force].concat(), Some(&graph));
+        assert!(!output.status.success() && text(&output.stderr).contains(".svg"), "{}", text(&output.stderr));
+    }
+    let output = regatta_graph(&["generate", "grid", "-o", graph_name], None);
+    assert!(text(&output.stderr).contains("g.yaml: this file exists; --force replaces it"), "{}", text(&output.stderr));
+    assert_eq!(std::fs::read(&graph).expect("readable"), original);
+
+    assert!(regatta_graph(&["draw", "-o", map_name], Some(&graph)).status.success());
+    assert!(!regatta_graph(&["draw", "-o", map_name], Some(&graph)).status.success());
+    assert!(regatta_graph(&["draw", "--force", "-o", map_name], Some(&graph)).status.success());
+    assert!(regatta_graph(&["generate", "grid", "--force", "-o", graph_name], None).status.success());
+    assert_ne!(std::fs::read(&graph).expect("readable"), original);
+    assert_eq!(std::fs::read_dir(folder.path()).expect("a folder").count(), 2, "no temporary file is left");
+}
+
+/// A limit of the file size stands for a full disk.
+#[test]
+#[cfg(target_os = "linux")]
+fn a_file_that_can_not_be_written_leaves_the_old_one() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("g.yaml");
+    std::fs::write(&file, "mine").expect("written");
+    let script = "ulimit -f 8; exec \"$0\" graph generate warehouse --aisles 40 --force -o \"$1\"";
+    let mut shell = Command::new("bash");
+    let output = shell.args(["-c", script, env!("CARGO_BIN_EXE_regatta")]).arg(&file).output().expect("bash");
+    let message = text(&output.stderr);
+    assert!(!output.status.success() && message.contains("g.yaml: can't write"), "{message}");
+    assert_eq!(message.lines().count(), 1, "{message}");
+    assert_eq!(std::fs::read(&file).expect("readable"), b"mine");
+    assert_eq!(std::fs::read_dir(folder.path()).expect("a folder").count(), 1, "no temporary file is left");
+}
+
+#[test]
+fn a_dash_is_standard_input_and_standard_output() {
+    let graph = std::fs::read_to_string(graphs("porto.yaml")).expect("readable");
+    let checked = text(&with_input(&["check", "-"], &graph).stdout);
+    assert!(checked.starts_with("standard input: can be driven"), "{checked}");
+    assert!(text(&with_input(&["info", "-"], &graph).stdout).contains("edges"));
+    assert!(text(&with_input(&["draw", "-", "-o", "-"], &graph).stdout).starts_with("<svg xmlns="));
+    let generated = text(&regatta_graph(&["generate", "grid", "-o", "-"], None).stdout);
+    assert_eq!(generated, text(&regatta_graph(&["generate", "grid"], None).stdout));
+    assert!(text(&with_input(&["check", "-"], &generated).stdout).contains("0 errors"));
+}
+
+#[test]
+fn a_scenario_is_recognised_and_checked() {
+    let output = regatta_graph(&["check"], Some(&graphs("warehouse-1000.yaml")));
+    let printed = text(&output.stdout);
+    assert!(output.status.success() && printed.contains("a scenario that can be run: 1000 robots on "), "{printed}");
+
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("scenario.yaml");
+    let check = |content: &str| {
+        std::fs::write(&file, content).expect("written");
+        text(&regatta_graph(&["check"], Some(&file)).stdout)
+    };
+    let invalid = check("graph: none.yaml\nrobots: [{rout: [1]}]\n");
+    assert!(invalid.contains(":2: robots, entry 1: unknown key 'rout'; did you mean 'route'?"), "{invalid}");
+    assert!(invalid.ends_with("a scenario that can't be run; 1 error, 0 warnings\n"), "{invalid}");
+    // The errors of its route graph are listed too.
+    std::fs::write(folder.path().join("bad.yaml"), "Edges: []\nVertices: []\n").expect("written");
+    let with_bad_graph = check("graph: bad.yaml\nrobots: [{node: 1}]\n");
+    assert!(with_bad_graph.contains("bad.yaml:1: error: has no nodes"), "{with_bad_graph}");
+    assert!(with_bad_graph.ends_with("a scenario that can't be run; 2 errors, 0 warnings\n"), "{with_bad_graph}");
+
+    let message = text(&regatta_graph(&["info"], Some(&file)).stderr);
+    assert!(message.contains("this is a scenario") && message.lines().count() == 1, "{message}");
+}
+
+#[test]
+fn check_prints_json() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("bad.yaml");
+    std::fs::write(&file, "Edges:\n- {Id: 7, Origin_ID: 1}\nVertices:\n- {Id: 1, X: 0, Y: 0, Theta: 0}\n")
+        .expect("written");
+    let output = regatta_graph(&["check", "--json"], Some(&file));
+    assert_eq!(output.status.code(), Some(1));
+    let json: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    assert_eq!((&json["kind"], &json["valid"], &json["errors"]), (&"route graph".into(), &false.into(), &3.into()));
+    let first = &json["findings"][0];
+    assert_eq!((&first["severity"], &first["line"], &first["subject"]), (&"error".into(), &2.into(), &"edge".into()));
+    assert_eq!(first["id"], 7);
+    let scenario = regatta_graph(&["check", "--json"], Some(&graphs("thirty.yaml")));
+    let json: serde_json::Value = serde_json::from_slice(&scenario.stdout).expect("JSON");
+    assert_eq!((&json["kind"], &json["valid"]), (&"scenario".into(), &true.into()));
 }

@@ -22,6 +22,6 @@ mod yaml;
 
 pub use bezier::CubicBezier;
 pub use finding::{Finding, Findings, Severity, Subject};
-pub use read::{GraphError, MAX_FILE_BYTES, ReadOptions, parse, read};
+pub use read::{GraphError, MAX_FILE_BYTES, ReadOptions, parse, read, read_file, read_stream};
 pub use route_graph::{Edge, EdgeIndex, Gear, Leg, Node, NodeIndex, RouteGraph};
 pub use spline::Handles;

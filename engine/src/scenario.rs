@@ -1,7 +1,10 @@
 //! Scenarios: a route graph, the robots on it and their routes, the tick rate, and the plugins to start.
 
+mod count;
+mod explain;
 mod read;
 mod resolve;
+mod suggest;
 pub mod yaml;
 
 use std::path::PathBuf;
@@ -10,6 +13,10 @@ use std::time::Duration;
 
 use crate::fleet::{Repeat, RobotType};
 use crate::graph::{GraphError, Handles, Leg, NodeIndex, RouteGraph};
+pub use count::{ParseRobotCountError, RobotCount};
+pub use explain::YamlProblem;
+pub use read::is_scenario;
+pub use suggest::closest;
 pub use yaml::{LegName, LightEntry, PluginCommand, Viewer};
 
 /// The largest number of robots of a scenario: ids and columns stay far below the limits of `u32`.
@@ -102,11 +109,13 @@ pub enum ScenarioError {
         path: PathBuf,
     },
     /// The file is not a scenario.
-    #[error("{}: {source}", path.display())]
+    #[error("{}{problem}", path.display())]
     Yaml {
         /// The file.
         path: PathBuf,
-        /// The YAML reader's error, with the line.
+        /// The line, the entry, and what is wrong with it.
+        problem: YamlProblem,
+        /// The YAML reader's error.
         source: serde_yaml::Error,
     },
     /// The route graph can't be read or has errors.

@@ -55,7 +55,7 @@ fn lights_are_white_by_default() {
     assert!(read("robots: [{node: 1}]").expect("a valid scenario").lights.is_empty());
     for bad in ["[{x: 1, y: 2}]", "[{x: 1, y: 2, z: 3, color: [1, 1, 1]}]", "[{x: 1, y: 2, z: 3, colour: [1, 1]}]"] {
         let error = read(&format!("robots: [{{node: 1}}]\nlights: {bad}")).expect_err(bad).to_string();
-        assert!(error.contains("plant.yaml") && error.contains("line 3") && error.lines().count() == 1, "{error}");
+        assert!(error.starts_with("plant.yaml:3: lights, entry 1") && error.lines().count() == 1, "{error}");
     }
 }
 
@@ -79,6 +79,12 @@ fn an_error_names_the_entry_and_what_to_do() {
         (&format!("rate: .nan\n{robots}"), "rate", "NaN ticks per second"),
         (&format!("publish_rate: 200\n{robots}"), "rate", "not above the rate"),
         (&format!("robot_types: [{{name: a, length: -1, width: 1}}]\n{robots}"), "robot_types", "length is -1"),
+        (
+            "robot_types: [{name: tug, length: 1, width: 1}]\nrobots: [{type: tag, node: 1}]",
+            "robots, entry 1",
+            "'tug'?",
+        ),
+        (&format!("{robots}\nplugins: [{{name: a/b, command: [x]}}]"), "plugins", "entry 1: '/' in the name \"a/b\""),
         (&format!("robot_types: [{{name: a, length: 1}}]\n{robots}"), "robot_types", "width is missing"),
         (
             &format!("robot_types: [{{name: a, shape: circle, length: 1, width: 2}}]\n{robots}"),
@@ -102,18 +108,85 @@ fn an_error_names_the_entry_and_what_to_do() {
 }
 
 #[test]
-fn an_unknown_key_or_a_syntax_error_is_reported_with_its_line() {
+fn extreme_limits_and_sizes_are_refused() {
+    let number = |key: &str, value: &str| {
+        let sizes =
+            ["length", "width"].map(|size| format!("{size}: {}", if size == key { value } else { "1" })).join(", ");
+        let limit = if key.starts_with("max") { format!(", {key}: {value}") } else { String::new() };
+        read(&format!("robot_types: [{{name: a, {sizes}{limit}}}]\nrobots: [{{node: 1}}]"))
+    };
+    for (key, advice) in [
+        ("max_acceleration", "give 0.001 to 1000000 m/s²"),
+        ("max_speed", "give 0.001 to 1000 m/s"),
+        ("length", "give 0.001 to 1000 m"),
+        ("width", "give 0.001 to 1000 m"),
+    ] {
+        for value in ["1.0e-9", "0", "-1", "1.0e30", ".inf", ".nan"] {
+            let message = number(key, value).expect_err(value).to_string();
+            assert!(message.starts_with("plant.yaml: robot_types: a: ") && message.contains(advice), "{message}");
+        }
+        for value in ["0.001", "1", "1000"] {
+            number(key, value).unwrap_or_else(|error| panic!("{key} {value}: {error}"));
+        }
+    }
+}
+
+#[test]
+fn counts_of_robots_may_have_a_unit() {
+    let scenario = read("robots: [{count: 10k, node: 1}, {count: 1.5M, node: 1}, {count: 7, node: 1}]").expect("valid");
+    assert_eq!(scenario.robots(), 1_510_007);
+}
+
+#[test]
+fn an_error_of_the_yaml_names_line_entry_and_advice_without_words_of_the_program() {
     for (text, expected) in [
-        ("robots:\n- {rout: [10]}", "unknown field `rout`"),
-        ("robots: [{route: [x10]}]", "invalid edge 'x10'"),
-        ("viewer: maybe\nrobots: [{node: 1}]", "maybe"),
-        ("robots: [", "line"),
-        ("robots: {", "line"),
+        (
+            "robots:\n- {rout: [10]}",
+            ":3: robots, entry 1: unknown key 'rout'; did you mean 'route'?; possible keys: count, type, route, repeat, \
+             routes, node",
+        ),
+        ("robots: [{route: [x10]}]", ":2: robots, entry 1, route, entry 1: invalid edge 'x10'"),
+        (
+            "viewer: of\nrobots: [{node: 1}]",
+            ":2: viewer: unknown value 'of'; did you mean 'off'?; possible values: auto, on",
+        ),
+        ("robots: [{route: [[1]]}]", "entry 1: a list is given, but this must be the id of an edge, or -ID"),
+        (
+            "robots: [{node: 1}]\nplugins: [5]",
+            ":3: plugins, entry 1: 5 is given, but this must be the name of a plugin",
+        ),
+        ("robots: [{node: 1}]\nplugins: [{nam: x}]", ":3: plugins, entry 1: unknown key 'nam'; did you mean 'name'?"),
+        ("robots: [{node: 1}]\nplugins: [{args: [x]}]", ":3: plugins, entry 1: name is missing: add it"),
+        ("rate: fast\nrobots: [{node: 1}]", ":2: rate: the text \"fast\" is given, but this must be a number"),
+        ("seed: -1\nrobots: [{node: 1}]", ":2: seed: -1 is given, but this must be a whole number, 0 or more"),
+        ("robots: [{count: many, node: 1}]", "but this must be a number of robots such as 500, 10k or 1M"),
+        ("robots: 5", ":2: robots: 5 is given, but this must be a list"),
+        ("robots: [{node: 1}]\nlights: [{x: 0, y: 0, z: 0, colour: red}]", "this must be a list of 3 numbers"),
+        ("rate: 5", ": robots is missing: add it"),
+        ("rate: 5\nrate: 6\nrobots: [{node: 1}]", "rate is given twice: remove one"),
+        ("Vertices: []", "this is a route graph, not a scenario"),
+        ("robots: [", ":3: "),
+        ("robots: {", ":2: robots: a map (key: value) is given, but this must be a list"),
     ] {
         let message = read(text).expect_err(text).to_string();
-        assert!(message.starts_with("plant.yaml: ") && message.contains(expected), "{text}: {message}");
-        assert!(message.contains("line "), "{text}: {message}");
+        assert!(message.starts_with("plant.yaml:") && message.contains(expected), "{text}: {message}");
+        assert!(message.lines().count() == 1, "{text}: {message}");
+        for word in ["untagged", "variant", "struct ", "field", "u32", "f64", "sequence"] {
+            assert!(!message.contains(word) || text.ends_with('['), "{text}: {message}");
+        }
     }
+    let not_a_map = Scenario::from_text("- 1", Path::new("list.yaml"), &Overrides::default()).expect_err("a list");
+    assert_eq!(
+        not_a_map.to_string(),
+        "list.yaml:1: a list is given, but this must be a map with the keys graph and robots"
+    );
+}
+
+#[test]
+fn a_scenario_is_told_from_a_route_graph() {
+    use regatta_engine::scenario::is_scenario;
+    assert!(is_scenario("graph: a.yaml\nrobots: 5") && is_scenario("{\"graph\": \"a\"}"));
+    assert!(!is_scenario(GRAPH) && !is_scenario("") && !is_scenario("- graph: 1") && !is_scenario("graph: ["));
 }
 
 #[test]

@@ -5,10 +5,11 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use super::experiment::{Experiment, all_idle, folder_with_porto};
-use super::output::{Output, environment, write};
+use super::output::{Output, Report, environment, write};
 use super::plot;
 use super::published::{AVERAGE_RATES, END_POSES, EndPose, Pose, success_rate};
 use crate::failure::Failure;
+use crate::progress::Progress;
 
 /// The number of rows of [`END_POSES`] that are single edges; the others are routes.
 const SINGLE_EDGES: usize = 10;
@@ -24,10 +25,14 @@ struct Drive {
 }
 
 pub fn run(output: &Output) -> Result<ExitCode, Failure> {
+    output.check("accuracy")?;
+    let progress = Progress::start("driving the dissertation's routes", 0);
     let drive = drive()?;
     let (line, machine) = environment();
-    plot::path(&output.file("accuracy.svg")?, PLOTTED_ROUTE, &drive.path)?;
-    output.write("accuracy", &markdown(&drive, &line), &json(&drive, machine))?;
+    let plot = plot::path(PLOTTED_ROUTE, &drive.path)?;
+    drop(progress);
+    let (markdown, json) = (markdown(&drive, &line), json(&drive, machine));
+    output.write(&Report { name: "accuracy", markdown, json, plot: Some(plot) })?;
     Ok(ExitCode::SUCCESS)
 }
 

@@ -1,19 +1,41 @@
 //! The setup of every report: an engine process with a reader attached.
 
+use std::fs::File;
+use std::io::{Read, Seek};
 use std::path::Path;
-use std::process::{Command, Stdio};
+use std::process::Command;
 use std::time::{Duration, Instant};
 
 use regatta_plugin::control::ControlResponse;
 use regatta_plugin::frame::RobotState;
-use regatta_plugin::{Control, FleetName, Frame, Subscriber};
+use regatta_plugin::{Control, FleetName, Frame, Subscriber, Termination};
 
 use super::output::write;
-use crate::failure::Failure;
+use crate::failure::{Failure, plugin_failure};
 use crate::supervisor::Supervisor;
 
 /// The longest time until the engine can be read.
 const START_TIMEOUT: Duration = Duration::from_secs(60);
+/// The time between two checks while an experiment waits.
+const POLL_INTERVAL: Duration = Duration::from_millis(5);
+
+/// Returns an error if this process was asked to end. Everything that an experiment has made is removed when it is dropped.
+pub fn check_interrupt() -> Result<(), Failure> {
+    if Termination::watch().map_err(plugin_failure)?.requested() {
+        return Err("interrupted; no report was written".into());
+    }
+    Ok(())
+}
+
+/// Waits, but not when this process is asked to end.
+pub fn wait(time: Duration) -> Result<(), Failure> {
+    let end = Instant::now() + time;
+    while Instant::now() < end {
+        check_interrupt()?;
+        std::thread::sleep(POLL_INTERVAL.min(end.saturating_duration_since(Instant::now())));
+    }
+    Ok(())
+}
 
 /// An engine process, its control client and its reader.
 pub struct Experiment {
@@ -25,21 +47,24 @@ pub struct Experiment {
 impl Experiment {
     /// Starts `regatta engine SCENARIO ARGS` with a fleet name of its own, and waits until the fleet can be read.
     pub fn start(name: &str, scenario: &Path, args: &[String]) -> Result<Self, Failure> {
+        check_interrupt()?;
         let fleet: FleetName = format!("report-{name}-{}", std::process::id()).parse()?;
+        let mut messages = tempfile::tempfile()?;
         let mut command = Command::new(std::env::current_exe()?);
         command.arg("engine").arg(scenario).args(["--fleet", &fleet.to_string()]).args(args);
         let mut supervisor = Supervisor::default();
-        supervisor.start("engine", command.stderr(Stdio::null()))?;
+        supervisor.start("engine", command.stderr(messages.try_clone()?))?;
         let (control, reader) = (Control::open(&fleet)?, Subscriber::open(&fleet)?);
         let started = Instant::now();
         loop {
+            check_interrupt()?;
             if control.has_engine() && reader.has_producer() {
                 return Ok(Self { supervisor, control, reader });
             }
             if !supervisor.take_ended().is_empty() || started.elapsed() > START_TIMEOUT {
-                return Err(format!("the engine of experiment '{name}' did not start; run `regatta doctor`").into());
+                return Err(format!("the engine did not start: {}", last_line(&mut messages)?).into());
             }
-            std::thread::sleep(Duration::from_millis(5));
+            std::thread::sleep(POLL_INTERVAL);
         }
     }
 
@@ -51,12 +76,15 @@ impl Experiment {
     pub fn watch(&mut self, timeout: Duration, mut is_last: impl FnMut(&Frame<'_>) -> bool) -> Result<(), Failure> {
         let started = Instant::now();
         while started.elapsed() < timeout {
+            check_interrupt()?;
             if let Some(frame) = self.reader.wait(Duration::from_millis(200))?
                 && is_last(&frame)
             {
                 return Ok(());
             }
             if let Some(child) = self.supervisor.take_ended().first() {
+                // Ctrl-C reaches the engine too.
+                check_interrupt()?;
                 return Err(child.failure().unwrap_or_else(|| "the engine ended early".into()).into());
             }
         }
@@ -70,6 +98,15 @@ impl Experiment {
             None => Ok(()),
         }
     }
+}
+
+/// Returns the last line that a process wrote, without its name.
+fn last_line(messages: &mut File) -> Result<String, Failure> {
+    let mut text = String::new();
+    messages.rewind()?;
+    messages.read_to_string(&mut text)?;
+    let line = text.lines().last().unwrap_or("run `regatta doctor`");
+    Ok(line.trim_start_matches("regatta: ").to_owned())
 }
 
 /// Whether every robot has reached the end of its route.

@@ -6,37 +6,63 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use crate::failure::Failure;
+use crate::output::{Force, check_file, write_file};
+use crate::version;
 
 /// The destination of a report.
 #[derive(Args)]
 pub struct Output {
-    /// Folder for the Markdown file and the plot; created if it doesn't exist.
+    /// Folder for the Markdown file and the plot; created if it doesn't exist
     #[arg(long, default_value = "out")]
     out: PathBuf,
-    /// File for the figures as JSON; `NAME.json` in the folder if not given.
+    /// File for the figures as JSON; `NAME.json` in the folder if not given
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
+    #[command(flatten)]
+    force: Force,
+}
+
+/// A finished report.
+pub struct Report<'a> {
+    /// The name of its files, without the extension.
+    pub name: &'a str,
+    pub markdown: String,
+    pub json: serde_json::Value,
+    /// The plot as SVG, if there is one.
+    pub plot: Option<String>,
 }
 
 impl Output {
-    /// Returns the path of a file in the output folder, and creates the folder.
-    pub fn file(&self, name: &str) -> Result<PathBuf, Failure> {
-        fs::create_dir_all(&self.out)
-            .map_err(|error| format!("can't create folder {}: {error}", self.out.display()))?;
-        Ok(self.out.join(name))
+    /// Returns an error if a file of the report exists and may not be replaced. Reports call it before they measure.
+    pub fn check(&self, name: &str) -> Result<(), Failure> {
+        let paths = [self.path(name, "md"), self.path(name, "svg"), self.json_path(name)];
+        paths.iter().try_for_each(|path| check_file(path, self.force).map(|_| ()))
     }
 
-    /// Writes `NAME.md` and the JSON file, and prints the Markdown.
-    pub fn write(&self, name: &str, markdown: &str, json: &serde_json::Value) -> Result<(), Failure> {
-        let json_path = self.json.clone().map_or_else(|| self.file(&format!("{name}.json")), Ok)?;
-        write(&self.file(&format!("{name}.md"))?, markdown)?;
-        write(&json_path, &format!("{json:#}\n"))?;
-        println!("{markdown}");
+    fn path(&self, name: &str, extension: &str) -> PathBuf {
+        self.out.join(format!("{name}.{extension}"))
+    }
+
+    fn json_path(&self, name: &str) -> PathBuf {
+        self.json.clone().unwrap_or_else(|| self.path(name, "json"))
+    }
+
+    /// Writes all files of a report, and prints its Markdown.
+    pub fn write(&self, report: &Report<'_>) -> Result<(), Failure> {
+        fs::create_dir_all(&self.out)
+            .map_err(|error| format!("can't create folder {}: {error}", self.out.display()))?;
+        let name = report.name;
+        if let Some(plot) = &report.plot {
+            write_file(&self.path(name, "svg"), plot.as_bytes(), self.force)?;
+        }
+        write_file(&self.json_path(name), format!("{:#}\n", report.json).as_bytes(), self.force)?;
+        write_file(&self.path(name, "md"), report.markdown.as_bytes(), self.force)?;
+        println!("{}", report.markdown);
         Ok(())
     }
 }
 
-/// Writes a text file.
+/// Writes a file of an experiment into its temporary folder.
 pub fn write(path: &Path, text: &str) -> Result<(), Failure> {
     fs::write(path, text).map_err(|error| format!("can't write {}: {error}", path.display()).into())
 }
@@ -50,7 +76,7 @@ pub fn environment() -> (String, serde_json::Value) {
     let isa = regatta_engine::motion::Isa::detect();
     let now = humantime::format_rfc3339_seconds(std::time::SystemTime::now()).to_string();
     let date = &now[..10];
-    let version = env!("CARGO_PKG_VERSION");
+    let version = version::short();
     let os = std::env::consts::OS;
     let line = format!("Regatta {version}, {date}, {cpu}, {cores} cores, {os}, motion kernel {isa}");
     let json = serde_json::json!({

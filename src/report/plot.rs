@@ -1,18 +1,33 @@
 //! The plots of the reports, as SVG.
 
-use std::path::Path;
+use std::ops::Range;
 
 use plotters::coord::Shift;
+use plotters::coord::ranged1d::{Ranged, ValueFormatter};
 use plotters::prelude::*;
 
 use super::published::Pose;
 use crate::failure::Failure;
 
-/// Colours that colour-blind people can distinguish (Okabe and Ito).
-const COLOURS: [RGBColor; 4] =
-    [RGBColor(0, 114, 178), RGBColor(213, 94, 0), RGBColor(0, 158, 115), RGBColor(204, 121, 167)];
+/// Colours that colour-blind people can distinguish (Okabe and Ito), without the yellow that is hard to see on white. No plot
+/// has more series.
+const COLOURS: [RGBColor; 7] = [
+    RGBColor(0, 114, 178),
+    RGBColor(213, 94, 0),
+    RGBColor(0, 158, 115),
+    RGBColor(204, 121, 167),
+    RGBColor(230, 159, 0),
+    RGBColor(86, 180, 233),
+    RGBColor(0, 0, 0),
+];
+
+/// The size of a plot in pixels: two charts side by side.
+const SIZE: (u32, u32) = (1100, 500);
+/// A series with at most this many points gets a dot at each.
+const MAX_DOTS: usize = 20;
 
 type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+type Chart<'a, 'b, X, Y> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<X, Y>>;
 
 /// A named line through points.
 pub struct Series {
@@ -20,11 +35,15 @@ pub struct Series {
     pub points: Vec<(f64, f64)>,
 }
 
+/// The title of a chart, and the names of its axes.
+struct Titles {
+    caption: &'static str,
+    x: &'static str,
+    y: &'static str,
+}
+
 /// Draws a driven path and the heading along it, as the dissertation's figures of edge 34 do.
-pub fn path(file: &Path, route: &[u32], poses: &[Pose]) -> Result<(), Failure> {
-    let root = SVGBackend::new(file, (1100, 500)).into_drawing_area();
-    root.fill(&WHITE)?;
-    let (left, right) = root.split_horizontally(550);
+pub fn path(route: &[u32], poses: &[Pose]) -> Result<String, Failure> {
     let start = (0.0, poses.first().map_or(0.0, |pose| pose[2]));
     let along = poses.windows(2).scan(start, |(distance, heading), pair| {
         *distance += (pair[1][0] - pair[0][0]).hypot(pair[1][1] - pair[0][1]);
@@ -35,53 +54,131 @@ pub fn path(file: &Path, route: &[u32], poses: &[Pose]) -> Result<(), Failure> {
     let name = format!("route {route:?}");
     let line = Series { name: name.clone(), points: poses.iter().map(|pose| (pose[0], pose[1])).collect() };
     let heading = Series { name, points: along.collect() };
-    chart(&left, "Driven path", ("x [m]", "y [m]"), &[line])?;
-    chart(&right, "Heading along it", ("distance [m]", "θ [°]"), &[heading])?;
-    root.present()?;
-    Ok(())
+    side_by_side(
+        |area| equal_chart(area, &Titles { caption: "Driven path", x: "x [m]", y: "y [m]" }, &[line]),
+        |area| linear_chart(area, &Titles { caption: "Heading along it", x: "distance [m]", y: "θ [°]" }, &[heading]),
+    )
 }
 
 /// Draws the durations over the fleet size on the left, and the cost of a tick over the fleet size on the right with both
 /// axes logarithmic.
-pub fn scaling(file: &Path, durations: &[Series], costs: &[Series]) -> Result<(), Failure> {
-    let root = SVGBackend::new(file, (1100, 500)).into_drawing_area();
-    root.fill(&WHITE)?;
-    let (left, right) = root.split_horizontally(550);
-    chart(&left, "Time for all robots to finish a route", ("robots", "time over that of one robot"), durations)?;
-    chart(&right, "Cost of a tick", ("log10 robots", "log10 milliseconds"), costs)?;
-    root.present()?;
-    Ok(())
+pub fn scaling(durations: &[Series], costs: &[Series]) -> Result<String, Failure> {
+    let durations_titles =
+        Titles { caption: "Time for all robots to finish a route", x: "robots", y: "time over that of one robot" };
+    side_by_side(
+        |area| linear_chart(area, &durations_titles, durations),
+        |area| log_chart(area, &Titles { caption: "Cost of a tick", x: "robots", y: "milliseconds" }, costs),
+    )
 }
 
-fn chart(area: &Area<'_>, caption: &str, axes: (&str, &str), series: &[Series]) -> Result<(), Failure> {
-    let points = || series.iter().flat_map(|line| &line.points);
-    let range = |values: &mut dyn Iterator<Item = f64>| {
-        let (low, high) = values.fold((f64::MAX, f64::MIN), |(low, high), value| (low.min(value), high.max(value)));
-        let margin = ((high - low) * 0.06).max(0.05);
-        low - margin..high + margin
-    };
-    let xs = range(&mut points().map(|point| point.0));
-    let ys = range(&mut points().map(|point| point.1));
-    let mut chart = ChartBuilder::on(area)
-        .caption(caption, ("sans-serif", 20))
-        .margin(14)
-        .x_label_area_size(44)
-        .y_label_area_size(60)
-        .build_cartesian_2d(xs, ys)?;
+fn side_by_side(
+    left: impl FnOnce(&Area<'_>) -> Result<(), Failure>,
+    right: impl FnOnce(&Area<'_>) -> Result<(), Failure>,
+) -> Result<String, Failure> {
+    let mut svg = String::new();
+    {
+        let root = SVGBackend::with_string(&mut svg, SIZE).into_drawing_area();
+        root.fill(&WHITE)?;
+        let (left_area, right_area) = root.split_horizontally(SIZE.0 / 2);
+        left(&left_area)?;
+        right(&right_area)?;
+        root.present()?;
+    }
+    Ok(svg)
+}
+
+/// Draws a chart with linear axes.
+fn linear_chart(area: &Area<'_>, titles: &Titles, series: &[Series]) -> Result<(), Failure> {
+    let (xs, ys) = (linear_range(xs(series)), linear_range(ys(series)));
+    draw(builder(area, titles).build_cartesian_2d(xs, ys)?, titles, series)
+}
+
+/// Draws a chart where a metre is as long along x as along y.
+fn equal_chart(area: &Area<'_>, titles: &Titles, series: &[Series]) -> Result<(), Failure> {
+    let (mut x_range, mut y_range) = (linear_range(xs(series)), linear_range(ys(series)));
+    // The size of the chart without its labels; the ranges make no difference to it.
+    let chart = builder(area, titles).build_cartesian_2d(x_range.clone(), y_range.clone())?;
+    let (width, height) = chart.plotting_area().dim_in_pixel();
+    let length = |range: &Range<f64>| range.end - range.start;
+    let metres_per_pixel = (length(&x_range) / f64::from(width)).max(length(&y_range) / f64::from(height));
+    for (range, pixels) in [(&mut x_range, width), (&mut y_range, height)] {
+        let (middle, half) = ((range.start + range.end) / 2.0, metres_per_pixel * f64::from(pixels) / 2.0);
+        *range = middle - half..middle + half;
+    }
+    draw(builder(area, titles).build_cartesian_2d(x_range, y_range)?, titles, series)
+}
+
+/// Draws a chart with logarithmic axes. Only positive numbers have a place there.
+fn log_chart(area: &Area<'_>, titles: &Titles, series: &[Series]) -> Result<(), Failure> {
+    let (xs, ys) = (log_range(xs(series)).log_scale(), log_range(ys(series)).log_scale());
+    let is_positive = |(x, y): &(f64, f64)| *x > 0.0 && *y > 0.0;
+    let positive = series.iter().map(|line| Series {
+        name: line.name.clone(),
+        points: line.points.iter().copied().filter(is_positive).collect(),
+    });
+    draw(builder(area, titles).build_cartesian_2d(xs, ys)?, titles, &positive.collect::<Vec<_>>())
+}
+
+fn xs(series: &[Series]) -> impl Iterator<Item = f64> {
+    series.iter().flat_map(|line| &line.points).map(|point| point.0)
+}
+
+fn ys(series: &[Series]) -> impl Iterator<Item = f64> {
+    series.iter().flat_map(|line| &line.points).map(|point| point.1)
+}
+
+/// Returns the smallest and the largest number; `None` without any.
+fn extent(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
+    values.filter(|value| value.is_finite()).fold(None, |extent, value| {
+        let (low, high) = extent.unwrap_or((value, value));
+        Some((low.min(value), high.max(value)))
+    })
+}
+
+/// Returns a range with a margin around all numbers. It is never empty: dividing an empty axis would not end.
+fn linear_range(values: impl Iterator<Item = f64>) -> Range<f64> {
+    let (low, high) = extent(values).unwrap_or((0.0, 1.0));
+    let margin = ((high - low) * 0.06).max(0.05);
+    low - margin..high + margin
+}
+
+/// Returns a range around all positive numbers that includes a power of ten at both ends, and is never empty.
+fn log_range(values: impl Iterator<Item = f64>) -> Range<f64> {
+    let (low, high) = extent(values.filter(|value| *value > 0.0)).unwrap_or((1.0, 1.0));
+    let (low, high) = (low.log10().floor(), high.log10().ceil());
+    // A little more, so that rounding doesn't exclude the powers themselves.
+    10f64.powf(low) * 0.95..10f64.powf(high.max(low + 1.0)) * 1.05
+}
+
+fn builder<'a, 'b>(area: &'a Area<'b>, titles: &Titles) -> ChartBuilder<'a, 'b, SVGBackend<'b>> {
+    let mut builder = ChartBuilder::on(area);
+    builder.caption(titles.caption, ("sans-serif", 20)).margin(14).x_label_area_size(44).y_label_area_size(64);
+    builder
+}
+
+fn draw<'a, 'b: 'a, X, Y>(mut chart: Chart<'a, 'b, X, Y>, titles: &Titles, series: &[Series]) -> Result<(), Failure>
+where
+    X: Ranged<ValueType = f64> + ValueFormatter<f64>,
+    Y: Ranged<ValueType = f64> + ValueFormatter<f64>,
+{
     chart
         .configure_mesh()
-        .x_desc(axes.0)
-        .y_desc(axes.1)
+        .x_desc(titles.x)
+        .y_desc(titles.y)
+        .x_label_formatter(&|value| plain(*value))
+        .y_label_formatter(&|value| plain(*value))
         .light_line_style(WHITE)
         .label_style(("sans-serif", 13))
         .draw()?;
-    for (line, colour) in series.iter().zip(COLOURS.iter().cycle()) {
+    for (number, (line, colour)) in series.iter().zip(COLOURS.iter().cycle()).enumerate() {
+        // Lines that others cover are wider, so that they can be seen below those.
+        let wider = (series.len() - 1 - number) as u32;
         chart
-            .draw_series(LineSeries::new(line.points.iter().copied(), colour.stroke_width(2)))?
+            .draw_series(LineSeries::new(line.points.iter().copied(), colour.stroke_width(2 + wider)))?
             .label(&line.name)
             .legend(|(x, y)| PathElement::new([(x, y), (x + 18, y)], colour.stroke_width(2)));
-        let few = line.points.len() <= 20;
-        chart.draw_series(line.points.iter().filter(|_| few).map(|&point| Circle::new(point, 3, colour.filled())))?;
+        let dots = line.points.iter().filter(|_| line.points.len() <= MAX_DOTS);
+        chart.draw_series(dots.map(|&point| Circle::new(point, 3 + wider, colour.filled())))?;
     }
     chart
         .configure_series_labels()
@@ -91,4 +188,82 @@ fn chart(area: &Area<'_>, caption: &str, axes: (&str, &str), series: &[Series]) 
         .label_font(("sans-serif", 13))
         .draw()?;
     Ok(())
+}
+
+/// Formats a number without an exponent: `1,000,000`, `0.5`, `0.001`.
+fn plain(value: f64) -> String {
+    if value.abs() < 1000.0 {
+        let text = format!("{value:.4}");
+        let text = text.trim_end_matches('0').trim_end_matches('.');
+        return if text == "-0" { "0".to_owned() } else { text.to_owned() };
+    }
+    let digits = format!("{:.0}", value.abs());
+    let mut text = String::from(if value < 0.0 { "-" } else { "" });
+    for (place, digit) in digits.chars().enumerate() {
+        if place > 0 && (digits.len() - place).is_multiple_of(3) {
+            text.push(',');
+        }
+        text.push(digit);
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_on_axes_are_plain() {
+        for (value, text) in [
+            (0.0, "0"),
+            (0.1 + 0.2, "0.3"),
+            (-5.0, "-5"),
+            (0.001, "0.001"),
+            (999.5, "999.5"),
+            (1000.0, "1,000"),
+            (-12_345.0, "-12,345"),
+            (1e6, "1,000,000"),
+        ] {
+            assert_eq!(plain(value), text);
+        }
+    }
+
+    #[test]
+    fn every_series_has_a_colour_of_its_own_and_a_name_in_the_legend() {
+        let line = |number: u32| Series {
+            name: format!("series {number}"),
+            points: vec![(1.0, f64::from(number)), (30.0, f64::from(2 * number))],
+        };
+        let series: Vec<_> = (1..=6).map(line).collect();
+        let svg = scaling(&series, &[line(7)]).expect("a plot");
+        for (line, RGBColor(red, green, blue)) in series.iter().zip(COLOURS) {
+            assert!(svg.contains(&line.name) && svg.contains(&format!("#{red:02X}{green:02X}{blue:02X}")), "{svg}");
+        }
+    }
+
+    #[test]
+    fn plots_of_nothing_and_of_impossible_numbers_end() {
+        let nothing = || Series { name: "none".into(), points: Vec::new() };
+        let strange =
+            [f64::NAN, f64::INFINITY, 0.0, -1.0].map(|value| Series { name: "x".into(), points: vec![(value, value)] });
+        scaling(&[nothing()], &[nothing()]).expect("a plot without points");
+        scaling(&[], &[]).expect("a plot without series");
+        scaling(&[nothing()], &strange).expect("a plot of numbers without a logarithm");
+        path(&[1], &[]).expect("a plot of no poses");
+        path(&[1], &[[2.0, 3.0, 0.0]]).expect("a plot of one pose");
+    }
+
+    #[test]
+    fn a_metre_is_as_long_along_x_as_along_y() {
+        let square = [[0.0, 0.0, 0.0], [10.0, 0.0, 0.0], [10.0, 10.0, 0.0], [0.0, 10.0, 0.0]];
+        let svg = path(&[1], &square).expect("a plot");
+        let line = svg.split("<polyline").find(|part| part.contains("#0072B2")).expect("the path");
+        let points = line.split("points=\"").nth(1).and_then(|rest| rest.split('"').next()).expect("its points");
+        let points: Vec<Vec<i32>> = points
+            .split_whitespace()
+            .map(|point| point.split(',').map(|n| n.parse().expect("a pixel")).collect())
+            .collect();
+        let (right, up) = (points[1][0] - points[0][0], points[1][1] - points[2][1]);
+        assert!((right - up).abs() <= 1 && right > 100, "{points:?}");
+    }
 }

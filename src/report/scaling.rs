@@ -8,12 +8,16 @@ use std::time::{Duration, Instant, SystemTime};
 
 use clap::Args;
 use regatta_engine::graph::generate::Warehouse;
+use regatta_engine::scenario::RobotCount;
+use regatta_plugin::producer::Speed;
 
 use super::experiment::{Experiment, all_idle, folder_with_porto, temporary_folder};
-use super::output::{Output, environment, write};
-use super::plot;
+use super::output::{Output, Report, environment, write};
 use super::published::{DURATIONS, FLEET_SIZES};
+use super::{plot, seconds_parser};
+use crate::engine::parse_threads;
 use crate::failure::Failure;
+use crate::progress::Progress;
 
 /// The loads beyond the dissertation's fleet sizes: number of robots, ticks per second.
 const LOADS: &[(u32, u32)] = &[(1_000, 100), (10_000, 100), (100_000, 60), (100_000, 500), (1_000_000, 60)];
@@ -27,17 +31,32 @@ pub struct ScalingArgs {
     #[command(flatten)]
     output: Output,
     /// Speed at which the dissertation's routes are driven; 1 is real time, which takes three minutes.
-    #[arg(long, default_value_t = 1.0)]
+    #[arg(long, default_value = "1", value_parser = parse_factor)]
     speed: f32,
     /// Seconds for which each larger fleet is measured.
-    #[arg(long, default_value_t = 10)]
+    #[arg(long, default_value_t = 10, value_parser = seconds_parser())]
     secs: u64,
     /// Threads of the engine for the larger fleets.
-    #[arg(long, default_value_t = 1)]
-    threads: u32,
-    /// Number of robots of the largest fleet.
-    #[arg(long, default_value_t = 1_000_000)]
+    #[arg(long, default_value = "1", value_parser = parse_threads)]
+    threads: usize,
+    /// Number of robots of the largest fleet; at least 1.
+    #[arg(long, default_value = "1M", value_parser = parse_robots)]
     max_robots: u32,
+}
+
+/// Parses a speed at which wall time can be compared: not as fast as possible.
+fn parse_factor(text: &str) -> Result<f32, String> {
+    match text.parse() {
+        Ok(Speed::Factor(factor)) => Ok(factor),
+        _ => Err("give a factor from 0.001 to 1000".to_owned()),
+    }
+}
+
+fn parse_robots(text: &str) -> Result<u32, String> {
+    match text.parse() {
+        Ok(RobotCount(robots @ 1..)) => Ok(robots),
+        _ => Err("give at least 1 robot: 500, 10k, 1M".to_owned()),
+    }
 }
 
 /// The time until all robots of a fleet have driven a route.
@@ -63,19 +82,41 @@ struct Cost {
 }
 
 pub fn run(args: &ScalingArgs) -> Result<ExitCode, Failure> {
-    let times = route_times(args.speed)?;
-    let costs = costs(args)?;
+    args.output.check("scaling")?;
+    let loads = loads(args.max_robots);
+    let steps = DURATIONS.len() * FLEET_SIZES.len() + 1 + loads.len();
+    let progress = Progress::start("starting", steps as u64);
+    let times = route_times(args.speed, &progress)?;
+    let costs = costs(&loads, args, &progress)?;
+    drop(progress);
     let (line, machine) = environment();
     let (duration_series, cost_series) = series(&times, &costs);
-    plot::scaling(&args.output.file("scaling.svg")?, &duration_series, &cost_series)?;
-    args.output.write("scaling", &markdown(&times, &costs, &line), &json(&times, &costs, args, machine))?;
+    args.output.write(&Report {
+        name: "scaling",
+        markdown: markdown(&times, &costs, &line),
+        json: json(&times, &costs, args, machine),
+        plot: Some(plot::scaling(&duration_series, &cost_series)?),
+    })?;
     Ok(ExitCode::SUCCESS)
 }
 
+/// Returns the loads of up to `max_robots` robots; at least one.
+fn loads(max_robots: u32) -> Vec<(u32, u32)> {
+    let mut loads: Vec<_> = LOADS.iter().copied().filter(|(robots, _)| *robots <= max_robots).collect();
+    if loads.is_empty() {
+        loads.push((max_robots, LOADS[0].1));
+    }
+    loads
+}
+
 /// Measures every route of the tables with every fleet size.
-fn route_times(speed: f32) -> Result<Vec<Vec<RouteTime>>, Failure> {
+fn route_times(speed: f32, progress: &Progress) -> Result<Vec<Vec<RouteTime>>, Failure> {
     let folder = folder_with_porto()?;
-    let all_sizes = |route| FLEET_SIZES.iter().map(|&robots| route_time(folder.path(), route, robots, speed)).collect();
+    let one = |route, robots| {
+        progress.set_current(format!("driving route {route:?} with {robots} robots"));
+        route_time(folder.path(), route, robots, speed).inspect(|_| progress.step("next"))
+    };
+    let all_sizes = |route| FLEET_SIZES.iter().map(|&robots| one(route, robots)).collect();
     DURATIONS.iter().map(|row| all_sizes(row.route)).collect()
 }
 
@@ -97,21 +138,24 @@ fn route_time(folder: &Path, route: &[u32], robots: u32, speed: f32) -> Result<R
     Ok(time)
 }
 
-fn costs(args: &ScalingArgs) -> Result<Vec<Cost>, Failure> {
+fn costs(loads: &[(u32, u32)], args: &ScalingArgs, progress: &Progress) -> Result<Vec<Cost>, Failure> {
     let folder = temporary_folder()?;
     write(&folder.path().join("warehouse.yaml"), &LARGE_WAREHOUSE.generate()?)?;
     let scenario = folder.path().join("load.yaml");
     write(&scenario, "graph: warehouse.yaml\nseed: 1\nrobots: [{count: 1, routes: random}]\n")?;
-    let one = cost(&scenario, (1, 100), args, 0)?;
-    let empty_bytes = one.bytes_per_robot as u64;
-    let loads = LOADS.iter().filter(|(robots, _)| *robots <= args.max_robots);
-    loads.map(|&load| cost(&scenario, load, args, empty_bytes)).collect()
+    let one = |load: (u32, u32), empty_bytes| {
+        progress.set_current(format!("measuring {} robots at {} Hz", load.0, load.1));
+        cost(&scenario, load, args, empty_bytes).inspect(|_| progress.step("next"))
+    };
+    let empty_bytes = one((1, 100), 0)?.bytes_per_robot as u64;
+    loads.iter().map(|&load| one(load, empty_bytes)).collect()
 }
 
 /// Measures one fleet; `empty_bytes` is the resident memory of an engine with a single robot.
 fn cost(scenario: &Path, (robots, rate_hz): (u32, u32), args: &ScalingArgs, empty_bytes: u64) -> Result<Cost, Failure> {
-    let options = [("robots", robots), ("rate", rate_hz), ("threads", args.threads)];
-    let options: Vec<_> = options.iter().flat_map(|(name, value)| [format!("--{name}"), value.to_string()]).collect();
+    let options =
+        [("robots", robots.to_string()), ("rate", rate_hz.to_string()), ("threads", args.threads.to_string())];
+    let options: Vec<_> = options.into_iter().flat_map(|(name, value)| [format!("--{name}"), value]).collect();
     let mut experiment = Experiment::start("load", scenario, &options)?;
     read_for(&mut experiment, WARM_UP)?;
     let before = experiment.status()?;
@@ -155,10 +199,10 @@ fn series(times: &[Vec<RouteTime>], costs: &[Cost]) -> (Vec<plot::Series>, Vec<p
     for (row, times) in DURATIONS.iter().zip(times) {
         let over_one = |secs: &[f64]| FLEET_SIZES.iter().zip(secs).map(|(&n, s)| (f64::from(n), s / secs[0])).collect();
         let ours: Vec<_> = times.iter().map(|time| time.wall_secs).collect();
-        durations.push(plot::Series { name: format!("dissertation {:?}", row.route), points: over_one(&row.secs) });
-        durations.push(plot::Series { name: format!("Regatta {:?}", row.route), points: over_one(&ours) });
+        durations.push(plot::Series { name: format!("{:?}, dissertation", row.route), points: over_one(&row.secs) });
+        durations.push(plot::Series { name: format!("{:?}, Regatta", row.route), points: over_one(&ours) });
     }
-    let point = |cost: &Cost, milliseconds: f64| (f64::from(cost.robots).log10(), milliseconds.log10());
+    let point = |cost: &Cost, milliseconds: f64| (f64::from(cost.robots), milliseconds);
     let usual_rates: Vec<_> = costs.iter().filter(|cost| cost.rate_hz <= 100).collect();
     let costs = vec![
         plot::Series {

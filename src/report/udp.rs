@@ -9,11 +9,14 @@ use std::time::{Duration, Instant};
 
 use clap::Args;
 use regatta_engine::graph::generate::Warehouse;
+use regatta_engine::scenario::RobotCount;
 use serde_json::{Value, json};
 
-use super::experiment::{Experiment, temporary_folder};
-use super::output::{Output, environment, write};
+use super::experiment::{Experiment, check_interrupt, temporary_folder, wait};
+use super::output::{Output, Report, environment, write};
+use super::seconds_parser;
 use crate::failure::Failure;
+use crate::progress::Progress;
 use crate::supervisor::Supervisor;
 
 /// The loads: number of robots, frames per second. The first two are promised to arrive completely; the others grow until
@@ -33,13 +36,13 @@ pub struct UdpArgs {
     #[command(flatten)]
     output: Output,
     /// Seconds for which each load is measured.
-    #[arg(long, default_value_t = 10)]
+    #[arg(long, default_value_t = 10, value_parser = seconds_parser())]
     secs: u64,
     /// Measure only a fleet of this many robots (needs --hz).
     #[arg(long, requires = "hz")]
-    robots: Option<u32>,
+    robots: Option<RobotCount>,
     /// Frames per second of that fleet.
-    #[arg(long, requires = "robots")]
+    #[arg(long, requires = "robots", value_parser = clap::value_parser!(u32).range(1..=20_000))]
     hz: Option<u32>,
     /// Another option for `regatta plugin udp`, for example --udp-option=--pace=0.
     #[arg(long, value_name = "OPTION", allow_hyphen_values = true)]
@@ -55,19 +58,25 @@ struct Figures {
 }
 
 pub fn run(args: &UdpArgs) -> Result<ExitCode, Failure> {
-    let loads = args.robots.zip(args.hz).map_or(LOADS.to_vec(), |load| vec![load]);
+    args.output.check("udp")?;
+    let loads = args.robots.zip(args.hz).map_or(LOADS.to_vec(), |(RobotCount(robots), hz)| vec![(robots, hz)]);
+    let progress = Progress::start("starting", loads.len() as u64);
     let folder = temporary_folder()?;
     write(&folder.path().join("warehouse.yaml"), &WAREHOUSE.generate()?)?;
     write(&folder.path().join(SCENARIO), "graph: warehouse.yaml\nseed: 1\nrobots: [{count: 1, routes: random}]\n")?;
-    let figures = loads.into_iter().map(|load| measure(folder.path(), load, args));
+    let figures = loads.into_iter().map(|load| {
+        progress.set_current(format!("sending {} robots at {} Hz", load.0, load.1));
+        measure(folder.path(), load, args).inspect(|_| progress.step("finishing"))
+    });
     let figures = figures.collect::<Result<Vec<_>, _>>()?;
+    drop(progress);
     let (line, machine) = environment();
     let loads: Vec<_> = figures
         .iter()
         .map(|f| json!({"robots": f.robots, "hz": f.hz, "sender": f.sender, "receiver": f.receiver}))
         .collect();
     let json = json!({"machine": machine, "secs": args.secs, "udp_options": args.udp_option, "loads": loads});
-    args.output.write("udp", &markdown(&figures, &line), &json)?;
+    args.output.write(&Report { name: "udp", markdown: markdown(&figures, &line), json, plot: None })?;
     Ok(ExitCode::SUCCESS)
 }
 
@@ -87,9 +96,9 @@ fn measure(folder: &Path, (robots, hz): (u32, u32), args: &UdpArgs) -> Result<Fi
     let mut sender = Supervisor::default();
     let plugin = ["udp", "--to", &to, "--rate", "all", "--fleet", &fleet];
     sender.start("udp", plugin_command(folder, &plugin)?.args(&args.udp_option))?;
-    std::thread::sleep(Duration::from_secs(args.secs));
+    wait(Duration::from_secs(args.secs))?;
     let sender = stop(folder, "udp", sender)?;
-    std::thread::sleep(DRAIN_TIME);
+    wait(DRAIN_TIME)?;
     let receiver = stop(folder, "udp-source", receiver)?;
     experiment.finish()?;
     Ok(Figures { robots, hz, sender, receiver })
@@ -108,6 +117,7 @@ fn plugin_command(folder: &Path, plugin: &[&str]) -> Result<Command, Failure> {
 fn listening_address(folder: &Path, receiver: &mut Supervisor) -> Result<String, Failure> {
     let started = Instant::now();
     loop {
+        check_interrupt()?;
         let log = fs::read_to_string(folder.join("udp-source.log"))?;
         // The last line may be incomplete.
         if let Some((line, _)) = log.split_once('\n')

@@ -1,7 +1,8 @@
 //! The command line as a user sees it: runs, error messages, Ctrl-C.
 
 use std::fs;
-use std::io::Read;
+use std::io::{Read, Write};
+use std::process::Stdio;
 use std::time::Duration;
 
 use regatta_plugin::health;
@@ -33,6 +34,46 @@ fn an_error_is_one_line_that_names_the_mistake() {
     assert!(error_line(&["engine", "--threads", "0"]).contains("give 1 to"));
     assert!(error_line(&["engine", "--threads", "100000"]).contains("cores"));
     assert!(error_line(&["engine", "--lockstep", "hello", "graphs/thirty.yaml"]).contains("before --lockstep"));
+    assert!(error_line(&["plugin", "hello", "--after", "a/b"]).contains("'/' in the name"));
+    assert!(error_line(&["plugin", "hello", "--after", "two words"]).contains("' ' in the name"));
+    assert!(error_line(&["graph"]).contains("check"));
+}
+
+#[test]
+fn an_error_has_no_words_of_the_program() {
+    for (args, advice) in [
+        (&["robots", "many"][..], "500, 10k or 1M"),
+        (&["run", "--robots", "1.5"], "500, 10k or 1M"),
+        (&["engine", "--rate", "x"], "give a number"),
+        (&["engine", "--ticks", "x"], "give a whole number"),
+        (&["step", "99999999999999999999"], "too large"),
+        (&["seek", "soon"], "give seconds, or a number with a unit"),
+        (&["run", "--for", "-1"], "unexpected argument '-1'"),
+    ] {
+        let line = error_line(args);
+        assert!(line.contains(advice), "{line}");
+        for words in ["invalid digit", "float literal", "as a value, use"] {
+            assert!(!line.contains(words), "{line}");
+        }
+    }
+}
+
+#[test]
+fn a_typo_gets_a_suggestion() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let misspelt = scenario_with(&folder, "robots: [{node: 1}]\nplugins: [colision]");
+    for (args, meant) in [
+        (&["rum"][..], "'run'"),
+        (&["graph", "chek", "a.yaml"], "'check'"),
+        (&["run", "--robot", "5"], "'--robots'"),
+        (&["engine", "--isa", "avx22"], "'avx2'"),
+        (&["plugin", "helo"], "did you mean 'hello'?"),
+        (&["plugin", "hello", "--rat", "5"], "'--rate'"),
+        (&["run", &misspelt], "did you mean 'collision'?"),
+    ] {
+        let line = error_line(args);
+        assert!(line.contains(meant), "{line}");
+    }
 }
 
 #[test]
@@ -45,7 +86,21 @@ fn help_lists_plugins_and_their_options() {
     assert!(help(&["plugin", "hello", "--help"]).contains("--rate"));
     assert!(help(&["plugin", "--help"]).contains("hello"));
     assert!(help(&["--help"]).contains("graph"));
+    assert!(help(&["plugin", "hello", "--help"]).contains("Usage: regatta plugin hello"));
     assert!(help(&["--version"]).starts_with("regatta "));
+}
+
+#[test]
+fn the_version_names_commit_contract_and_iceoryx2() {
+    let output = regatta().arg("--version").output().expect("regatta starts");
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    let lines: Vec<_> = text.lines().collect();
+    let commit = lines[0].split(['(', ')']).nth(1);
+    let is_commit = |text: &str| text.trim_end_matches("-modified").bytes().all(|byte| byte.is_ascii_hexdigit());
+    assert_eq!(commit.is_some(), root().join(".git").exists(), "{text}");
+    assert!(commit.is_none_or(is_commit), "{text}");
+    assert_eq!(lines[1], format!("contract {}", regatta_plugin::frame::CONTRACT_VERSION));
+    assert!(lines[2].strip_prefix("iceoryx2 ").is_some_and(|version| version.starts_with("0.")), "{text}");
 }
 
 #[test]
@@ -93,6 +148,42 @@ fn run_prints_a_line_per_second_and_ends_after_its_time_limit() {
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     assert!(text.lines().filter(|line| line.contains("rtf")).count() >= 2, "{text}");
     assert!(text.contains("worst edges"), "the demo's collision checker prints a summary at the end: {text}");
+}
+
+#[test]
+fn run_announces_the_number_of_robots_that_it_runs() {
+    let name = unique("run-robots").to_string();
+    let args = ["run", "graphs/thirty.yaml", "--robots", "0.1k", "--for", "1.5", "--json", "--fleet", &name];
+    let output = regatta().args(args).current_dir(root()).output().expect("regatta starts");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let lines = String::from_utf8_lossy(&output.stdout).into_owned();
+    let lines: Vec<serde_json::Value> =
+        lines.lines().map(|line| serde_json::from_str(line).expect("a line of JSON")).collect();
+    assert_eq!(lines[0]["robots"], 100);
+    assert_eq!(lines[1]["robots"], 100);
+    let plain = regatta().args(["run", "--robots", "50", "--for", "1", "--fleet", &name]).output().expect("starts");
+    let plain = String::from_utf8_lossy(&plain.stdout).into_owned();
+    assert!(plain.starts_with(&format!("fleet '{name}': 50 robots on ")), "{plain}");
+}
+
+#[test]
+fn a_scenario_can_come_from_standard_input() {
+    let text = "graph: graphs/square.yaml\nrobots: [{count: 7, routes: random}]";
+    for (command, expected) in [(&["engine", "--ticks", "3"][..], "3 ticks"), (&["run", "--for", "1.5"], "robots 7")] {
+        let name = unique(command[0]).to_string();
+        let mut child = regatta()
+            .args([command, &["--fleet", &name, "-"]].concat())
+            .current_dir(root())
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("regatta starts");
+        child.stdin.take().expect("a pipe").write_all(text.as_bytes()).expect("written");
+        let output = child.wait_with_output().expect("an output");
+        let printed = [output.stdout, output.stderr].map(|bytes| String::from_utf8_lossy(&bytes).into_owned()).concat();
+        assert!(output.status.success() && printed.contains(expected), "{printed}");
+    }
 }
 
 #[test]
@@ -165,8 +256,25 @@ fn lockstep_identifies_a_plugin_by_its_name_in_the_scenario() {
 fn completions_are_printed_for_every_shell() {
     for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
         let output = regatta().args(["completions", shell]).output().expect("regatta starts");
-        assert!(output.status.success() && String::from_utf8_lossy(&output.stdout).contains("regatta"), "{shell}");
+        let script = String::from_utf8_lossy(&output.stdout).into_owned();
+        assert!(output.status.success() && script.contains("regatta"), "{shell}");
+        for name in ["udp-source", "avx512", "b_at_origin", "lockstep-timeout"] {
+            assert!(script.contains(name), "{shell}: {name}");
+        }
     }
+}
+
+#[test]
+fn man_pages_are_written_for_every_command() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let write = || regatta().arg("man").arg(folder.path()).output().expect("regatta starts");
+    assert!(write().status.success());
+    for name in ["regatta", "regatta-run", "regatta-graph-draw", "regatta-plugin-metrics", "regatta-viewer"] {
+        let page = fs::read_to_string(folder.path().join(format!("{name}.1"))).expect("a page");
+        assert!(page.contains(".TH") && page.contains("SYNOPSIS"), "{page}");
+    }
+    let again = write();
+    assert!(String::from_utf8_lossy(&again.stderr).contains("--force replaces it"), "{again:?}");
 }
 
 #[test]

@@ -103,17 +103,41 @@ fn summary(findings: &Findings) -> String {
 /// # Errors
 /// If the file can't be read, isn't a route graph, or has errors.
 pub fn read(path: &Path, options: &ReadOptions) -> Result<(RouteGraph, Findings), GraphError> {
+    parse(&read_file(path)?, &path.display().to_string(), options)
+}
+
+/// Reads the text of a file for [`parse`].
+///
+/// # Errors
+/// If the file can't be read, is too large, or isn't text.
+pub fn read_file(path: &Path) -> Result<String, GraphError> {
+    let unreadable = |source| GraphError::Unreadable { file: path.to_owned(), source };
+    let file = File::open(path).map_err(unreadable)?;
+    let metadata = file.metadata().map_err(unreadable)?;
+    if metadata.is_dir() {
+        return Err(GraphError::Folder { file: path.to_owned() });
+    }
     let name = path.display().to_string();
-    let bytes = read_bytes(path).map_err(|source| GraphError::Unreadable { file: path.to_owned(), source })?;
-    let bytes = match bytes {
-        Content::Folder => return Err(GraphError::Folder { file: path.to_owned() }),
-        Content::TooLarge => {
-            return Err(GraphError::TooLarge { file: name, limit: format!("{} MiB", MAX_FILE_BYTES >> 20) });
-        }
-        Content::Bytes(bytes) => bytes,
-    };
-    let text = std::str::from_utf8(&bytes).map_err(|error| not_text(&name, &bytes, error.valid_up_to()))?;
-    parse(text, &name, options)
+    if metadata.len() > MAX_FILE_BYTES { Err(too_large(&name)) } else { read_stream(file, &name) }
+}
+
+/// Reads the text of a stream for [`parse`]; `name` is its name in messages.
+///
+/// # Errors
+/// As [`read_file`].
+pub fn read_stream(stream: impl Read, name: &str) -> Result<String, GraphError> {
+    let mut bytes = Vec::new();
+    // Limited here too: a pipe has no length, and a file may grow.
+    let read = stream.take(MAX_FILE_BYTES + 1).read_to_end(&mut bytes);
+    read.map_err(|source| GraphError::Unreadable { file: name.into(), source })?;
+    if bytes.len() as u64 > MAX_FILE_BYTES {
+        return Err(too_large(name));
+    }
+    String::from_utf8(bytes).map_err(|error| not_text(name, error.as_bytes(), error.utf8_error().valid_up_to()))
+}
+
+fn too_large(name: &str) -> GraphError {
+    GraphError::TooLarge { file: name.to_owned(), limit: format!("{} MiB", MAX_FILE_BYTES >> 20) }
 }
 
 /// Validates the text of a route graph file; `name` is the file's name in messages. Returns the graph with its
@@ -136,32 +160,11 @@ pub fn parse(text: &str, name: &str, options: &ReadOptions) -> Result<(RouteGrap
     }
 }
 
-enum Content {
-    Bytes(Vec<u8>),
-    Folder,
-    TooLarge,
-}
-
-fn read_bytes(path: &Path) -> io::Result<Content> {
-    let file = File::open(path)?;
-    let metadata = file.metadata()?;
-    if metadata.is_dir() {
-        return Ok(Content::Folder);
-    }
-    if metadata.len() > MAX_FILE_BYTES {
-        return Ok(Content::TooLarge);
-    }
-    let mut bytes = Vec::new();
-    // Limited here too: a pipe has no length, and a file may grow.
-    file.take(MAX_FILE_BYTES + 1).read_to_end(&mut bytes)?;
-    Ok(if bytes.len() as u64 > MAX_FILE_BYTES { Content::TooLarge } else { Content::Bytes(bytes) })
-}
-
 /// Rejects texts that can't be a route graph, or that would make the YAML reader slow or take much memory.
 fn reject_hostile(text: &str, name: &str) -> Result<(), GraphError> {
     let file = || name.to_owned();
     if text.len() as u64 > MAX_FILE_BYTES {
-        return Err(GraphError::TooLarge { file: file(), limit: format!("{} MiB", MAX_FILE_BYTES >> 20) });
+        return Err(too_large(name));
     }
     if let Some(at) = text.bytes().position(|byte| byte == 0) {
         return Err(not_text(name, text.as_bytes(), at));

@@ -44,6 +44,10 @@ pub(crate) const UNLIMITED: f32 = 1e18;
 /// The slowest speed that a robot with road ahead brakes to, as a fraction of A: it has to get there.
 pub(super) const LAST_STEP: f32 = 1.0 / 16.0;
 
+/// The largest number of legs that a robot looks ahead for places to brake at. One that needs more of them to stop drives
+/// as if its base ended there: random walks and loops never end, so that a tiny acceleration would look ahead for ever.
+const MAX_LEGS_AHEAD: usize = 256;
+
 /// Returns the fastest speed that a robot may have after a tick that it begins at speed `before` with `ahead` metres to
 /// the end of its leg, negative; `change` is A.
 pub(super) fn brake_speed(brake: f32, acceleration: f32, change: f32, before: f32, ahead: f32) -> f32 {
@@ -100,16 +104,14 @@ impl Motion {
     }
 
     /// Calls `visit` for every place ahead that bounds a robot's speed, nearest first, with the bound in m/s and the
-    /// distance from the end of its leg in metres. Ends with the base, or when `visit` returns false.
+    /// distance from the end of its leg in metres. Ends with the base, after [`MAX_LEGS_AHEAD`], or when `visit` returns
+    /// false.
     fn visit_speed_bounds(&self, rows: &Rows, row: usize, mut visit: impl FnMut(f64, f64) -> bool) {
         let mut cursor = self.route_cursor(rows, row);
         let mut gear = rows.piece.get(row).gear();
         let mut distance = 0.0;
-        loop {
-            let Ok(leg) = self.next_leg(&mut cursor) else {
-                visit(0.0, distance);
-                return;
-            };
+        for _ in 0..MAX_LEGS_AHEAD {
+            let Ok(leg) = self.next_leg(&mut cursor) else { break };
             let compiled = self.legs.leg(leg);
             let changes_gear = compiled.first_piece.gear() != gear;
             let speed = if changes_gear { 0.0 } else { self.leg_speed(rows.robot_type[row], leg) };
@@ -119,6 +121,7 @@ impl Motion {
             distance += f64::from(compiled.length);
             gear = compiled.first_piece.gear();
         }
+        visit(0.0, distance);
     }
 
     /// Returns the position on a row's route from which its next legs can be read.

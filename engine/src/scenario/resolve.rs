@@ -1,22 +1,32 @@
 //! Resolves the names in a scenario file and validates its values.
 
 use std::collections::BTreeSet;
+use std::ops::RangeInclusive;
 use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
+use regatta_plugin::FleetName;
 use regatta_plugin::world::Shape;
 
+use super::suggest::did_you_mean;
 use super::yaml::{
     LegName, LightEntry, PluginCommand, PluginEntry, RepeatEntry, RobotGroupEntry, RobotTypeEntry, RoutesEntry,
     ScenarioFile, ShapeEntry,
 };
-use super::{MAX_LIGHTS, MAX_ROBOTS, Overrides, RobotGroup, Scenario, ScenarioError, Start};
+use super::{MAX_LIGHTS, MAX_ROBOTS, Overrides, RobotCount, RobotGroup, Scenario, ScenarioError, Start};
 use crate::fleet::{Repeat, RobotType};
 use crate::graph::{Gear, Leg, NodeIndex, RouteGraph};
 
 /// The range of ticks per simulated second.
-const RATES: std::ops::RangeInclusive<f64> = 1.0..=20_000.0;
+const RATES: RangeInclusive<f64> = 1.0..=20_000.0;
+/// The range of a robot's length and width in metres: the collision checker's largest robot is as long.
+const SIZES: RangeInclusive<f32> = 0.001..=1000.0;
+/// The range of a robot's largest speed in metres per second.
+const SPEEDS: RangeInclusive<f32> = 0.001..=1000.0;
+/// The range of a robot's largest acceleration in metres per second squared. With less, a robot would need minutes to get
+/// going, and the engine would look thousands of edges ahead for places to brake at.
+const ACCELERATIONS: RangeInclusive<f32> = 0.001..=1e6;
 
 /// Resolves the names in `file` and checks its values. `warnings` are those about the graph.
 ///
@@ -37,7 +47,7 @@ pub(super) fn resolve(
     let groups = groups(file.robots, &graph, &robot_types).map_err(|(place, message)| invalid(&place, message))?;
     check_lights(&file.lights).map_err(|message| invalid("lights", message))?;
     let plugins = plugins(file.plugins, path);
-    check_order(&plugins).map_err(|message| invalid("plugins", message))?;
+    check_names(&plugins).and_then(|()| check_order(&plugins)).map_err(|message| invalid("plugins", message))?;
 
     let more_warnings = [uneven_rate(rate, publish_rate, ticks_per_frame), dead_end(&groups, &graph)];
     warnings.extend(more_warnings.into_iter().flatten().map(|message| format!("{}: {message}", path.display())));
@@ -152,12 +162,18 @@ fn default_robot_type() -> RobotType {
 }
 
 fn robot_type(entry: RobotTypeEntry) -> Result<RobotType, String> {
-    let positive = |name: &str, value: f32| {
-        let is_positive = value.is_finite() && value > 0.0;
-        if is_positive { Ok(value) } else { Err(format!("{}: {name} is {value}; it must be above 0", entry.name)) }
+    let in_range = |name: &str, unit: &str, value: f32, range: &RangeInclusive<f32>| {
+        let (least, most) = (range.start(), range.end());
+        let advice = || format!("{}: {name} is {value}; give {least} to {most} {unit}", entry.name);
+        if range.contains(&value) { Ok(value) } else { Err(advice()) }
     };
-    let length = positive("length", entry.length)?;
-    let width = entry.width.map(|width| positive("width", width)).transpose()?;
+    let limit = |name: &str, unit: &str, value: Option<f32>, range: &RangeInclusive<f32>| {
+        value.map_or(Ok(f32::INFINITY), |value| in_range(name, unit, value, range))
+    };
+    let max_speed = limit("max_speed", "m/s", entry.max_speed, &SPEEDS)?;
+    let max_acceleration = limit("max_acceleration", "m/s²", entry.max_acceleration, &ACCELERATIONS)?;
+    let length = in_range("length", "m", entry.length, &SIZES)?;
+    let width = entry.width.map(|width| in_range("width", "m", width, &SIZES)).transpose()?;
     let (shape, width) = match (entry.shape, width) {
         (ShapeEntry::Rectangle, Some(width)) => (Shape::Rectangle, width),
         (ShapeEntry::Rectangle, None) => {
@@ -169,27 +185,19 @@ fn robot_type(entry: RobotTypeEntry) -> Result<RobotType, String> {
             return Err(format!("{}: the length of a circle is its diameter; leave width out", entry.name));
         }
     };
-    Ok(RobotType {
-        shape,
-        length,
-        width,
-        max_speed: entry.max_speed.map_or(Ok(f32::INFINITY), |value| positive("max_speed", value))?,
-        max_acceleration: entry
-            .max_acceleration
-            .map_or(Ok(f32::INFINITY), |value| positive("max_acceleration", value))?,
-        name: entry.name,
-    })
+    Ok(RobotType { name: entry.name, shape, length, width, max_speed, max_acceleration })
 }
 
 fn group(entry: RobotGroupEntry, graph: &RouteGraph, robot_types: &[RobotType]) -> Result<RobotGroup, String> {
     let robot_type = match &entry.robot_type {
         None => 0,
-        Some(name) => robot_types
-            .iter()
-            .position(|robot_type| robot_type.name == *name)
-            .ok_or_else(|| format!("no robot type is called '{name}'; list it under robot_types"))?,
+        Some(name) => robot_types.iter().position(|robot_type| robot_type.name == *name).ok_or_else(|| {
+            let names = robot_types.iter().map(|robot_type| robot_type.name.as_str());
+            format!("no robot type is called '{name}'; list it under robot_types{}", did_you_mean(name, names))
+        })?,
     };
-    if entry.count == 0 {
+    let RobotCount(count) = entry.count;
+    if count == 0 {
         return Err("count is 0; remove the entry".into());
     }
     let start = match (&entry.route, entry.routes, entry.node) {
@@ -200,7 +208,7 @@ fn group(entry: RobotGroupEntry, graph: &RouteGraph, robot_types: &[RobotType]) 
         }
         _ => return Err("give one of: route (a list of edges), routes: random, node (an id)".into()),
     };
-    Ok(RobotGroup { count: entry.count, robot_type: robot_type as u16, start })
+    Ok(RobotGroup { count, robot_type: robot_type as u16, start })
 }
 
 fn route_start(route: &[LegName], repeat: RepeatEntry, graph: &RouteGraph) -> Result<Start, String> {
@@ -252,11 +260,24 @@ fn plugins(entries: Vec<PluginEntry>, path: &Path) -> Vec<PluginCommand> {
     entries.into_iter().map(plugin).collect()
 }
 
+/// Checks the names of plugins: each is part of a name in shared memory, as that of a fleet is.
+fn check_names(plugins: &[PluginCommand]) -> Result<(), String> {
+    for (number, plugin) in (1..).zip(plugins) {
+        plugin.name.parse::<FleetName>().map_err(|error| format!("entry {number}: {error}"))?;
+    }
+    Ok(())
+}
+
 /// Checks that plugins come after plugins of the scenario, and that their order has no cycle.
 fn check_order(plugins: &[PluginCommand]) -> Result<(), String> {
     for plugin in plugins {
         if let Some(unknown) = plugin.after.iter().find(|name| plugins.iter().all(|other| other.name != **name)) {
-            return Err(format!("{} comes after {unknown}, which is not among the plugins: add it", plugin.name));
+            let others = plugins.iter().map(|other| other.name.as_str()).filter(|name| *name != plugin.name);
+            let suggestion = did_you_mean(unknown, others);
+            return Err(format!(
+                "{} comes after {unknown}, which is not among the plugins: add it{suggestion}",
+                plugin.name
+            ));
         }
     }
     // Remove those whose predecessors are gone; what can't be removed waits for itself.

@@ -1,8 +1,11 @@
 //! The structure of a scenario file. Names are not resolved yet.
 
+use std::fmt;
 use std::path::PathBuf;
 
 use serde::{Deserialize, Deserializer, de};
+
+use super::RobotCount;
 
 /// A scenario file.
 #[derive(Clone, Debug, Deserialize)]
@@ -74,7 +77,7 @@ pub enum ShapeEntry {
 pub struct RobotGroupEntry {
     /// The number of robots; 1 by default.
     #[serde(default = "one")]
-    pub count: u32,
+    pub count: RobotCount,
     /// The name of a robot type; the first type by default.
     #[serde(rename = "type")]
     pub robot_type: Option<String>,
@@ -88,8 +91,8 @@ pub struct RobotGroupEntry {
     pub node: Option<u32>,
 }
 
-fn one() -> u32 {
-    1
+fn one() -> RobotCount {
+    RobotCount(1)
 }
 
 /// The action of a robot at the end of its route.
@@ -143,13 +146,37 @@ fn white() -> [f32; 3] {
 }
 
 /// A plugin to start.
-#[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
-#[serde(untagged)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub enum PluginEntry {
     /// The name of a plugin that comes with Regatta.
     Name(String),
     /// A plugin with arguments, or any other program.
     Detailed(PluginCommand),
+}
+
+// Not derived: `untagged` loses what is wrong inside of the map.
+impl<'de> Deserialize<'de> for PluginEntry {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(PluginVisitor)
+    }
+}
+
+struct PluginVisitor;
+
+impl<'de> de::Visitor<'de> for PluginVisitor {
+    type Value = PluginEntry;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("the name of a plugin, or a map with the keys name, command, args and after")
+    }
+
+    fn visit_str<E>(self, name: &str) -> Result<Self::Value, E> {
+        Ok(PluginEntry::Name(name.to_owned()))
+    }
+
+    fn visit_map<A: de::MapAccess<'de>>(self, map: A) -> Result<Self::Value, A::Error> {
+        PluginCommand::deserialize(de::value::MapAccessDeserializer::new(map)).map(PluginEntry::Detailed)
+    }
 }
 
 /// The command line of a plugin.
@@ -202,16 +229,28 @@ impl std::fmt::Display for LegName {
 
 impl<'de> Deserialize<'de> for LegName {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        #[derive(Deserialize)]
-        #[serde(untagged)]
-        enum NumberOrText {
-            Number(i64),
-            Text(String),
-        }
-        let text = match NumberOrText::deserialize(deserializer)? {
-            NumberOrText::Number(number) => number.to_string(),
-            NumberOrText::Text(text) => text,
-        };
-        text.parse().map_err(de::Error::custom)
+        deserializer.deserialize_any(LegVisitor)
+    }
+}
+
+struct LegVisitor;
+
+impl de::Visitor<'_> for LegVisitor {
+    type Value = LegName;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("the id of an edge, or -ID to drive it in reverse gear")
+    }
+
+    fn visit_u64<E: de::Error>(self, number: u64) -> Result<Self::Value, E> {
+        self.visit_str(&number.to_string())
+    }
+
+    fn visit_i64<E: de::Error>(self, number: i64) -> Result<Self::Value, E> {
+        self.visit_str(&number.to_string())
+    }
+
+    fn visit_str<E: de::Error>(self, text: &str) -> Result<Self::Value, E> {
+        text.parse().map_err(E::custom)
     }
 }

@@ -58,6 +58,7 @@ pub use process::rate::{Rate, RateError};
 pub use process::run::{AFTER_VARIABLE, NAME_VARIABLE, Options, run, run_from};
 pub use process::scheduling::{Priority, SchedulingError, SchedulingOptions};
 pub use process::termination::{PARENT_VARIABLE, Termination};
+pub use process::usage::usage_line;
 pub use producer::{produce, produce_from};
 pub use records::frame::Frame;
 pub use records::name::{ColumnName, FleetName, MAX_NAME_BYTES, NameError};

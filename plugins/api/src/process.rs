@@ -11,3 +11,4 @@ pub mod run;
 pub mod scheduling;
 mod silence;
 pub mod termination;
+pub mod usage;

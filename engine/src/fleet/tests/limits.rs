@@ -251,3 +251,13 @@ fn random_walks_never_stop_and_respect_limits() {
         before = now;
     }
 }
+
+/// A random walk has no end at which the search for places to brake at would stop.
+#[test]
+fn a_tiny_acceleration_on_an_endless_route_ends_the_look_ahead() {
+    let graph = town(4, 3.0);
+    let mut fleet = fleet(&graph, config(vec![robot_type(1.5, 1e-12)]));
+    fleet.spawn(Placement::Node(NodeIndex(0)), 0, RouteSource::Random, 0, &mut events()).expect("a node");
+    let speed = step(&mut fleet, &mut events()).columns().speed[0];
+    assert!((0.0..1e-12).contains(&speed), "{speed}");
+}

@@ -13,13 +13,14 @@ use super::plugin::Plugin;
 use super::rate::{Rate, RateLimiter};
 use super::silence::{SILENCE, Silence};
 use super::termination::Termination;
+use super::usage::usage_line;
 use crate::error::{Error, Result};
 use crate::ports::events::EventReader;
 use crate::ports::frames::Subscriber;
 use crate::ports::lockstep::{DoneReports, Reporter};
 use crate::ports::worlds::WorldReader;
 use crate::records::frame::Frame;
-use crate::records::name::FleetName;
+use crate::records::name::{FleetName, NameError};
 
 /// The command-line options of every plugin. A plugin with options of its own flattens these into them
 /// (`#[command(flatten)]`) and calls [`run`](Self::run).
@@ -35,11 +36,16 @@ pub struct Options {
     #[arg(long, value_name = "NAME")]
     pub name: Option<String>,
     /// In lockstep, handle each tick after this plugin has; may be repeated
-    #[arg(long, value_name = "NAME")]
+    #[arg(long, value_name = "NAME", value_parser = parse_plugin_name)]
     pub after: Vec<String>,
     /// Show warnings of shared memory (iceoryx2); twice for all of its log
     #[arg(short, long, action = clap::ArgAction::Count)]
     pub verbose: u8,
+}
+
+/// Checks the name of a plugin: the rules are those for fleets.
+fn parse_plugin_name(text: &str) -> Result<String, NameError> {
+    text.parse::<FleetName>().map(|name| name.to_string())
 }
 
 #[derive(Parser)]
@@ -76,11 +82,9 @@ pub fn run_from<A: Into<OsString> + Clone>(plugin: impl Plugin, args: impl IntoI
     }
 }
 
-/// The first line of an error of clap's; the rest (usage, and a pointer to `--help`) doesn't fit a single line.
+/// An error of clap's in one line.
 pub(crate) fn one_line(error: &clap::Error) -> Error {
-    let text = error.to_string();
-    let first = text.lines().next().unwrap_or_default().trim_start_matches("error: ");
-    Error::new(format_args!("{first}; --help lists the options"))
+    Error::new(format_args!("{}; --help lists the options", usage_line(error)))
 }
 
 impl Options {

@@ -1,0 +1,125 @@
+//! `regatta graph check`: lists everything that is wrong with a route graph, or with a scenario and its route graph.
+
+use std::fmt::Write as _;
+use std::path::Path;
+use std::process::ExitCode;
+
+use regatta_engine::graph::{self, Finding, Findings, GraphError};
+use regatta_engine::scenario::{Overrides, Scenario, ScenarioError, is_scenario};
+use serde_json::{Value, json};
+
+use super::FileArgs;
+use crate::failure::Failure;
+use crate::progress::Progress;
+
+/// The result of a check.
+struct Checked {
+    /// `route graph` or `scenario`.
+    kind: &'static str,
+    /// What there is if it is valid: `21 edges, 8 nodes`.
+    content: Option<String>,
+    findings: Findings,
+    /// Errors and warnings about the scenario itself.
+    scenario_error: Option<ScenarioError>,
+    scenario_warnings: Vec<String>,
+}
+
+pub fn run(file: &FileArgs, json: bool) -> Result<ExitCode, Failure> {
+    let progress = Progress::start(format!("checking {}", file.name()), 0);
+    let text = file.text()?;
+    let checked = match graph::parse(&text, &file.name(), &file.options()) {
+        Ok((graph, findings)) => {
+            let content = format!("{} edges, {} nodes", graph.edges().len(), graph.nodes().len());
+            Checked::route_graph(Some(content), findings)
+        }
+        Err(_) if is_scenario(&text) => check_scenario(&text, file)?,
+        Err(GraphError::Invalid(findings)) => Checked::route_graph(None, findings),
+        Err(error) => return Err(error.into()),
+    };
+    drop(progress);
+    let name = file.name();
+    print!("{}", if json { format!("{:#}\n", checked.json(&name)) } else { checked.text(&name) });
+    Ok(if checked.errors() == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
+fn check_scenario(text: &str, file: &FileArgs) -> Result<Checked, Failure> {
+    let overrides = Overrides { handles: file.handles, ..Overrides::default() };
+    let checked = Checked { kind: "scenario", ..Checked::route_graph(None, Findings::default()) };
+    match Scenario::from_text(text, Path::new(&file.name()), &overrides) {
+        Ok(scenario) => {
+            let content = format!("{} robots on {} edges", scenario.robots(), scenario.graph.edges().len());
+            Ok(Checked { content: Some(content), scenario_warnings: scenario.warnings, ..checked })
+        }
+        Err(ScenarioError::Graph(GraphError::Invalid(findings))) => Ok(Checked { findings, ..checked }),
+        Err(error @ (ScenarioError::Yaml { .. } | ScenarioError::Invalid { .. })) => {
+            Ok(Checked { scenario_error: Some(error), ..checked })
+        }
+        Err(error) => Err(error.into()),
+    }
+}
+
+impl Checked {
+    fn route_graph(content: Option<String>, findings: Findings) -> Self {
+        let (scenario_error, scenario_warnings) = (None, Vec::new());
+        Self { kind: "route graph", content, findings, scenario_error, scenario_warnings }
+    }
+
+    fn errors(&self) -> usize {
+        self.findings.errors() + usize::from(self.scenario_error.is_some())
+    }
+
+    fn warnings(&self) -> usize {
+        self.findings.warnings() + self.scenario_warnings.len()
+    }
+
+    /// Formats every finding and a summary line.
+    fn text(&self, file: &str) -> String {
+        let mut text: String = self.findings.as_slice().iter().map(|finding| format!("{finding}\n")).collect();
+        // Writing to a string can't fail.
+        let _ = self.scenario_error.iter().try_for_each(|error| writeln!(text, "{error}"));
+        let _ = self.scenario_warnings.iter().try_for_each(|warning| writeln!(text, "{warning}"));
+        let (errors, warnings) = (self.errors(), self.warnings());
+        let unlisted = self.findings.errors() + self.findings.warnings() - self.findings.as_slice().len();
+        if unlisted > 0 {
+            let _ = writeln!(text, "({unlisted} more findings are not listed)");
+        }
+        let summary = match (&self.content, self.kind) {
+            (Some(content), "scenario") => format!("a scenario that can be run: {content}"),
+            (None, "scenario") => "a scenario that can't be run".to_owned(),
+            (Some(content), _) => format!("can be driven: {content}"),
+            (None, _) => "can't be driven".to_owned(),
+        };
+        let (errors, warnings) = (with_plural(errors, "error"), with_plural(warnings, "warning"));
+        text + &format!("{file}: {summary}; {errors}, {warnings}\n")
+    }
+
+    fn json(&self, file: &str) -> Value {
+        let mut findings: Vec<_> = self.findings.as_slice().iter().map(finding_json).collect();
+        let of_scenario = |severity: &str, message: String| json!({"severity": severity, "message": message});
+        findings.extend(self.scenario_error.iter().map(|error| of_scenario("error", error.to_string())));
+        findings.extend(self.scenario_warnings.iter().map(|warning| of_scenario("warning", warning.clone())));
+        json!({
+            "file": file,
+            "kind": self.kind,
+            "valid": self.errors() == 0,
+            "errors": self.errors(),
+            "warnings": self.warnings(),
+            "findings": findings,
+        })
+    }
+}
+
+fn finding_json(finding: &Finding) -> Value {
+    json!({
+        "severity": finding.severity.to_string(),
+        "file": finding.file,
+        "line": finding.line,
+        "subject": finding.subject.kind(),
+        "id": finding.subject.id(),
+        "message": finding.message,
+    })
+}
+
+fn with_plural(count: usize, noun: &str) -> String {
+    format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
+}

@@ -1,0 +1,20 @@
+//! The version of this program.
+
+use regatta_plugin::frame::CONTRACT_VERSION;
+
+/// Returns the version, and the commit if this program was built from a git repository.
+pub fn short() -> String {
+    match env!("REGATTA_COMMIT") {
+        "" => env!("CARGO_PKG_VERSION").to_owned(),
+        commit => format!("{} ({commit})", env!("CARGO_PKG_VERSION")),
+    }
+}
+
+/// Returns the version and those of the contract and of iceoryx2: processes can share a fleet if both are equal.
+pub fn long() -> String {
+    let iceoryx2 = match env!("REGATTA_ICEORYX2") {
+        "" => "unknown",
+        version => version,
+    };
+    format!("{}\ncontract {CONTRACT_VERSION}\niceoryx2 {iceoryx2}", short())
+}
