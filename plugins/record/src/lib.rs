@@ -2,10 +2,13 @@
 //!
 //! This crate's README describes the file format; `proto/` defines the messages.
 
+mod contacts;
 mod decode;
+mod disk;
 mod encode;
 mod export;
 mod frames;
+mod limit;
 mod mcap_file;
 mod mcap_record;
 mod output;
@@ -22,7 +25,9 @@ mod schema;
 mod sink;
 mod sources;
 mod table;
+mod thinning;
 mod timeline;
+mod topics;
 
 use std::path::PathBuf;
 use std::time::{Duration, SystemTime};
@@ -33,6 +38,7 @@ use regatta_plugin::{Error, Options, Result, Termination};
 
 pub use decode::MessageError;
 pub use export::{ExportArgs, ExportError, export};
+pub use limit::Limit;
 pub use mcap_file::Compression;
 pub use plot::{PlotArgs, PlotError, plot};
 pub use reading::{ReadingError, Recording};
@@ -41,9 +47,10 @@ pub use replay::{ReplayArgs, ReplayError, replay};
 pub use robot_ids::RobotIds;
 pub use schema::Topic;
 pub use sink::SinkError;
+pub use topics::TopicSet;
 
 use recorder::{Recorder, Settings};
-use sink::Sink;
+use sink::{Division, Sink};
 
 /// Options of `regatta record`.
 #[derive(Args, Clone, Debug)]
@@ -56,7 +63,17 @@ pub struct RecordArgs {
     /// Overwrite the file if it exists
     #[arg(long)]
     force: bool,
-    /// Record only every Nth frame
+    /// Divide the recording into numbered files of this time or size: 10min, 1GB …
+    #[arg(long, value_name = "LIMIT", conflicts_with = "ring")]
+    split: Option<Limit>,
+    /// Keep only the newest part of the recording, of this time or size: 10min, 1GB …
+    #[arg(long, value_name = "LIMIT")]
+    ring: Option<Limit>,
+    /// Record only these topics, and the world: frames, events, orders, contacts, contact_events, columns,
+    /// columns/NAME, poses, robots, graph
+    #[arg(long, value_name = "NAMES")]
+    topics: Option<TopicSet>,
+    /// Record only every Nth frame, with the columns and contacts of that frame
     #[arg(long, value_name = "N", default_value = "1", allow_negative_numbers = true)]
     #[arg(value_parser = clap::value_parser!(u64).range(1..))]
     every: u64,
@@ -89,7 +106,13 @@ pub fn record(args: &RecordArgs) -> Result {
     // of killing the process.
     Termination::watch()?;
     let path = args.output.clone().unwrap_or_else(|| default_path(&args.options));
-    let mut sink = Sink::create(&path, args.force, args.compression)?;
+    let division = match (args.split, args.ring) {
+        (Some(limit), _) => Division::Split(limit),
+        (None, Some(limit)) => Division::Ring(limit),
+        (None, None) => Division::None,
+    };
+    let settings = sink::Settings { overwrite: args.force, compression: args.compression, division };
+    let mut sink = Sink::create(&path, settings)?;
     sink.note(
         "regatta",
         &[
@@ -101,9 +124,9 @@ pub fn record(args: &RecordArgs) -> Result {
         ],
     );
     let poses_period = (args.poses_rate > 0.0).then(|| Duration::from_secs_f64(1.0 / args.poses_rate));
-    let recorder =
-        Recorder::new(path, sink, Settings { every: args.every, poses_period, sees_all: args.options.rate.is_none() });
-    args.options.run(recorder, "record")
+    let topics = args.topics.clone().unwrap_or_else(TopicSet::all);
+    let settings = Settings { topics, every: args.every, poses_period, sees_all: args.options.rate.is_none() };
+    args.options.run(Recorder::new(sink, settings), "record")
 }
 
 /// Runs [`record`] with a command line, whose first argument is the program's name.

@@ -12,8 +12,10 @@ use mcap::sans_io::{
 };
 use mcap::{McapError, McapResult, Summary};
 
-use crate::decode::MessageError;
+use crate::contacts::ContactDecoder;
+use crate::decode::{self, MessageError};
 use crate::mcap_record::MAX_RECORD;
+use crate::recorded::RecordedColumn;
 use crate::scan::scan;
 use crate::schema::Topic;
 
@@ -36,8 +38,14 @@ pub enum ReadingError {
         /// The reason given by the MCAP library.
         reason: McapError,
     },
-    /// The file is an MCAP file without frames.
-    #[error("{path} has no topic /frames: it isn't a recording of a fleet")]
+    /// The file is an MCAP file without topics of a fleet.
+    #[error("{path} has no topics of Regatta: it isn't a recording of a fleet")]
+    NoFleet {
+        /// The file.
+        path: PathBuf,
+    },
+    /// The recording has no frames, because other topics were chosen.
+    #[error("{path} has no frames: only other topics were recorded")]
     NoFrames {
         /// The file.
         path: PathBuf,
@@ -102,10 +110,22 @@ impl Recording {
             .iter()
             .filter_map(|(id, channel)| Some((*id, Topic::from_name(&channel.topic)?)))
             .collect();
-        if !topics.values().any(|topic| *topic == Topic::Frames) {
-            return Err(ReadingError::NoFrames { path: path.to_owned() });
+        if !topics.values().any(|topic| topic.schema().starts_with("regatta.")) {
+            return Err(ReadingError::NoFleet { path: path.to_owned() });
         }
         Ok(Self { path: path.to_owned(), file, summary, topics, closed })
+    }
+
+    /// Opens a recording that has frames.
+    ///
+    /// # Errors
+    /// Returns a [`ReadingError`] as [`open`](Self::open), and also if the recording has no frames.
+    pub fn open_frames(path: &Path) -> Result<Self, ReadingError> {
+        let recording = Self::open(path)?;
+        match recording.count(&Topic::Frames) {
+            0 => Err(ReadingError::NoFrames { path: path.to_owned() }),
+            _ => Ok(recording),
+        }
     }
 
     /// Returns the file's path.
@@ -150,12 +170,46 @@ impl Recording {
         Ok(reader.next()?.map(|entry| (entry.log_time, entry.message.to_vec())))
     }
 
+    /// Returns the time and the bytes of the state of a topic before `time`. If that is lost, a repetition of it after
+    /// `time` serves as well.
+    pub(crate) fn state_before(&self, topic: &Topic, time: u64) -> Result<Option<(u64, Vec<u8>)>, ReadingError> {
+        let before = time.checked_sub(1).map_or(Ok(None), |before| self.last_until(topic, before))?;
+        if before.is_some() {
+            return Ok(before);
+        }
+        let mut reader = self.reader(IndexedReaderOptions::new().starting_at(time), std::slice::from_ref(topic))?;
+        let Some(Entry { log_time, message, .. }) = reader.next()? else { return Ok(None) };
+        let is_repeated = match topic {
+            Topic::World => decode::world(message).map(|world| world.is_repeated),
+            Topic::Column(_) => RecordedColumn::parse(message).map(|column| column.is_repeated),
+            _ => Ok(false),
+        };
+        let is_repeated = is_repeated.map_err(|reason| self.malformed(topic, log_time, reason))?;
+        Ok(is_repeated.then(|| (log_time, message.to_vec())))
+    }
+
+    /// Returns a decoder with the list of contacts before `time`.
+    pub(crate) fn contacts_before(&self, time: u64) -> Result<ContactDecoder, ReadingError> {
+        let mut decoder = ContactDecoder::default();
+        let Some(before) = time.checked_sub(1) else { return Ok(decoder) };
+        let Some((from, _)) = self.last_until(&Topic::Contacts, before)? else { return Ok(decoder) };
+        let options = IndexedReaderOptions::new().starting_at(from).ending_at(before);
+        let mut reader = self.reader(options, &[Topic::Contacts, Topic::ContactUpdates])?;
+        while let Some(Entry { topic, log_time, message }) = reader.next()? {
+            decoder.decode(topic, message).map_err(|reason| self.malformed(topic, log_time, reason))?;
+        }
+        Ok(decoder)
+    }
+
     fn reader(&self, options: IndexedReaderOptions, topics: &[Topic]) -> Result<Reader<'_>, ReadingError> {
-        let options = options.with_record_length_limit(MAX_RECORD);
+        let is_recorded = |topic: &Topic| self.topics.values().any(|recorded| recorded == topic);
         let options = match topics {
             [] => options,
-            topics => options.include_topics(topics.iter().map(Topic::name)),
+            topics if topics.iter().any(is_recorded) => options.include_topics(topics.iter().map(Topic::name)),
+            // Nothing: with topics that don't exist, the reader would read all messages.
+            _ => IndexedReaderOptions::new().starting_at(0).ending_before(0),
         };
+        let options = options.with_record_length_limit(MAX_RECORD);
         let reader = IndexedReader::new_with_options(&self.summary, options).map_err(|error| self.damaged(error))?;
         Ok(Reader { recording: self, reader, chunk: Vec::new(), message: Vec::new(), ahead: None })
     }

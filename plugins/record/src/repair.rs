@@ -17,6 +17,7 @@ use crate::mcap_record::RECORD_HEADER;
 use crate::reading;
 use crate::scan::scan;
 use crate::schema::Topic;
+pub(crate) use tail::index;
 use tail::tail;
 
 /// The error of repairing a recording.
