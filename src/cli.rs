@@ -7,7 +7,7 @@ use clap_complete::Shell;
 use regatta_plugin::producer::Speed;
 
 use crate::control::Target;
-use crate::{doctor, engine, graph, plugin, report, run};
+use crate::{doctor, engine, graph, plugin, recording, report, run};
 
 /// Simulate, watch and steer a large fleet of mobile robots.
 #[derive(Parser)]
@@ -83,6 +83,8 @@ pub enum Command {
     Record(regatta_record::RecordArgs),
     /// Publish a recording as if its fleet were running, so that every reader works with it.
     Replay(regatta_record::ReplayArgs),
+    /// Describe a recording: its fleet, time, ticks, robots, runs, topics with their sizes, and whether it is complete.
+    Info(recording::InfoArgs),
     /// Write a recording as CSV or Parquet.
     Export(regatta_record::ExportArgs),
     /// Plot one robot of a recording: its path over the graph, and its x, y, heading and speed over time.

@@ -59,6 +59,7 @@ fn dispatch(cli: Cli) -> Result<ExitCode, Failure> {
         Command::Status { json, target } => control::status(json, &target),
         Command::Record(args) => recording::record(&args),
         Command::Replay(args) => recording::replay(&args),
+        Command::Info(args) => recording::info(&args),
         Command::Export(args) => recording::export(&args),
         Command::Plot(args) => recording::plot(&args),
         Command::Top(target) => top::run(&target),

@@ -228,10 +228,12 @@ fn a_recording_that_lost_its_first_chunk_is_replayed_with_its_world() {
     let path = file(&folder);
     record("record-zeros", "thirty.yaml", 300, &path, &[]);
     let mut bytes = std::fs::read(&path).expect("readable");
-    let first = (0..bytes.len()).find(|at| bytes[*at] == 6 && bytes[at + 2..at + 9].iter().all(|byte| *byte < 8));
-    let first = first.expect("a chunk");
-    let length = 9 + u64::from_le_bytes(bytes[first + 1..first + 9].try_into().expect("8 bytes")) as usize;
-    bytes[first..first + length.max(400)].fill(0);
+    let length = |at: usize| 9 + u64::from_le_bytes(bytes[at + 1..at + 9].try_into().expect("8 bytes")) as usize;
+    // The records begin after the magic bytes; chunks have the opcode 6.
+    let records = std::iter::successors(Some(8), |at| Some(at + length(*at)));
+    let first = records.into_iter().find(|at| bytes[*at] == 6).expect("a chunk");
+    let end = first + length(first);
+    bytes[first..end].fill(0);
     std::fs::write(&path, &bytes).expect("written");
     let repaired = regatta().args(["record", "--repair"]).arg(&path).output().expect("regatta starts");
     assert!(repaired.status.success(), "{repaired:?}");
@@ -439,7 +441,49 @@ fn a_recording_is_exported_to_tables_and_plotted() {
     read.expect("readable");
     assert_eq!((table.lines().count(), last[2], last[5].parse().ok()), (202, "200", x));
     assert!(std::fs::metadata(in_folder("all.parquet")).is_ok_and(|file| file.len() > 0));
+    run("export", &["-o", "events.csv", "--topics", "events"]);
+    let events = std::fs::read_to_string(in_folder("events.csv")).expect("a table");
+    assert!(events.starts_with("time_s,run,tick,robot,kind,"), "{events}");
     run("plot", &["--robot", "7", "-o", "robot7.svg"]);
     let picture = std::fs::read_to_string(in_folder("robot7.svg")).expect("a picture");
     assert!(picture.starts_with("<svg") && picture.contains("Robot 7") && picture.ends_with("</svg>\n"));
+    run("plot", &["--robot", "7", "-o", "robot7.png"]);
+    assert!(std::fs::read(in_folder("robot7.png")).expect("a picture").starts_with(b"\x89PNG"));
+}
+
+#[test]
+fn a_recording_is_described() {
+    let folder = TempDir::new().expect("a folder");
+    record("record-info", "thirty.yaml", 200, &file(&folder), &[]);
+    let info = |args: &[&str]| {
+        let output = regatta().arg("info").arg(file(&folder)).args(args).output().expect("regatta starts");
+        assert!(output.status.success(), "{output:?}");
+        String::from_utf8_lossy(&output.stdout).into_owned()
+    };
+    let json: serde_json::Value = serde_json::from_str(&info(&["--json"])).expect("JSON");
+    assert_eq!((&json["ticks"], &json["robots"]), (&serde_json::json!([0, 200]), &30.into()));
+    assert!(json["fleet"].as_str().is_some_and(|fleet| fleet.contains("record-info")), "{json}");
+    assert_eq!((json["runs"].as_array().map(Vec::len), &json["is_closed"]), (Some(1), &true.into()));
+    let text = info(&[]);
+    assert!(text.contains("complete   yes") && text.contains("/columns/type"), "{text}");
+}
+
+/// A signal ends an export; what it had written is removed.
+#[test]
+fn nothing_is_left_of_an_interrupted_export() {
+    let folder = TempDir::new().expect("a folder");
+    let path = file(&folder);
+    record("record-interrupt", "warehouse-1000.yaml", 2_000, &path, &["--poses-rate", "0"]);
+    for signal in [Signal::INT, Signal::TERM] {
+        let mut command = regatta();
+        let tables = folder.path().join("tables");
+        let export = Process::start(command.arg("export").arg(&path).arg("-o").arg(&tables).arg("--long"));
+        let started = || std::fs::read_dir(&tables).ok()?.next().map(drop);
+        eventually("it writes", started);
+        export.signal(signal);
+        let output = export.finish();
+        let message = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(!output.status.success() && message.contains("interrupted"), "{message}");
+        assert!(!tables.exists(), "{signal:?}");
+    }
 }

@@ -81,7 +81,8 @@ fn robot_type(robot_type: &regatta::RobotType) -> RobotTypeRecord {
 
 pub(crate) fn events(message: &[u8]) -> Result<(EventHeader, Vec<EventRecord>), MessageError> {
     let events = regatta::Events::decode(message)?;
-    let header = EventHeader { tick: events.tick, dropped: events.dropped, ..EventHeader::default() };
+    let header =
+        EventHeader { run_id: events.run_id, tick: events.tick, dropped: events.dropped, ..EventHeader::default() };
     let event = |event: &regatta::Event| EventRecord {
         token: event.token,
         kind: event.kind as u32,
@@ -92,8 +93,8 @@ pub(crate) fn events(message: &[u8]) -> Result<(EventHeader, Vec<EventRecord>), 
     Ok((header, events.events.iter().map(event).collect()))
 }
 
-/// Returns the tick and the orders that took effect in it.
-pub(crate) fn orders(message: &[u8]) -> Result<(u64, Vec<OrderRecord>), MessageError> {
+/// Returns the run, the tick, and the orders that took effect or were refused in it.
+pub(crate) fn orders(message: &[u8]) -> Result<(u64, u64, Vec<OrderRecord>), MessageError> {
     let orders = regatta::Orders::decode(message)?;
     let order = |order: &regatta::Order| OrderRecord {
         token: order.token,
@@ -106,7 +107,7 @@ pub(crate) fn orders(message: &[u8]) -> Result<(u64, Vec<OrderRecord>), MessageE
         robot_type: order.robot_type,
         s: order.s,
     };
-    Ok((orders.tick, orders.orders.iter().map(order).collect()))
+    Ok((orders.run_id, orders.tick, orders.orders.iter().map(order).collect()))
 }
 
 /// Returns a whole list of contacts and its number.
@@ -157,8 +158,8 @@ pub(crate) fn contact(pair: &regatta::Contact) -> ContactRecord {
     }
 }
 
-/// Returns the tick and the contacts that began or ended in it.
-pub(crate) fn contact_events(message: &[u8]) -> Result<(u64, Vec<ContactEvent>), MessageError> {
+/// Returns the run, the tick, and the contacts that began or ended in it.
+pub(crate) fn contact_events(message: &[u8]) -> Result<(u64, u64, Vec<ContactEvent>), MessageError> {
     let events = regatta::ContactEvents::decode(message)?;
     let event = |event: &regatta::ContactEvent| ContactEvent {
         tick: event.tick,
@@ -171,5 +172,5 @@ pub(crate) fn contact_events(message: &[u8]) -> Result<(u64, Vec<ContactEvent>),
         y: event.y,
         relative_speed: event.relative_speed,
     };
-    Ok((events.tick, events.events.iter().map(event).collect()))
+    Ok((events.run_id, events.tick, events.events.iter().map(event).collect()))
 }

@@ -21,7 +21,7 @@ impl Recording {
         mut each: impl FnMut(Duration, &Frame<'_>) -> Result<(), E>,
     ) -> Result<(), E> {
         let mut lines = Vec::new();
-        let mut reader = self.read(&Selection { from: 0, topics: vec![Topic::Frames] })?;
+        let mut reader = self.read(&Selection::all_of(vec![Topic::Frames]))?;
         while let Some(entry) = reader.next()? {
             let damaged = |reason| self.malformed(entry.topic, entry.log_time, reason);
             let recorded = RecordedFrame::parse(entry.message).map_err(damaged)?;
@@ -45,7 +45,7 @@ impl Recording {
         mut each: impl FnMut(Duration, &ContactHeader, &[ContactRecord]) -> Result<(), E>,
     ) -> Result<(), E> {
         let mut decoder = ContactDecoder::default();
-        let mut reader = self.read(&Selection { from: 0, topics: vec![Topic::Contacts, Topic::ContactUpdates] })?;
+        let mut reader = self.read(&Selection::all_of(vec![Topic::Contacts, Topic::ContactUpdates]))?;
         while let Some(entry) = reader.next()? {
             let damaged = |reason| self.malformed(entry.topic, entry.log_time, reason);
             let is_new = decoder.decode(entry.topic, entry.message).map_err(damaged)?;

@@ -8,11 +8,13 @@ mod disk;
 mod encode;
 mod export;
 mod frames;
+mod info;
 mod limit;
 mod mcap_file;
 mod mcap_record;
 mod output;
 mod plot;
+mod progress;
 mod reading;
 mod recorded;
 mod recorder;
@@ -38,11 +40,12 @@ use regatta_plugin::{Error, Options, Result, Termination};
 
 pub use decode::MessageError;
 pub use export::{ExportArgs, ExportError, export};
+pub use info::{Info, TopicInfo, info};
 pub use limit::Limit;
 pub use mcap_file::Compression;
 pub use plot::{PlotArgs, PlotError, plot};
 pub use reading::{ReadingError, Recording};
-pub use repair::{Repair, RepairError, repair};
+pub use repair::{Repair, RepairError, repair, repair_copy};
 pub use replay::{ReplayArgs, ReplayError, replay};
 pub use robot_ids::RobotIds;
 pub use schema::Topic;
@@ -83,8 +86,8 @@ pub struct RecordArgs {
     /// Poses per second for Foxglove, Rerun and PlotJuggler; 0 for none
     #[arg(long, value_name = "HZ", default_value = "10", value_parser = parse_poses_rate, allow_negative_numbers = true)]
     poses_rate: f64,
-    /// Repair a recording that was cut off, instead of recording
-    #[arg(long, value_name = "FILE", conflicts_with = "output")]
+    /// Repair a recording that was cut off, instead of recording: a copy with --output, or else the file itself
+    #[arg(long, value_name = "FILE")]
     repair: Option<PathBuf>,
 }
 
@@ -99,7 +102,11 @@ fn parse_poses_rate(text: &str) -> Result<f64, String> {
 /// Returns an error if the file can't be created or written, or the fleet can't be read.
 pub fn record(args: &RecordArgs) -> Result {
     if let Some(path) = &args.repair {
-        println!("{}: {}", path.display(), repair(path)?);
+        let (written, repair) = match &args.output {
+            Some(copy) => (copy, repair_copy(path, copy, args.force)?),
+            None => (path, repair(path)?),
+        };
+        println!("{}: {repair}", written.display());
         return Ok(());
     }
     // Signals are handled before the file is created: writing beyond the file size limit then returns an error instead

@@ -1,22 +1,24 @@
 //! Reads recordings in order of time. Only the requested part of a file is read.
 
-use std::collections::{BTreeSet, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+use mcap::records::{ChunkIndex, MessageIndex, Record};
 use mcap::sans_io::indexed_reader::ReadOrder;
 use mcap::sans_io::{
     IndexedReadEvent, IndexedReader, IndexedReaderOptions, SummaryReadEvent, SummaryReader, SummaryReaderOptions,
 };
-use mcap::{McapError, McapResult, Summary};
+use mcap::{McapError, McapResult, Summary, parse_record};
 
 use crate::contacts::ContactDecoder;
 use crate::decode::{self, MessageError};
-use crate::mcap_record::MAX_RECORD;
+use crate::mcap_record::{MAX_RECORD, RecordSpan};
+use crate::progress::Progress;
 use crate::recorded::RecordedColumn;
-use crate::scan::scan;
+use crate::scan::{ChunkContent, scan};
 use crate::schema::Topic;
 
 /// The error of reading a recording.
@@ -74,6 +76,9 @@ pub struct Recording {
     closed: bool,
 }
 
+/// Facts of a recording's metadata, by record and name.
+pub(crate) type Facts = BTreeMap<String, BTreeMap<String, String>>;
+
 /// One message of a recording.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Entry<'recording> {
@@ -84,12 +89,21 @@ pub(crate) struct Entry<'recording> {
 }
 
 /// The part of a recording to read.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub(crate) struct Selection {
     /// The start on the recording's clock, in nanoseconds.
     pub from: u64,
+    /// The end, which is included.
+    pub to: u64,
     /// The topics; empty for all.
     pub topics: Vec<Topic>,
+}
+
+impl Selection {
+    /// Returns a selection of all messages on these topics; of all topics, if there are none.
+    pub fn all_of(topics: Vec<Topic>) -> Self {
+        Self { from: 0, to: u64::MAX, topics }
+    }
 }
 
 impl Recording {
@@ -103,7 +117,11 @@ impl Recording {
         let (summary, closed) = match summary(&mut file) {
             Ok(Some(summary)) => (summary, true),
             Err(McapError::Io(error)) => return Err(failed(error)),
-            _ => (scan(&mut file, &BTreeSet::new()).map_err(failed)?.summary, false),
+            _ => {
+                let mut progress = Progress::start("reading");
+                let mut report = |done| progress.report(done).map_err(Into::into);
+                (scan(&mut file, &BTreeSet::new(), &mut report).map_err(failed)?.summary, false)
+            }
         };
         let topics: HashMap<_, _> = summary
             .channels
@@ -158,9 +176,68 @@ impl Recording {
         self.topics.iter().filter(|(_, other)| *other == topic).map(|(channel, _)| of(channel)).sum()
     }
 
+    /// Returns the size of the file.
+    pub(crate) fn bytes(&self) -> Result<u64, ReadingError> {
+        let metadata = self.file.metadata().map_err(|error| self.damaged(error.into()))?;
+        Ok(metadata.len())
+    }
+
+    /// Returns the topic of a channel, if this crate knows it.
+    pub(crate) fn topic(&self, channel: u16) -> Option<&Topic> {
+        self.topics.get(&channel)
+    }
+
+    /// Returns the facts in the metadata, by record and name.
+    pub(crate) fn metadata(&self) -> Result<Facts, ReadingError> {
+        let mut facts = Facts::new();
+        for index in &self.summary.metadata_indexes {
+            let record = self.record(index.offset)?;
+            if let Record::Metadata(metadata) = record {
+                facts.insert(metadata.name, metadata.metadata);
+            }
+        }
+        Ok(facts)
+    }
+
+    /// Calls `each` with every chunk and the indexes of its messages.
+    pub(crate) fn chunks(&self, mut each: impl FnMut(&ChunkIndex, &[MessageIndex])) -> Result<(), ReadingError> {
+        for chunk in &self.summary.chunk_indexes {
+            let mut indexes = Vec::new();
+            for offset in chunk.message_index_offsets.values() {
+                if let Record::MessageIndex(index) = self.record(*offset)? {
+                    indexes.push(index);
+                }
+            }
+            if indexes.is_empty() {
+                // The last chunk of a recording that was never closed has no indexes.
+                let mut file = &self.file;
+                let mut record = vec![0; chunk.chunk_length as usize];
+                let read =
+                    file.seek(SeekFrom::Start(chunk.chunk_start_offset)).and_then(|_| file.read_exact(&mut record));
+                let content = read.map_err(McapError::from).and_then(|()| ChunkContent::read(&record));
+                indexes = content.map_err(|error| self.damaged(error))?.indexes;
+            }
+            each(chunk, &indexes);
+        }
+        Ok(())
+    }
+
+    /// Reads the record at an offset.
+    fn record(&self, offset: u64) -> Result<Record<'static>, ReadingError> {
+        let mut file = &self.file;
+        let span = RecordSpan::read(&mut file, offset, u64::MAX).map_err(McapError::from);
+        let span = span.and_then(|span| span.ok_or(McapError::BadIndex));
+        let record = span.and_then(|span| {
+            let content = span.read_content(&mut file)?;
+            parse_record(span.opcode, &content).map(Record::into_owned)
+        });
+        record.map_err(|error| self.damaged(error))
+    }
+
     /// Reads messages in order of time. Messages of the same time keep the order in which they were recorded.
     pub(crate) fn read(&self, selection: &Selection) -> Result<Reader<'_>, ReadingError> {
-        self.reader(IndexedReaderOptions::new().starting_at(selection.from), &selection.topics)
+        let options = IndexedReaderOptions::new().starting_at(selection.from).ending_at(selection.to);
+        self.reader(options, &selection.topics)
     }
 
     /// Returns the time and the bytes of the last message on a topic at or before `time`.
@@ -255,6 +332,11 @@ impl<'recording> Reader<'recording> {
     pub fn next(&mut self) -> Result<Option<Entry<'_>>, ReadingError> {
         self.peek()?;
         Ok(self.ahead.take().map(|(topic, log_time)| Entry { topic, log_time, message: &self.message }))
+    }
+
+    /// Exchanges the buffer of the message that was returned last, to keep that message without a copy.
+    pub fn swap_message(&mut self, other: &mut Vec<u8>) {
+        std::mem::swap(&mut self.message, other);
     }
 
     /// Copies the next message to `message`.

@@ -64,7 +64,7 @@ impl<'recording> Replay<'recording> {
     fn new(recording: &'recording Recording, stage: Stage, args: &ReplayArgs) -> Result<Self, ReplayError> {
         Ok(Self {
             recording,
-            reader: recording.read(&Selection::default())?,
+            reader: recording.read(&Selection::all_of(Vec::new()))?,
             stage,
             args: args.clone(),
             time: 0,
@@ -123,7 +123,7 @@ impl<'recording> Replay<'recording> {
         }
         self.withheld.clear();
         self.show_state_before(session, frame)?;
-        self.reader = self.recording.read(&Selection { from: frame, topics: Vec::new() })?;
+        self.reader = self.recording.read(&Selection { from: frame, ..Selection::all_of(Vec::new()) })?;
         // The first moments of a recording may have no frame.
         while self.reader.peek()?.is_some() && !self.show_moment(session, withhold)? {}
         session.jump(Moment { tick: session.tick(), sim_nanos: self.time });

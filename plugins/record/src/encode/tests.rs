@@ -134,7 +134,7 @@ fn events_and_orders_are_decoded_as_they_were_encoded() {
     };
     let header = OrderLogHeader { run_id: 1, tick: 41, sequence: 1 };
     let message = encode::orders(&OrderLog { header: &header, records: &[record], missed: 0 });
-    assert_eq!(decode::orders(&message).unwrap(), (41, vec![record]));
+    assert_eq!(decode::orders(&message).unwrap(), (1, 41, vec![record]));
 }
 
 #[test]
@@ -157,5 +157,5 @@ fn contacts_are_decoded_as_they_were_encoded() {
     let event = ContactEvent { tick: 9, robots: [3, 4], level: 1, change: 2, x: 7.0, ..ContactEvent::default() };
     let header = ContactEventHeader { run_id: 1, tick: 9, sequence: 2 };
     let message = encode::contact_events(&ContactEvents { header: &header, records: &[event], missed: 0 });
-    assert_eq!(decode::contact_events(&message).unwrap(), (9, vec![event]));
+    assert_eq!(decode::contact_events(&message).unwrap(), (1, 9, vec![event]));
 }

@@ -117,7 +117,7 @@ impl Stage {
                 session.ports().publish_events(header.tick, header.dropped, &events)?;
             }
             Topic::Orders if session.ports().has_order_log_readers() => {
-                let (tick, orders) = decode::orders(message)?;
+                let (_, tick, orders) = decode::orders(message)?;
                 session.ports().publish_order_log(tick, &orders)?;
             }
             Topic::Contacts | Topic::ContactUpdates => self.contacts(session.run_id(), topic, message)?,
@@ -197,7 +197,7 @@ impl Stage {
 
     fn contact_events(&mut self, run_id: u64, message: &[u8]) -> Result<(), StageError> {
         if let Some(publisher) = &mut self.contacts {
-            let (tick, events) = decode::contact_events(message)?;
+            let (_, tick, events) = decode::contact_events(message)?;
             publisher.publish_events(run_id, tick, &events)?;
         }
         Ok(())

@@ -154,3 +154,20 @@ fn files_of_an_earlier_recording_are_left_alone() {
     assert_eq!(fs::read_to_string(folder.path().join("run-0002.mcap")).unwrap(), "precious");
     assert!(folder.path().join("run-0003.mcap").exists());
 }
+
+#[test]
+fn chunks_have_either_frames_or_contacts_or_columns() {
+    let folder = TempDir::new().unwrap();
+    recording(folder.path(), Division::None, 20, 1_000_000);
+    let summary = Summary::read(&fs::read(folder.path().join("run.mcap")).unwrap()).unwrap().unwrap();
+    for chunk in summary.chunk_indexes {
+        let topic = |channel: &u16| Topic::from_name(&summary.channels[channel].topic).unwrap();
+        let topics: Vec<_> = chunk.message_index_offsets.keys().map(topic).collect();
+        // Repetitions of all states are together.
+        let is_repetition = topics.iter().all(Topic::is_repeated);
+        let has = |topic: Topic| usize::from(topics.contains(&topic));
+        let has_contacts = usize::from(has(Topic::Contacts) + has(Topic::ContactUpdates) > 0);
+        let groups = has(Topic::Frames) + has_contacts + has(column()) + has(Topic::World);
+        assert!(is_repetition || groups <= 1, "{topics:?}");
+    }
+}
