@@ -1,25 +1,24 @@
 //! Reads recordings in order of time. Only the requested part of a file is read.
 
-use std::collections::{BTreeMap, BTreeSet, HashMap};
+mod index;
+mod reader;
+mod state;
+
+use std::collections::{BTreeSet, HashMap};
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use mcap::records::{ChunkIndex, MessageIndex, Record};
-use mcap::sans_io::indexed_reader::ReadOrder;
-use mcap::sans_io::{
-    IndexedReadEvent, IndexedReader, IndexedReaderOptions, SummaryReadEvent, SummaryReader, SummaryReaderOptions,
-};
-use mcap::{McapError, McapResult, Summary, parse_record};
+use mcap::sans_io::{IndexedReader, IndexedReaderOptions, SummaryReadEvent, SummaryReader, SummaryReaderOptions};
+use mcap::{McapError, McapResult, Summary};
 
-use crate::contacts::ContactDecoder;
-use crate::decode::{self, MessageError};
-use crate::mcap_record::{MAX_RECORD, RecordSpan};
+use crate::decode::MessageError;
+use crate::mcap_record::MAX_RECORD;
 use crate::progress::Progress;
-use crate::recorded::RecordedColumn;
-use crate::scan::{ChunkContent, scan};
+use crate::scan::scan;
 use crate::schema::Topic;
+pub(crate) use reader::Reader;
 
 /// The error of reading a recording.
 #[derive(Debug, thiserror::Error)]
@@ -66,7 +65,7 @@ pub enum ReadingError {
     },
 }
 
-/// A recording on disk. Not more than about two chunks of its messages are in memory at a time.
+/// A recording on disk. Only a few chunks of its messages are in memory at a time.
 #[derive(Debug)]
 pub struct Recording {
     path: PathBuf,
@@ -75,9 +74,6 @@ pub struct Recording {
     topics: HashMap<u16, Topic>,
     closed: bool,
 }
-
-/// Facts of a recording's metadata, by record and name.
-pub(crate) type Facts = BTreeMap<String, BTreeMap<String, String>>;
 
 /// One message of a recording.
 #[derive(Clone, Copy, Debug)]
@@ -176,106 +172,10 @@ impl Recording {
         self.topics.iter().filter(|(_, other)| *other == topic).map(|(channel, _)| of(channel)).sum()
     }
 
-    /// Returns the size of the file.
-    pub(crate) fn bytes(&self) -> Result<u64, ReadingError> {
-        let metadata = self.file.metadata().map_err(|error| self.damaged(error.into()))?;
-        Ok(metadata.len())
-    }
-
-    /// Returns the topic of a channel, if this crate knows it.
-    pub(crate) fn topic(&self, channel: u16) -> Option<&Topic> {
-        self.topics.get(&channel)
-    }
-
-    /// Returns the facts in the metadata, by record and name.
-    pub(crate) fn metadata(&self) -> Result<Facts, ReadingError> {
-        let mut facts = Facts::new();
-        for index in &self.summary.metadata_indexes {
-            let record = self.record(index.offset)?;
-            if let Record::Metadata(metadata) = record {
-                facts.insert(metadata.name, metadata.metadata);
-            }
-        }
-        Ok(facts)
-    }
-
-    /// Calls `each` with every chunk and the indexes of its messages.
-    pub(crate) fn chunks(&self, mut each: impl FnMut(&ChunkIndex, &[MessageIndex])) -> Result<(), ReadingError> {
-        for chunk in &self.summary.chunk_indexes {
-            let mut indexes = Vec::new();
-            for offset in chunk.message_index_offsets.values() {
-                if let Record::MessageIndex(index) = self.record(*offset)? {
-                    indexes.push(index);
-                }
-            }
-            if indexes.is_empty() {
-                // The last chunk of a recording that was never closed has no indexes.
-                let mut file = &self.file;
-                let mut record = vec![0; chunk.chunk_length as usize];
-                let read =
-                    file.seek(SeekFrom::Start(chunk.chunk_start_offset)).and_then(|_| file.read_exact(&mut record));
-                let content = read.map_err(McapError::from).and_then(|()| ChunkContent::read(&record));
-                indexes = content.map_err(|error| self.damaged(error))?.indexes;
-            }
-            each(chunk, &indexes);
-        }
-        Ok(())
-    }
-
-    /// Reads the record at an offset.
-    fn record(&self, offset: u64) -> Result<Record<'static>, ReadingError> {
-        let mut file = &self.file;
-        let span = RecordSpan::read(&mut file, offset, u64::MAX).map_err(McapError::from);
-        let span = span.and_then(|span| span.ok_or(McapError::BadIndex));
-        let record = span.and_then(|span| {
-            let content = span.read_content(&mut file)?;
-            parse_record(span.opcode, &content).map(Record::into_owned)
-        });
-        record.map_err(|error| self.damaged(error))
-    }
-
     /// Reads messages in order of time. Messages of the same time keep the order in which they were recorded.
     pub(crate) fn read(&self, selection: &Selection) -> Result<Reader<'_>, ReadingError> {
         let options = IndexedReaderOptions::new().starting_at(selection.from).ending_at(selection.to);
         self.reader(options, &selection.topics)
-    }
-
-    /// Returns the time and the bytes of the last message on a topic at or before `time`.
-    pub(crate) fn last_until(&self, topic: &Topic, time: u64) -> Result<Option<(u64, Vec<u8>)>, ReadingError> {
-        let options = IndexedReaderOptions::new().ending_at(time).with_order(ReadOrder::ReverseLogTime);
-        let mut reader = self.reader(options, std::slice::from_ref(topic))?;
-        Ok(reader.next()?.map(|entry| (entry.log_time, entry.message.to_vec())))
-    }
-
-    /// Returns the time and the bytes of the state of a topic before `time`. If that is lost, a repetition of it after
-    /// `time` serves as well.
-    pub(crate) fn state_before(&self, topic: &Topic, time: u64) -> Result<Option<(u64, Vec<u8>)>, ReadingError> {
-        let before = time.checked_sub(1).map_or(Ok(None), |before| self.last_until(topic, before))?;
-        if before.is_some() {
-            return Ok(before);
-        }
-        let mut reader = self.reader(IndexedReaderOptions::new().starting_at(time), std::slice::from_ref(topic))?;
-        let Some(Entry { log_time, message, .. }) = reader.next()? else { return Ok(None) };
-        let is_repeated = match topic {
-            Topic::World => decode::world(message).map(|world| world.is_repeated),
-            Topic::Column(_) => RecordedColumn::parse(message).map(|column| column.is_repeated),
-            _ => Ok(false),
-        };
-        let is_repeated = is_repeated.map_err(|reason| self.malformed(topic, log_time, reason))?;
-        Ok(is_repeated.then(|| (log_time, message.to_vec())))
-    }
-
-    /// Returns a decoder with the list of contacts before `time`.
-    pub(crate) fn contacts_before(&self, time: u64) -> Result<ContactDecoder, ReadingError> {
-        let mut decoder = ContactDecoder::default();
-        let Some(before) = time.checked_sub(1) else { return Ok(decoder) };
-        let Some((from, _)) = self.last_until(&Topic::Contacts, before)? else { return Ok(decoder) };
-        let options = IndexedReaderOptions::new().starting_at(from).ending_at(before);
-        let mut reader = self.reader(options, &[Topic::Contacts, Topic::ContactUpdates])?;
-        while let Some(Entry { topic, log_time, message }) = reader.next()? {
-            decoder.decode(topic, message).map_err(|reason| self.malformed(topic, log_time, reason))?;
-        }
-        Ok(decoder)
     }
 
     fn reader(&self, options: IndexedReaderOptions, topics: &[Topic]) -> Result<Reader<'_>, ReadingError> {
@@ -288,7 +188,7 @@ impl Recording {
         };
         let options = options.with_record_length_limit(MAX_RECORD);
         let reader = IndexedReader::new_with_options(&self.summary, options).map_err(|error| self.damaged(error))?;
-        Ok(Reader { recording: self, reader, chunk: Vec::new(), message: Vec::new(), ahead: None })
+        Ok(Reader::new(self, reader))
     }
 
     fn damaged(&self, reason: McapError) -> ReadingError {
@@ -303,72 +203,6 @@ impl Recording {
     pub(crate) fn malformed(&self, topic: &Topic, log_time: u64, reason: MessageError) -> ReadingError {
         let (path, at) = (self.path.clone(), Duration::from_nanos(log_time));
         ReadingError::Message { path, topic: topic.name(), at, reason }
-    }
-}
-
-/// A cursor over the messages of a recording.
-pub(crate) struct Reader<'recording> {
-    recording: &'recording Recording,
-    reader: IndexedReader,
-    /// The chunk read last, compressed.
-    chunk: Vec<u8>,
-    /// The message read last.
-    message: Vec<u8>,
-    /// The topic and time of that message, if it was peeked at but not yet returned.
-    ahead: Option<(&'recording Topic, u64)>,
-}
-
-impl<'recording> Reader<'recording> {
-    /// Returns the time of the next message without consuming it.
-    pub fn peek(&mut self) -> Result<Option<u64>, ReadingError> {
-        if self.ahead.is_none() {
-            let recording = self.recording;
-            self.ahead = self.advance().map_err(|error| recording.damaged(error))?;
-        }
-        Ok(self.ahead.map(|(_, log_time)| log_time))
-    }
-
-    /// Returns the next message on a topic that this crate knows.
-    pub fn next(&mut self) -> Result<Option<Entry<'_>>, ReadingError> {
-        self.peek()?;
-        Ok(self.ahead.take().map(|(topic, log_time)| Entry { topic, log_time, message: &self.message }))
-    }
-
-    /// Exchanges the buffer of the message that was returned last, to keep that message without a copy.
-    pub fn swap_message(&mut self, other: &mut Vec<u8>) {
-        std::mem::swap(&mut self.message, other);
-    }
-
-    /// Copies the next message to `message`.
-    fn advance(&mut self) -> McapResult<Option<(&'recording Topic, u64)>> {
-        while let Some(event) = self.reader.next_event() {
-            match event.map_err(undecodable)? {
-                IndexedReadEvent::ReadChunkRequest { offset, length } => {
-                    self.chunk.resize(length, 0);
-                    let mut file = &self.recording.file;
-                    file.seek(SeekFrom::Start(offset))?;
-                    file.read_exact(&mut self.chunk)?;
-                    self.reader.insert_chunk_record_data(offset, &self.chunk).map_err(undecodable)?;
-                }
-                IndexedReadEvent::Message { header, data } => {
-                    if let Some(topic) = self.recording.topics.get(&header.channel_id) {
-                        self.message.clear();
-                        self.message.extend_from_slice(data);
-                        return Ok(Some((topic, header.log_time)));
-                    }
-                }
-            }
-        }
-        Ok(None)
-    }
-}
-
-/// Turns an I/O error of the MCAP library into a decompression error: the library reads from memory, so its I/O errors
-/// are caused by damaged data.
-fn undecodable(error: McapError) -> McapError {
-    match error {
-        McapError::Io(reason) => McapError::DecompressionError(reason.to_string()),
-        error => error,
     }
 }
 

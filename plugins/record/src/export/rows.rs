@@ -2,6 +2,7 @@
 
 mod frames;
 mod messages;
+mod names;
 
 use regatta_plugin::ColumnName;
 

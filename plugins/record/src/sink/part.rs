@@ -37,8 +37,8 @@ pub(super) struct Part {
     pub frames: u64,
     /// The number of messages accepted, frames included.
     pub messages: u64,
-    /// Whether a flush has written messages before.
-    is_flushed: bool,
+    /// The number of messages accepted before the last flush.
+    flushed: u64,
 }
 
 /// The messages of a group that aren't written yet.
@@ -91,7 +91,7 @@ impl Part {
             times: None,
             frames: 0,
             messages: 0,
-            is_flushed: false,
+            flushed: 0,
         };
         let started = opened.and_then(|mut out| {
             // The same topics have the same channels in all files of a recording.
@@ -142,8 +142,11 @@ impl Part {
 
     /// Writes all messages, and the kept states that are due.
     pub fn flush(&mut self, kept: &mut Kept) -> McapResult<()> {
-        let again = std::mem::replace(&mut self.is_flushed, self.messages > 0);
-        self.write_all(kept, again)
+        match std::mem::replace(&mut self.flushed, self.messages) {
+            // Nothing has come, for example because the clock is paused.
+            before if before == self.messages => Ok(()),
+            before => self.write_all(kept, before > 0),
+        }
     }
 
     /// Writes everything and closes the file.

@@ -10,6 +10,7 @@ use regatta_plugin::world::EdgeRecord;
 use super::super::ExportError;
 use super::super::options::{ExportArgs, Table};
 use super::super::value::{Column, Kind, Value};
+use super::names::{CHANGES, EVENTS, LEVELS, ORDERS, REFUSALS, name};
 use super::{Take, topics};
 use crate::contacts::ContactDecoder;
 use crate::decode::{self, MessageError};
@@ -17,51 +18,6 @@ use crate::reading::{Entry, Recording, Selection};
 use crate::robot_ids::RobotIds;
 use crate::schema::Topic;
 use crate::table::Span;
-
-/// The names of events, by number.
-const EVENTS: [&str; 11] = [
-    "unknown",
-    "reached_node",
-    "route_done",
-    "waiting_for_release",
-    "held",
-    "resumed",
-    "accepted",
-    "refused",
-    "spawned",
-    "removed",
-    "faulted",
-];
-
-/// The names of the reasons of refusals, by number.
-const REFUSALS: [&str; 12] = [
-    "none",
-    "unknown_robot",
-    "unknown_edge",
-    "unknown_node",
-    "unknown_robot_type",
-    "not_connected",
-    "no_reverse",
-    "malformed_route",
-    "distance_out_of_range",
-    "fleet_full",
-    "malformed_order",
-    "not_steerable",
-];
-
-/// The names of orders, by number.
-const ORDERS: [&str; 9] =
-    ["leg", "assign", "extend", "cancel", "hold", "resume", "spawn_at_node", "spawn_on_edge", "remove"];
-
-/// The names of what happened to a contact, by number.
-const CHANGES: [&str; 3] = ["unknown", "began", "ended"];
-
-/// The names of levels of contacts, by number.
-const LEVELS: [&str; 3] = ["clear", "possible", "touching"];
-
-fn name(names: &[&'static str], number: u32) -> Value {
-    Value::Text(names.get(number as usize).copied().unwrap_or("unknown"))
-}
 
 /// Returns the columns of a table.
 pub(super) fn columns(table: Table) -> Vec<Column> {
@@ -270,33 +226,5 @@ impl Rows<'_> {
     fn place(&self, edge: u32, [x, y, speed]: [f32; 3]) -> [Value; 4] {
         let edge = self.edges.get(edge as usize).map(|edge| edge.id);
         [edge.into(), Value::F32(x), Value::F32(y), Value::F32(speed)]
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::schema::regatta;
-
-    /// The names that `proto/regatta.proto` has for the numbers 0, 1, ...
-    fn recorded<T: TryFrom<i32>>(name: fn(&T) -> &'static str) -> Vec<String> {
-        (0..).map_while(|number| T::try_from(number).ok()).map(|value| name(&value).to_lowercase()).collect()
-    }
-
-    #[test]
-    fn the_names_are_those_of_the_recorded_messages() {
-        let events: Vec<_> = EVENTS
-            .map(|name| match name {
-                "unknown" => "event_unknown",
-                "held" => "stands_held",
-                "faulted" => "has_faulted",
-                name => name,
-            })
-            .into();
-        assert_eq!(recorded(regatta::EventKind::as_str_name), events);
-        assert_eq!(recorded(regatta::Refusal::as_str_name), REFUSALS);
-        assert_eq!(recorded(regatta::OrderKind::as_str_name), ORDERS);
-        assert_eq!(recorded(regatta::ContactLevel::as_str_name), LEVELS);
-        assert_eq!(recorded(regatta::ContactChange::as_str_name)[1..], CHANGES[1..]);
     }
 }
