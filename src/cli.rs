@@ -14,7 +14,7 @@ use crate::arguments::Time;
 use crate::control::Target;
 use crate::failure::Failure;
 use crate::output::{Force, write_file};
-use crate::{doctor, engine, graph, plugin, report, run, version};
+use crate::{doctor, engine, graph, plugin, recording, report, run, version};
 
 static SHORT_VERSION: LazyLock<String> = LazyLock::new(version::short);
 static LONG_VERSION: LazyLock<String> = LazyLock::new(version::long);
@@ -103,6 +103,8 @@ pub enum Command {
     Record(regatta_record::RecordArgs),
     /// Publish a recording as if its fleet were running, so that every reader works with it.
     Replay(regatta_record::ReplayArgs),
+    /// Describe a recording: its fleet, time, ticks, robots, runs, topics with their sizes, and whether it is complete.
+    Info(recording::InfoArgs),
     /// Write a recording as CSV or Parquet.
     Export(regatta_record::ExportArgs),
     /// Plot one robot of a recording: its path over the graph, and its x, y, heading and speed over time.

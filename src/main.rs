@@ -66,6 +66,7 @@ fn dispatch(cli: Cli) -> Result<ExitCode, Failure> {
         Command::Stop(target) => fleets::stop(&target),
         Command::Record(args) => recording::record(&args),
         Command::Replay(args) => recording::replay(&args),
+        Command::Info(args) => recording::info(&args),
         Command::Export(args) => recording::export(&args),
         Command::Plot(args) => recording::plot(&args),
         Command::Top(target) => top::run(&target),

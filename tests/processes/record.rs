@@ -1,11 +1,14 @@
 //! The recorder: it stores every frame bit for bit, and keeps its file readable when it is killed or the disk is full.
 
+#[cfg(target_os = "linux")]
+use std::os::fd::AsRawFd;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use regatta_engine::digest::Digest;
-use regatta_plugin::FleetName;
+use regatta_plugin::contact::ContactLevel;
 use regatta_plugin::frame::{ColumnsMut, Line, frame_lines};
+use regatta_plugin::{FleetName, Subscriber, WorldReader};
 use regatta_record::{ReadingError, Recording, Topic};
 use rustix::process::Signal;
 use tempfile::TempDir;
@@ -99,7 +102,8 @@ fn other_programs_read_a_recording() {
     assert_eq!(found["digest"], golden);
     // 10 s at 10 Hz, and the first frame.
     assert_eq!((&found["topics"]["/poses"], &found["topics"]["/robots"]), (&101.into(), &101.into()));
-    assert_eq!((&found["topics"]["/world"], &found["topics"]["/graph"]), (&1.into(), &1.into()));
+    // Recorded once, and repeated so that no lost chunk costs them.
+    assert_eq!((&found["topics"]["/world"], &found["topics"]["/graph"]), (&2.into(), &2.into()));
     assert!(found["topics"]["/events"].as_u64() > Some(0) && found["topics"]["/columns/type"].as_u64() > Some(0));
     assert_eq!(found["about"]["regatta.end"]["frames_missed"], "0");
 }
@@ -117,6 +121,180 @@ fn one_in_every_n_frames_is_recorded() {
     read.expect("readable");
     ticks.dedup();
     assert_eq!(ticks, [0, 10, 20, 30, 40, 50, 60, 70, 80, 90, 100]);
+}
+
+/// Records a fleet and its contacts in lockstep, ticks 0 to 150.
+fn record_contacts(test: &str, file: &Path, args: &[&str]) {
+    let fleet = unique(test);
+    let mut command = regatta();
+    command.arg("engine").arg(graphs("warehouse-1000.yaml")).args(["--robots", "300", "--fleet", &fleet.to_string()]);
+    command.args(["--lockstep", "recorder", "collision", "--speed", "max", "--ticks", "150"]);
+    let engine = Process::start(&mut command);
+    let collision = Process::start(regatta().args(["plugin", "collision", "--fleet", &fleet.to_string()]));
+    let recorder = recorder(&fleet, file, &[&["--poses-rate", "0"], args].concat());
+    assert!(engine.finish().status.success());
+    for process in [collision, recorder] {
+        assert!(process.interrupt().status.success());
+    }
+}
+
+/// Returns the ticks of all lists of contacts, and checks that each list has as many pairs as its header says.
+fn lists_of_contacts(recording: &Recording) -> Vec<u64> {
+    let mut ticks = Vec::new();
+    let read = recording.contacts(|_, header, pairs| {
+        let touching = pairs.iter().filter(|pair| pair.level == ContactLevel::Touching as u32).count();
+        assert_eq!((header.touching as usize, (header.touching + header.possible) as usize), (touching, pairs.len()));
+        ticks.push(header.tick);
+        Ok::<_, ReadingError>(())
+    });
+    read.expect("readable");
+    ticks
+}
+
+#[test]
+fn contacts_are_recorded_as_changes() {
+    let folder = TempDir::new().expect("a folder");
+    record_contacts("record-contacts", &file(&folder), &[]);
+    let recording = Recording::open(&file(&folder)).expect("a recording");
+    assert_eq!(lists_of_contacts(&recording), (0..=150).collect::<Vec<_>>());
+    let lists = [Topic::Contacts, Topic::ContactUpdates].map(|topic| recording.count(&topic));
+    assert!(lists[0] <= 4 && lists[0] + lists[1] == 151, "whole lists and updates: {lists:?}");
+}
+
+#[test]
+fn what_belongs_to_frames_that_are_not_recorded_is_left_out() {
+    let folder = TempDir::new().expect("a folder");
+    record_contacts("record-thinned", &file(&folder), &["--every", "10"]);
+    let recording = Recording::open(&file(&folder)).expect("a recording");
+    let tens: Vec<u64> = (0..=150).step_by(10).collect();
+    assert_eq!(lists_of_contacts(&recording), tens);
+    let counts = ["/frames", "/columns/collision", "/columns/type"]
+        .map(|name| recording.count(&Topic::from_name(name).expect("a topic")));
+    assert!([16, 17].contains(&counts[0]) && counts[1] == 16, "{counts:?}");
+    assert!((1..=4).contains(&counts[2]), "the column that doesn't change is there: {counts:?}");
+}
+
+#[test]
+fn a_recorder_says_how_fast_the_file_grows() {
+    let folder = TempDir::new().expect("a folder");
+    let fleet = Fleet::start("record-growth", "thirty.yaml", &[]);
+    let recorder = recorder(&fleet.name, &file(&folder), &[]);
+    // Said after five seconds.
+    fleet.let_ticks_pass(700);
+    let output = recorder.interrupt();
+    let report = String::from_utf8_lossy(&output.stderr).into_owned();
+    let lines: Vec<_> = report.lines().filter(|line| line.contains("/s; the disk has ")).collect();
+    assert!(output.status.success() && lines.len() == 2 && lines[0].contains("it grows by"), "{report}");
+}
+
+#[test]
+fn a_recorder_records_the_chosen_topics_only() {
+    let folder = TempDir::new().expect("a folder");
+    record_contacts("record-topics", &file(&folder), &["--topics", "events,contacts"]);
+    let recording = Recording::open(&file(&folder)).expect("a recording without frames");
+    let topics: Vec<_> = recording.topics().iter().map(Topic::name).collect();
+    assert_eq!(topics, ["/world", "/events", "/contacts", "/contact_updates"]);
+    let output = regatta().arg("replay").arg(file(&folder)).output().expect("regatta starts");
+    let message = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(!output.status.success() && message.contains("no frames") && message.lines().count() == 1, "{message}");
+}
+
+#[test]
+fn a_ring_ends_as_one_file_of_the_newest_frames() {
+    let folder = TempDir::new().expect("a folder");
+    let golden = record("record-ring", "thirty.yaml", 2_000, &file(&folder), &["--ring", "8s"]);
+    assert!(!golden.is_empty());
+    let files = std::fs::read_dir(folder.path()).expect("a folder").count();
+    let recording = Recording::open(&file(&folder)).expect("a recording");
+    let mut ticks = Vec::new();
+    let read = recording.frames(|_, frame| {
+        ticks.push(frame.tick());
+        Ok::<_, ReadingError>(())
+    });
+    read.expect("readable");
+    ticks.dedup();
+    let first = ticks[0];
+    assert!(
+        (1_000..=1_200).contains(&first) && files == 1,
+        "8 s to 10 s are kept, from tick {first}, in {files} files"
+    );
+    assert_eq!(ticks, (first..=2_000).collect::<Vec<_>>());
+}
+
+/// The first chunks of a recording have its world and its definitions.
+#[test]
+fn a_recording_that_lost_its_first_chunk_is_replayed_with_its_world() {
+    let folder = TempDir::new().expect("a folder");
+    let path = file(&folder);
+    record("record-zeros", "thirty.yaml", 300, &path, &[]);
+    let mut bytes = std::fs::read(&path).expect("readable");
+    let length = |at: usize| 9 + u64::from_le_bytes(bytes[at + 1..at + 9].try_into().expect("8 bytes")) as usize;
+    // The records begin after the magic bytes; chunks have the opcode 6.
+    let records = std::iter::successors(Some(8), |at| Some(at + length(*at)));
+    let first = records.into_iter().find(|at| bytes[*at] == 6).expect("a chunk");
+    let end = first + length(first);
+    bytes[first..end].fill(0);
+    std::fs::write(&path, &bytes).expect("written");
+    let repaired = regatta().args(["record", "--repair"]).arg(&path).output().expect("regatta starts");
+    assert!(repaired.status.success(), "{repaired:?}");
+
+    let fleet = unique("record-zeros-replay");
+    let mut command = regatta();
+    let replay = Process::start(command.arg("replay").arg(&path).args(["--hold", "--fleet", &fleet.to_string()]));
+    let mut worlds = eventually("the fleet", || WorldReader::open(&fleet).ok());
+    let edges = eventually("the world", || worlds.latest().expect("readable").map(|world| world.edges().len()));
+    assert!(edges > 0);
+    let mut frames = eventually("frames", || Subscriber::open(&fleet).ok());
+    let robots = eventually("a frame", || frames.latest().expect("readable").map(|frame| frame.len()));
+    assert_eq!(robots, 30);
+    assert!(replay.interrupt().status.success());
+}
+
+/// Starts a recorder on a disk of 64 MB, in a mount namespace of its own. Returns `None` if this system doesn't allow
+/// users to have one.
+#[cfg(target_os = "linux")]
+fn recorder_on_small_disk(fleet: &FleetName, disk: &Path) -> Option<Process> {
+    let namespace = ["--user", "--map-root-user", "--mount"];
+    let mut probe = Command::new("unshare");
+    probe.args(namespace).args(["mount", "-t", "tmpfs", "tmpfs"]).arg(disk);
+    probe.output().ok().filter(|output| output.status.success())?;
+    let script = "mount -t tmpfs -o size=64m tmpfs \"$1\" && dd if=/dev/zero of=\"$1/filler\" bs=1M count=52 2>/dev/null \
+                  && exec \"$2\" record -o \"$1/run.mcap\" --poses-rate 0 --compression none --fleet \"$3\"";
+    let mut command = Command::new("unshare");
+    command.args(namespace).args(["sh", "-c", script, "sh"]).arg(disk);
+    Some(Process::start(command.arg(env!("CARGO_BIN_EXE_regatta")).arg(fleet.to_string())))
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_recording_goes_on_when_a_full_disk_has_room_again() {
+    let folder = TempDir::new().expect("a folder");
+    let fleet = Fleet::start("record-resume", "warehouse-1000.yaml", &["--robots", "2000"]);
+    let Some(recorder) = recorder_on_small_disk(&fleet.name, folder.path()) else { return };
+    // The disk as the recorder sees it. It stays as long as it is open.
+    let disk = format!("/proc/{}/root{}", recorder.0.id(), folder.path().display());
+    let filler = Path::new(&disk).join("filler");
+    eventually("the disk", || std::fs::metadata(&filler).ok());
+    let handle = std::fs::File::open(&disk).expect("opened");
+    let disk = PathBuf::from(format!("/proc/self/fd/{}", handle.as_raw_fd()));
+    let closed = |name: &str| Recording::open(&disk.join(name)).ok().filter(Recording::is_closed);
+    eventually("the disk is full", || closed("run.mcap"));
+    let full = fleet.tick();
+    fleet.let_ticks_pass(50);
+    std::fs::remove_file(disk.join("filler")).expect("removed");
+    eventually("it goes on", || disk.join("run-0002.mcap").exists().then_some(()));
+    fleet.let_ticks_pass(100);
+    let output = recorder.interrupt();
+    let report = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(report.contains("until there is room again") && report.contains("there is room again"), "{report}");
+    assert!(!output.status.success() && report.contains("could not be written"), "{report}");
+    let mut ticks = Vec::new();
+    let read = closed("run-0002.mcap").expect("a recording").frames(|_, frame| {
+        ticks.push(frame.tick());
+        Ok::<_, ReadingError>(())
+    });
+    read.expect("readable");
+    assert!(ticks.first().is_some_and(|first| *first > full), "{ticks:?}");
 }
 
 #[test]
@@ -263,7 +441,49 @@ fn a_recording_is_exported_to_tables_and_plotted() {
     read.expect("readable");
     assert_eq!((table.lines().count(), last[2], last[5].parse().ok()), (202, "200", x));
     assert!(std::fs::metadata(in_folder("all.parquet")).is_ok_and(|file| file.len() > 0));
+    run("export", &["-o", "events.csv", "--topics", "events"]);
+    let events = std::fs::read_to_string(in_folder("events.csv")).expect("a table");
+    assert!(events.starts_with("time_s,run,tick,robot,kind,"), "{events}");
     run("plot", &["--robot", "7", "-o", "robot7.svg"]);
     let picture = std::fs::read_to_string(in_folder("robot7.svg")).expect("a picture");
     assert!(picture.starts_with("<svg") && picture.contains("Robot 7") && picture.ends_with("</svg>\n"));
+    run("plot", &["--robot", "7", "-o", "robot7.png"]);
+    assert!(std::fs::read(in_folder("robot7.png")).expect("a picture").starts_with(b"\x89PNG"));
+}
+
+#[test]
+fn a_recording_is_described() {
+    let folder = TempDir::new().expect("a folder");
+    record("record-info", "thirty.yaml", 200, &file(&folder), &[]);
+    let info = |args: &[&str]| {
+        let output = regatta().arg("info").arg(file(&folder)).args(args).output().expect("regatta starts");
+        assert!(output.status.success(), "{output:?}");
+        String::from_utf8_lossy(&output.stdout).into_owned()
+    };
+    let json: serde_json::Value = serde_json::from_str(&info(&["--json"])).expect("JSON");
+    assert_eq!((&json["ticks"], &json["robots"]), (&serde_json::json!([0, 200]), &30.into()));
+    assert!(json["fleet"].as_str().is_some_and(|fleet| fleet.contains("record-info")), "{json}");
+    assert_eq!((json["runs"].as_array().map(Vec::len), &json["is_closed"]), (Some(1), &true.into()));
+    let text = info(&[]);
+    assert!(text.contains("complete   yes") && text.contains("/columns/type"), "{text}");
+}
+
+/// A signal ends an export; what it had written is removed.
+#[test]
+fn nothing_is_left_of_an_interrupted_export() {
+    let folder = TempDir::new().expect("a folder");
+    let path = file(&folder);
+    record("record-interrupt", "warehouse-1000.yaml", 2_000, &path, &["--poses-rate", "0"]);
+    for signal in [Signal::INT, Signal::TERM] {
+        let mut command = regatta();
+        let tables = folder.path().join("tables");
+        let export = Process::start(command.arg("export").arg(&path).arg("-o").arg(&tables).arg("--long"));
+        let started = || std::fs::read_dir(&tables).ok()?.next().map(drop);
+        eventually("it writes", started);
+        export.signal(signal);
+        let output = export.finish();
+        let message = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(!output.status.success() && message.contains("interrupted"), "{message}");
+        assert!(!tables.exists(), "{signal:?}");
+    }
 }

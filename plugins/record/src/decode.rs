@@ -22,6 +22,9 @@ pub enum MessageError {
         /// The number of robots in the frame.
         robots: usize,
     },
+    /// An update of contacts doesn't fit the list before it.
+    #[error("an update of contacts doesn't fit the list before it")]
+    ContactUpdate,
 }
 
 /// A recorded world: the route graph and the robot types.
@@ -31,6 +34,8 @@ pub(crate) struct RecordedWorld {
     pub nodes: Vec<NodeRecord>,
     pub edges: Vec<EdgeRecord>,
     pub robot_types: Vec<RobotTypeRecord>,
+    /// Whether the same world was recorded before.
+    pub is_repeated: bool,
 }
 
 pub(crate) fn world(message: &[u8]) -> Result<RecordedWorld, MessageError> {
@@ -40,6 +45,7 @@ pub(crate) fn world(message: &[u8]) -> Result<RecordedWorld, MessageError> {
         nodes: world.nodes.iter().map(node).collect(),
         edges: world.edges.iter().map(edge).collect(),
         robot_types: world.robot_types.iter().map(robot_type).collect(),
+        is_repeated: world.is_repeated,
     })
 }
 
@@ -75,7 +81,8 @@ fn robot_type(robot_type: &regatta::RobotType) -> RobotTypeRecord {
 
 pub(crate) fn events(message: &[u8]) -> Result<(EventHeader, Vec<EventRecord>), MessageError> {
     let events = regatta::Events::decode(message)?;
-    let header = EventHeader { tick: events.tick, dropped: events.dropped, ..EventHeader::default() };
+    let header =
+        EventHeader { run_id: events.run_id, tick: events.tick, dropped: events.dropped, ..EventHeader::default() };
     let event = |event: &regatta::Event| EventRecord {
         token: event.token,
         kind: event.kind as u32,
@@ -86,8 +93,8 @@ pub(crate) fn events(message: &[u8]) -> Result<(EventHeader, Vec<EventRecord>), 
     Ok((header, events.events.iter().map(event).collect()))
 }
 
-/// Returns the tick and the orders that took effect in it.
-pub(crate) fn orders(message: &[u8]) -> Result<(u64, Vec<OrderRecord>), MessageError> {
+/// Returns the run, the tick, and the orders that took effect or were refused in it.
+pub(crate) fn orders(message: &[u8]) -> Result<(u64, u64, Vec<OrderRecord>), MessageError> {
     let orders = regatta::Orders::decode(message)?;
     let order = |order: &regatta::Order| OrderRecord {
         token: order.token,
@@ -100,10 +107,11 @@ pub(crate) fn orders(message: &[u8]) -> Result<(u64, Vec<OrderRecord>), MessageE
         robot_type: order.robot_type,
         s: order.s,
     };
-    Ok((orders.tick, orders.orders.iter().map(order).collect()))
+    Ok((orders.run_id, orders.tick, orders.orders.iter().map(order).collect()))
 }
 
-pub(crate) fn contacts(message: &[u8]) -> Result<(ContactHeader, Vec<ContactRecord>), MessageError> {
+/// Returns a whole list of contacts and its number.
+pub(crate) fn contacts(message: &[u8]) -> Result<(ContactHeader, Vec<ContactRecord>, u64), MessageError> {
     let contacts = regatta::Contacts::decode(message)?;
     let header = ContactHeader {
         run_id: contacts.run_id,
@@ -117,22 +125,41 @@ pub(crate) fn contacts(message: &[u8]) -> Result<(ContactHeader, Vec<ContactReco
         capped: contacts.capped,
         ..ContactHeader::default()
     };
-    let pair = |pair: &regatta::Contact| ContactRecord {
+    Ok((header, contacts.pairs.iter().map(contact).collect(), contacts.number))
+}
+
+/// Returns the header of an updated list of contacts.
+pub(crate) fn contact_update(update: &regatta::ContactUpdate) -> ContactHeader {
+    ContactHeader {
+        run_id: update.run_id,
+        tick: update.tick,
+        sim_time_nanos: update.sim_time_nanos,
+        touching_ever: update.touching_ever,
+        possible_ever: update.possible_ever,
+        frames_skipped: update.frames_skipped,
+        touching: update.touching,
+        possible: update.possible,
+        capped: update.capped,
+        ..ContactHeader::default()
+    }
+}
+
+pub(crate) fn contact(pair: &regatta::Contact) -> ContactRecord {
+    ContactRecord {
         since_tick: pair.since_tick,
         since_nanos: pair.since_nanos,
         robots: [pair.robot, pair.other_robot],
         level: pair.level as u32,
         edge: pair.edge,
-        x: pair.x,
-        y: pair.y,
-        relative_speed: pair.relative_speed,
+        x: pair.x(),
+        y: pair.y(),
+        relative_speed: pair.relative_speed(),
         reserved: 0,
-    };
-    Ok((header, contacts.pairs.iter().map(pair).collect()))
+    }
 }
 
-/// Returns the tick and the contacts that began or ended in it.
-pub(crate) fn contact_events(message: &[u8]) -> Result<(u64, Vec<ContactEvent>), MessageError> {
+/// Returns the run, the tick, and the contacts that began or ended in it.
+pub(crate) fn contact_events(message: &[u8]) -> Result<(u64, u64, Vec<ContactEvent>), MessageError> {
     let events = regatta::ContactEvents::decode(message)?;
     let event = |event: &regatta::ContactEvent| ContactEvent {
         tick: event.tick,
@@ -145,5 +172,5 @@ pub(crate) fn contact_events(message: &[u8]) -> Result<(u64, Vec<ContactEvent>),
         y: event.y,
         relative_speed: event.relative_speed,
     };
-    Ok((events.tick, events.events.iter().map(event).collect()))
+    Ok((events.run_id, events.tick, events.events.iter().map(event).collect()))
 }

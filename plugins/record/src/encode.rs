@@ -6,13 +6,14 @@
 use bytemuck::Pod;
 use prost::Message;
 use prost::encoding::{WireType, encode_key, encode_varint};
-use regatta_plugin::contact::ContactRecord;
+use regatta_plugin::contact::{ContactHeader, ContactRecord};
 use regatta_plugin::event::EventRecord;
 use regatta_plugin::frame::FrameHeader;
 use regatta_plugin::order::OrderRecord;
 use regatta_plugin::world::{EdgeRecord, NodeRecord, RobotTypeRecord};
-use regatta_plugin::{ColumnValues, ContactEvents, Contacts, Events, Frame, OrderLog, World};
+use regatta_plugin::{ColumnValues, ContactEvents, Events, Frame, OrderLog, World};
 
+use crate::contacts::ContactList;
 use crate::schema::regatta;
 
 const _: () = assert!(cfg!(target_endian = "little"), "columns are copied with their layout in memory");
@@ -21,6 +22,9 @@ const _: () = assert!(cfg!(target_endian = "little"), "columns are copied with t
 pub(crate) const FRAME_COLUMNS: [u32; 7] = [16, 17, 18, 19, 20, 21, 22];
 /// The field number of a column's values.
 pub(crate) const COLUMN_VALUES: u32 = 3;
+
+/// The field number that marks a repeated world or column.
+const IS_REPEATED: u32 = 15;
 
 /// The largest size of a packed field's key and length, in bytes.
 const FIELD_OVERHEAD: usize = 12;
@@ -68,11 +72,18 @@ fn frame_scalars(header: &FrameHeader) -> regatta::Frame {
 
 /// Encodes a plugin's column.
 pub(crate) fn column(column: &ColumnValues<'_>) -> Vec<u8> {
-    let head = regatta::Column { run_id: column.header.run_id, tick: column.header.tick, values: Vec::new() };
+    let (run_id, tick) = (column.header.run_id, column.header.tick);
+    let head = regatta::Column { run_id, tick, ..regatta::Column::default() };
     let mut out = Vec::with_capacity(head.encoded_len() + size_of_val(column.values) + FIELD_OVERHEAD);
     head.encode_raw(&mut out);
     packed(COLUMN_VALUES, column.values, &mut out);
     out
+}
+
+/// Marks an encoded world or column as one that was recorded before.
+pub(crate) fn mark_repeated(message: &mut Vec<u8>) {
+    encode_key(IS_REPEATED, WireType::Varint, message);
+    encode_varint(1, message);
 }
 
 /// Appends a field of packed numbers, or of bytes, which have the same encoding.
@@ -92,6 +103,7 @@ pub(crate) fn world(world: &World<'_>) -> Vec<u8> {
         nodes: world.nodes().iter().map(node).collect(),
         edges: world.edges().iter().map(edge).collect(),
         robot_types: world.robot_types().iter().map(robot_type).collect(),
+        is_repeated: false,
     }
     .encode_to_vec()
 }
@@ -168,8 +180,9 @@ fn order(order: &OrderRecord) -> regatta::Order {
     }
 }
 
-pub(crate) fn contacts(contacts: &Contacts<'_>) -> Vec<u8> {
-    let header = contacts.header;
+/// Encodes a whole list of contacts.
+pub(crate) fn contacts(list: &ContactList, number: u64) -> Vec<u8> {
+    let ContactList { header, pairs } = list;
     regatta::Contacts {
         run_id: header.run_id,
         tick: header.tick,
@@ -180,12 +193,30 @@ pub(crate) fn contacts(contacts: &Contacts<'_>) -> Vec<u8> {
         touching: header.touching,
         possible: header.possible,
         capped: header.capped,
-        pairs: contacts.pairs.iter().map(contact).collect(),
+        pairs: pairs.iter().map(contact).collect(),
+        number,
     }
     .encode_to_vec()
 }
 
-fn contact(pair: &ContactRecord) -> regatta::Contact {
+/// Returns an update of contacts without pairs.
+pub(crate) fn contact_update(header: &ContactHeader, number: u64) -> regatta::ContactUpdate {
+    regatta::ContactUpdate {
+        run_id: header.run_id,
+        tick: header.tick,
+        sim_time_nanos: header.sim_time_nanos,
+        touching_ever: header.touching_ever,
+        possible_ever: header.possible_ever,
+        frames_skipped: header.frames_skipped,
+        touching: header.touching,
+        possible: header.possible,
+        capped: header.capped,
+        number,
+        ..regatta::ContactUpdate::default()
+    }
+}
+
+pub(crate) fn contact(pair: &ContactRecord) -> regatta::Contact {
     regatta::Contact {
         since_tick: pair.since_tick,
         since_nanos: pair.since_nanos,
@@ -193,9 +224,9 @@ fn contact(pair: &ContactRecord) -> regatta::Contact {
         other_robot: pair.robots[1],
         level: pair.level as i32,
         edge: pair.edge,
-        x: pair.x,
-        y: pair.y,
-        relative_speed: pair.relative_speed,
+        x: Some(pair.x),
+        y: Some(pair.y),
+        relative_speed: Some(pair.relative_speed),
     }
 }
 

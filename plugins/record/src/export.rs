@@ -1,43 +1,22 @@
 //! Exports recordings to CSV and Parquet tables.
 
 mod csv;
+mod options;
 mod parquet;
+mod rows;
+mod value;
 
 use std::io;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use clap::{ArgGroup, Args};
 use regatta_plugin::ColumnName;
-use regatta_plugin::frame::RobotState;
 
+use crate::output::Folder;
+use crate::progress::{Interrupted, Progress};
 use crate::reading::{ReadingError, Recording};
-use crate::recorded::Row;
-use crate::robot_ids::RobotIds;
-use crate::table::{Snapshot, for_each_snapshot};
-
-/// Options of `regatta export`.
-#[derive(Args, Clone, Debug)]
-#[group(skip)]
-#[command(group(ArgGroup::new("target").required(true).multiple(true).args(["csv", "parquet"])))]
-pub struct ExportArgs {
-    /// The recording
-    file: PathBuf,
-    /// Write CSV files to this folder, one per robot: robot-7.csv
-    #[arg(long, value_name = "FOLDER")]
-    csv: Option<PathBuf>,
-    /// Write one CSV file of all robots, robots.csv, instead of one per robot
-    #[arg(long, requires = "csv")]
-    long: bool,
-    /// Write one Parquet file
-    #[arg(long, value_name = "FILE")]
-    parquet: Option<PathBuf>,
-    /// Export only these robots: 1,5,7..9 selects 1, 5, 7, 8 and 9
-    #[arg(long, value_name = "IDS")]
-    robots: Option<RobotIds>,
-    /// Export only these columns of plugins [default: all recorded columns]
-    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
-    columns: Option<Vec<ColumnName>>,
-}
+pub use options::ExportArgs;
+use options::{Format, Place, Table, Target};
+use value::{Column, Value};
 
 /// The error of exporting a recording.
 #[derive(Debug, thiserror::Error)]
@@ -53,6 +32,20 @@ pub enum ExportError {
         /// The system's reason.
         reason: io::Error,
     },
+    /// Several tables can't be written to one file.
+    #[error("{path} can have only one table; give a folder for several")]
+    OneTable {
+        /// The file.
+        path: PathBuf,
+    },
+    /// A requested table wasn't recorded.
+    #[error("the recording has no {table}; its topics are: {recorded}")]
+    NoTopic {
+        /// The requested table.
+        table: &'static str,
+        /// The recorded topics, separated by commas.
+        recorded: String,
+    },
     /// A requested column wasn't recorded.
     #[error("the recording has no column '{column}'; its columns are: {recorded}")]
     NoColumn {
@@ -67,47 +60,14 @@ pub enum ExportError {
         /// The highest recorded id.
         last: usize,
     },
+    /// The process was asked to end.
+    #[error("the export was interrupted; what it had written is removed")]
+    Interrupted,
 }
 
-/// Titles of the columns that every table starts with. They name their units.
-const COMMON_TITLES: [&str; 12] = [
-    "time_s",
-    "run",
-    "tick",
-    "sim_time_s",
-    "robot",
-    "x_m",
-    "y_m",
-    "theta_rad",
-    "speed_m_per_s",
-    "s_m",
-    "edge",
-    "state",
-];
-
-/// One record of a table: a robot in one frame.
-struct Record<'snapshot> {
-    snapshot: &'snapshot Snapshot<'snapshot>,
-    robot: usize,
-    row: Row,
-    /// The edge's id in the route graph.
-    edge: Option<u32>,
-}
-
-impl Record<'_> {
-    fn sim_time(&self) -> f64 {
-        self.snapshot.header().sim_time_nanos as f64 * 1e-9
-    }
-
-    fn state(&self) -> &'static str {
-        match RobotState::from_number(self.row.state) {
-            RobotState::Idle => "idle",
-            RobotState::Driving => "driving",
-            RobotState::Waiting => "waiting",
-            RobotState::Held => "held",
-            RobotState::Faulted => "faulted",
-            RobotState::Absent => "absent",
-        }
+impl From<Interrupted> for ExportError {
+    fn from(_: Interrupted) -> Self {
+        Self::Interrupted
     }
 }
 
@@ -115,55 +75,93 @@ impl Record<'_> {
 ///
 /// # Errors
 /// Returns an [`ExportError`] if the recording can't be read, a table can't be written, or the requested columns or
-/// robots weren't recorded.
+/// robots weren't recorded. Nothing is left of the files then.
 pub fn export(args: &ExportArgs) -> Result<String, ExportError> {
     let recording = Recording::open(&args.file)?;
-    let columns = columns(&recording, args.columns.as_deref())?;
-    let robots = args.robots.clone().unwrap_or_else(RobotIds::all);
-    let (titles, plugins) = (titles(&columns), columns.len());
-    let csv = args.csv.as_deref().map(|folder| csv::Tables::create(folder, args.long, &titles, plugins));
-    let parquet = args.parquet.as_deref().map(|file| parquet::Table::create(file, &titles, plugins));
-    let (mut csv, mut parquet) = (csv.transpose()?, parquet.transpose()?);
-    let (mut rows, mut most_robots) = (0_u64, 0);
-    for_each_snapshot(&recording, &columns, |snapshot| -> Result<(), ExportError> {
-        most_robots = most_robots.max(snapshot.len());
-        for robot in robots.below(snapshot.len()) {
-            let Some(row) = snapshot.row(robot) else { continue };
-            let record = Record { snapshot, robot, row, edge: snapshot.edge(&row).map(|edge| edge.id) };
-            csv.as_mut().map_or(Ok(()), |csv| csv.add(&record))?;
-            parquet.as_mut().map_or(Ok(()), |parquet| parquet.add(&record))?;
-            rows += 1;
-        }
-        Ok(())
-    })?;
-    if rows == 0 && robots.first().is_some_and(|first| first as usize >= most_robots) {
-        return Err(ExportError::NoRobots { last: most_robots.saturating_sub(1) });
-    }
+    let targets = args.targets()?;
+    let _folders = folders(&targets)?;
+    let mut progress = Progress::start("export");
     let mut written = Vec::new();
-    written.extend(csv.map(csv::Tables::finish).transpose()?);
-    written.extend(parquet.map(parquet::Table::finish).transpose()?);
-    Ok(format!("{rows} rows in {}", written.join(" and in ")))
+    let mut finished = Vec::new();
+    // The files appear once all tables are complete.
+    for (done, table) in args.tables().iter().enumerate() {
+        let columns = rows::columns(&recording, *table, args.columns.as_deref())?;
+        let mut sheets = Sheets::create(&targets, *table, args.force, &columns)?;
+        let part = |time: f64| (done as f64 + time) / args.tables().len() as f64;
+        let rows = rows::for_each(&recording, *table, args, &mut |time, robot, row| {
+            progress.report(part(time))?;
+            sheets.add(robot, row)
+        })?;
+        finished.push((rows, sheets));
+    }
+    for (rows, sheets) in finished {
+        written.push(format!("{rows} rows in {}", sheets.finish()?));
+    }
+    Ok(written.join("; "))
 }
 
-/// Returns the titles of all columns. A plugin's column keeps its name, or gets the prefix `column_` if the name is one
-/// of [`COMMON_TITLES`].
-fn titles(columns: &[ColumnName]) -> Vec<String> {
-    let title = |name: &ColumnName| match COMMON_TITLES.contains(&name.as_str()) {
-        true => format!("column_{name}"),
-        false => name.to_string(),
+/// Creates the folders of the targets.
+fn folders(targets: &[Target]) -> Result<Vec<Folder>, ExportError> {
+    let folder = |target: &Target| match &target.place {
+        Place::Folder(folder) => Some(folder.clone()),
+        Place::File(_) => None,
     };
-    COMMON_TITLES.iter().map(|name| (*name).to_owned()).chain(columns.iter().map(title)).collect()
+    let create = |path: PathBuf| Folder::create(&path).map_err(|reason| ExportError::Write { path, reason });
+    targets.iter().filter_map(folder).map(create).collect()
 }
 
-/// Returns the columns to export: the requested ones, or all recorded ones.
-fn columns(recording: &Recording, requested: Option<&[ColumnName]>) -> Result<Vec<ColumnName>, ExportError> {
-    let recorded: Vec<_> = recording.topics().into_iter().filter_map(|topic| topic.column().cloned()).collect();
-    let Some(requested) = requested else { return Ok(recorded) };
-    match requested.iter().find(|column| !recorded.contains(column)) {
-        None => Ok(requested.to_vec()),
-        Some(column) => {
-            let recorded: Vec<_> = recorded.iter().map(ColumnName::as_str).collect();
-            Err(ExportError::NoColumn { column: column.clone(), recorded: recorded.join(", ") })
+/// The files of one table.
+struct Sheets {
+    sheets: Vec<Sheet>,
+}
+
+/// One file, or one per robot.
+enum Sheet {
+    Csv(csv::Table),
+    CsvPerRobot(csv::Tables),
+    Parquet(parquet::Table),
+}
+
+impl Sheets {
+    fn create(targets: &[Target], table: Table, force: bool, columns: &[Column]) -> Result<Self, ExportError> {
+        let sheet = |target: &Target| match &target.place {
+            Place::Folder(folder) if target.is_per_robot(table) => {
+                Ok(Sheet::CsvPerRobot(csv::Tables::create(folder, force, columns)))
+            }
+            Place::Folder(folder) => {
+                let file = format!("{}.{}", table.file_stem(), target.format.extension());
+                Sheet::create(&folder.join(file), target.format, table, force, columns)
+            }
+            Place::File(path) => Sheet::create(path, target.format, table, force, columns),
+        };
+        Ok(Self { sheets: targets.iter().map(sheet).collect::<Result<_, _>>()? })
+    }
+
+    fn add(&mut self, robot: usize, row: &[Value]) -> Result<(), ExportError> {
+        self.sheets.iter_mut().try_for_each(|sheet| match sheet {
+            Sheet::Csv(table) => table.add(row),
+            Sheet::CsvPerRobot(tables) => tables.add(robot, row),
+            Sheet::Parquet(table) => table.add(row),
+        })
+    }
+
+    /// Completes the files, and returns their description.
+    fn finish(self) -> Result<String, ExportError> {
+        let finish = |sheet: Sheet| match sheet {
+            Sheet::Csv(table) => table.finish(),
+            Sheet::CsvPerRobot(tables) => tables.finish(),
+            Sheet::Parquet(table) => table.finish(),
+        };
+        let written: Vec<_> = self.sheets.into_iter().map(finish).collect::<Result<_, _>>()?;
+        Ok(written.join(" and in "))
+    }
+}
+
+impl Sheet {
+    fn create(path: &Path, format: Format, table: Table, force: bool, columns: &[Column]) -> Result<Self, ExportError> {
+        match format {
+            Format::Csv => csv::Table::create(path, force, columns).map(Self::Csv),
+            Format::Parquet => parquet::Table::create(path, force, table.file_stem(), columns).map(Self::Parquet),
         }
     }
 }

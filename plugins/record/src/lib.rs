@@ -2,14 +2,19 @@
 //!
 //! This crate's README describes the file format; `proto/` defines the messages.
 
+mod contacts;
 mod decode;
+mod disk;
 mod encode;
 mod export;
 mod frames;
+mod info;
+mod limit;
 mod mcap_file;
 mod mcap_record;
 mod output;
 mod plot;
+mod progress;
 mod reading;
 mod recorded;
 mod recorder;
@@ -22,7 +27,9 @@ mod schema;
 mod sink;
 mod sources;
 mod table;
+mod thinning;
 mod timeline;
+mod topics;
 
 use std::path::PathBuf;
 use std::time::{Duration, SystemTime};
@@ -33,17 +40,20 @@ use regatta_plugin::{Error, Options, Result, Termination};
 
 pub use decode::MessageError;
 pub use export::{ExportArgs, ExportError, export};
+pub use info::{Info, TopicInfo, info};
+pub use limit::Limit;
 pub use mcap_file::Compression;
 pub use plot::{PlotArgs, PlotError, plot};
 pub use reading::{ReadingError, Recording};
-pub use repair::{Repair, RepairError, repair};
+pub use repair::{Repair, RepairError, repair, repair_copy};
 pub use replay::{ReplayArgs, ReplayError, replay};
 pub use robot_ids::RobotIds;
 pub use schema::Topic;
 pub use sink::SinkError;
+pub use topics::TopicSet;
 
 use recorder::{Recorder, Settings};
-use sink::Sink;
+use sink::{Division, Sink};
 
 /// Options of `regatta record`.
 #[derive(Args, Clone, Debug)]
@@ -56,7 +66,17 @@ pub struct RecordArgs {
     /// Overwrite the file if it exists
     #[arg(long)]
     force: bool,
-    /// Record only every Nth frame
+    /// Divide the recording into numbered files of this time or size: 10min, 1GB …
+    #[arg(long, value_name = "LIMIT", conflicts_with = "ring")]
+    split: Option<Limit>,
+    /// Keep only the newest part of the recording, of this time or size: 10min, 1GB …
+    #[arg(long, value_name = "LIMIT")]
+    ring: Option<Limit>,
+    /// Record only these topics, and the world: frames, events, orders, contacts, contact_events, columns,
+    /// columns/NAME, poses, robots, graph
+    #[arg(long, value_name = "NAMES")]
+    topics: Option<TopicSet>,
+    /// Record only every Nth frame, with the columns and contacts of that frame
     #[arg(long, value_name = "N", default_value = "1", allow_negative_numbers = true)]
     #[arg(value_parser = clap::value_parser!(u64).range(1..))]
     every: u64,
@@ -66,8 +86,8 @@ pub struct RecordArgs {
     /// Poses per second for Foxglove, Rerun and PlotJuggler; 0 for none
     #[arg(long, value_name = "HZ", default_value = "10", value_parser = parse_poses_rate, allow_negative_numbers = true)]
     poses_rate: f64,
-    /// Repair a recording that was cut off, instead of recording
-    #[arg(long, value_name = "FILE", conflicts_with = "output")]
+    /// Repair a recording that was cut off, instead of recording: a copy with --output, or else the file itself
+    #[arg(long, value_name = "FILE")]
     repair: Option<PathBuf>,
 }
 
@@ -82,14 +102,24 @@ fn parse_poses_rate(text: &str) -> Result<f64, String> {
 /// Returns an error if the file can't be created or written, or the fleet can't be read.
 pub fn record(args: &RecordArgs) -> Result {
     if let Some(path) = &args.repair {
-        println!("{}: {}", path.display(), repair(path)?);
+        let (written, repair) = match &args.output {
+            Some(copy) => (copy, repair_copy(path, copy, args.force)?),
+            None => (path, repair(path)?),
+        };
+        println!("{}: {repair}", written.display());
         return Ok(());
     }
     // Signals are handled before the file is created: writing beyond the file size limit then returns an error instead
     // of killing the process.
     Termination::watch()?;
     let path = args.output.clone().unwrap_or_else(|| default_path(&args.options));
-    let mut sink = Sink::create(&path, args.force, args.compression)?;
+    let division = match (args.split, args.ring) {
+        (Some(limit), _) => Division::Split(limit),
+        (None, Some(limit)) => Division::Ring(limit),
+        (None, None) => Division::None,
+    };
+    let settings = sink::Settings { overwrite: args.force, compression: args.compression, division };
+    let mut sink = Sink::create(&path, settings)?;
     sink.note(
         "regatta",
         &[
@@ -101,9 +131,9 @@ pub fn record(args: &RecordArgs) -> Result {
         ],
     );
     let poses_period = (args.poses_rate > 0.0).then(|| Duration::from_secs_f64(1.0 / args.poses_rate));
-    let recorder =
-        Recorder::new(path, sink, Settings { every: args.every, poses_period, sees_all: args.options.rate.is_none() });
-    args.options.run(recorder, "record")
+    let topics = args.topics.clone().unwrap_or_else(TopicSet::all);
+    let settings = Settings { topics, every: args.every, poses_period, sees_all: args.options.rate.is_none() };
+    args.options.run(Recorder::new(sink, settings), "record")
 }
 
 /// Runs [`record`] with a command line, whose first argument is the program's name.

@@ -47,16 +47,19 @@ impl McapFile {
         Ok(Self { writer, channels: HashMap::new() })
     }
 
+    /// Returns the channel of a topic and the number of its messages. Defines the channel first if it is new.
+    pub fn channel(&mut self, topic: &Topic) -> McapResult<&mut (u16, u32)> {
+        if !self.channels.contains_key(topic) {
+            let schema = self.writer.add_schema(topic.schema(), PROTOBUF, topic.descriptors())?;
+            let channel = self.writer.add_channel(schema, &topic.name(), PROTOBUF, &BTreeMap::new())?;
+            self.channels.insert(topic.clone(), (channel, 0));
+        }
+        Ok(self.channels.get_mut(topic).expect("it was just inserted"))
+    }
+
     /// Writes a message. Sets the channel and sequence number of its header.
     pub fn write(&mut self, topic: &Topic, header: MessageHeader, message: &[u8]) -> McapResult<()> {
-        let (channel_id, count) = match self.channels.get_mut(topic) {
-            Some(channel) => channel,
-            None => {
-                let schema = self.writer.add_schema(topic.schema(), PROTOBUF, topic.descriptors())?;
-                let channel = self.writer.add_channel(schema, &topic.name(), PROTOBUF, &BTreeMap::new())?;
-                self.channels.entry(topic.clone()).or_insert((channel, 0))
-            }
-        };
+        let (channel_id, count) = self.channel(topic)?;
         *count = count.wrapping_add(1);
         let header = MessageHeader { channel_id: *channel_id, sequence: *count, ..header };
         self.writer.write_to_known_channel(&header, message)

@@ -1,25 +1,135 @@
-//! Creates the files of exports and plots.
+//! Writes the files of exports, plots and repairs. A file appears under its name only once it is complete.
 
-use std::fs::File;
+use std::fs::{self, File, OpenOptions};
 use std::io::{self, Read};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use mcap::MAGIC;
 
-/// Creates a file or overwrites an existing one, but never a recording: it may be the one that is being read.
-pub(crate) fn create(path: &Path) -> io::Result<File> {
-    // Only regular files are checked: a pipe, for example, has no content to lose, and opening it would block.
-    let is_file = path.metadata().is_ok_and(|metadata| metadata.is_file());
-    if is_file && is_recording(path) {
-        return Err(io::Error::new(
-            io::ErrorKind::AlreadyExists,
-            "it is a recording; choose another file, or remove it",
-        ));
+/// A file that is being written, and is removed unless it is committed.
+#[derive(Debug)]
+pub(crate) struct Draft {
+    path: PathBuf,
+    /// The file with the content so far; `None` if `path` is no regular file but, for example, a pipe.
+    draft: Option<PathBuf>,
+}
+
+impl Draft {
+    /// Starts to write a file. An existing file is replaced only with `force`, and a recording never: it may be the one
+    /// that is being read.
+    pub fn create(path: &Path, force: bool) -> io::Result<(Self, File)> {
+        let existing = path.metadata().ok();
+        if existing.as_ref().is_some_and(|metadata| !metadata.is_file() && !metadata.is_dir()) {
+            let file = OpenOptions::new().write(true).open(path)?;
+            return Ok((Self { path: path.to_owned(), draft: None }, file));
+        }
+        let refused = |reason: &str| Err(io::Error::new(io::ErrorKind::AlreadyExists, reason.to_owned()));
+        match existing {
+            Some(metadata) if metadata.is_dir() => return refused("it is a folder"),
+            Some(_) if is_recording(path) => return refused("it is a recording; choose another file, or remove it"),
+            Some(_) if !force => return refused("it exists already; choose another file, or --force to overwrite it"),
+            _ => {}
+        }
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        let draft = path.with_file_name(format!(".{name}.{}.part", std::process::id()));
+        let file = OpenOptions::new().read(true).write(true).create_new(true).open(&draft)?;
+        Ok((Self { path: path.to_owned(), draft: Some(draft) }, file))
     }
-    File::create(path)
+
+    /// Opens the file again, to append to it.
+    pub fn append(&self) -> io::Result<File> {
+        OpenOptions::new().append(true).open(self.draft.as_deref().unwrap_or(&self.path))
+    }
+
+    /// Gives the complete file its name.
+    pub fn commit(mut self) -> io::Result<()> {
+        self.draft.take().map_or(Ok(()), |draft| fs::rename(&draft, &self.path).inspect_err(|_| remove(&draft)))
+    }
+}
+
+impl Drop for Draft {
+    fn drop(&mut self) {
+        if let Some(draft) = &self.draft {
+            remove(draft);
+        }
+    }
+}
+
+fn remove(draft: &Path) {
+    if let Err(error) = fs::remove_file(draft) {
+        regatta_plugin::tell!("can't remove {} ({error})", draft.display());
+    }
 }
 
 fn is_recording(path: &Path) -> bool {
     let mut magic = [0; MAGIC.len()];
     File::open(path).and_then(|mut file| file.read_exact(&mut magic)).is_ok() && magic == *MAGIC
+}
+
+/// A folder that is removed again if nothing is written to it.
+#[derive(Debug)]
+pub(crate) struct Folder {
+    /// The folders that didn't exist before, the deepest one first.
+    created: Vec<PathBuf>,
+}
+
+impl Folder {
+    pub fn create(path: &Path) -> io::Result<Self> {
+        let is_missing = |folder: &&Path| !folder.as_os_str().is_empty() && !folder.exists();
+        let created = path.ancestors().take_while(is_missing).map(Path::to_owned).collect();
+        fs::create_dir_all(path)?;
+        Ok(Self { created })
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        // Removing fails for a folder that has files, and that is what it should do.
+        let _ = self.created.iter().try_for_each(fs::remove_dir);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::Write as _;
+
+    use super::*;
+
+    fn names(folder: &Path) -> Vec<String> {
+        let entries = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name());
+        entries.map(|name| name.to_string_lossy().into_owned()).collect()
+    }
+
+    #[test]
+    fn a_file_appears_when_it_is_complete_and_nothing_is_left_of_an_incomplete_one() {
+        let folder = tempfile::TempDir::new().unwrap();
+        let path = folder.path().join("new/deep/a.csv");
+        let created = Folder::create(path.parent().unwrap()).unwrap();
+        drop(Draft::create(&path, false).unwrap());
+        drop(created);
+        assert_eq!(names(folder.path()), [""; 0]);
+
+        let _created = Folder::create(path.parent().unwrap()).unwrap();
+        let (draft, mut file) = Draft::create(&path, false).unwrap();
+        file.write_all(b"one").unwrap();
+        draft.append().unwrap().write_all(b",two").unwrap();
+        assert!(!path.exists());
+        draft.commit().unwrap();
+        assert_eq!(fs::read(&path).unwrap(), b"one,two");
+        assert_eq!(names(path.parent().unwrap()), ["a.csv"]);
+    }
+
+    #[test]
+    fn an_existing_file_stays_until_its_successor_is_complete() {
+        let folder = tempfile::TempDir::new().unwrap();
+        let path = folder.path().join("a.csv");
+        fs::write(&path, "precious").unwrap();
+        assert!(Draft::create(&path, false).unwrap_err().to_string().contains("--force"));
+        assert!(Draft::create(folder.path(), true).unwrap_err().to_string().contains("folder"));
+        let (draft, mut file) = Draft::create(&path, true).unwrap();
+        file.write_all(b"new").unwrap();
+        assert_eq!(fs::read(&path).unwrap(), b"precious");
+        draft.commit().unwrap();
+        assert_eq!(fs::read(&path).unwrap(), b"new");
+    }
 }

@@ -3,6 +3,7 @@
 mod axis;
 mod charts;
 mod map;
+mod png;
 mod svg;
 mod track;
 
@@ -12,10 +13,11 @@ use std::time::Duration;
 
 use clap::Args;
 
-use crate::output;
+use crate::output::Draft;
+use crate::progress::{Interrupted, Progress};
 use crate::reading::{ReadingError, Recording};
 use crate::recorded::Row;
-use crate::table::for_each_snapshot;
+use crate::table::{Span, for_each_snapshot};
 use svg::{Area, Svg};
 use track::{Sample, Track};
 
@@ -27,9 +29,12 @@ pub struct PlotArgs {
     /// The robot's id
     #[arg(long, value_name = "ID")]
     robot: u32,
-    /// The SVG file to write
+    /// The picture to write: a .png or .svg file
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
+    /// Overwrite the picture if it exists
+    #[arg(long)]
+    force: bool,
     /// Start at this time of the recording, for example 12.5s or 3min
     #[arg(long, value_name = "TIME")]
     from: Option<humantime::Duration>,
@@ -58,6 +63,15 @@ pub enum PlotError {
         /// The highest recorded id.
         last: usize,
     },
+    /// The picture's format is unknown.
+    #[error("can't draw {path}; give a file name that ends with .png or .svg")]
+    Format {
+        /// The file.
+        path: PathBuf,
+    },
+    /// The process was asked to end.
+    #[error("the plot was interrupted")]
+    Interrupted,
     /// The time range ends before it starts.
     #[error("--from {from} is after --to {to}; give an earlier --from, or a later --to")]
     Times {
@@ -76,6 +90,12 @@ pub enum PlotError {
     },
 }
 
+impl From<Interrupted> for PlotError {
+    fn from(_: Interrupted) -> Self {
+        Self::Interrupted
+    }
+}
+
 /// Draws a robot's track. Returns one line that describes the written file.
 ///
 /// # Errors
@@ -87,24 +107,33 @@ pub fn plot(args: &PlotArgs) -> Result<String, PlotError> {
     {
         return Err(PlotError::Times { from, to });
     }
-    let recording = Recording::open(&args.file)?;
+    let extension = args.output.extension().unwrap_or_default().to_ascii_lowercase();
+    let is_png = extension == "png";
+    if !is_png && extension != "svg" {
+        return Err(PlotError::Format { path: args.output.clone() });
+    }
+    let recording = Recording::open_frames(&args.file)?;
     let failed = |reason| PlotError::Write { path: args.output.clone(), reason };
+    let (draft, mut file) = Draft::create(&args.output, args.force).map_err(failed)?;
     let track = track(&recording, args)?;
     let name = args.file.file_name().unwrap_or_default().to_string_lossy();
-    let text = picture(&track, &format!("Robot {}", args.robot), &name);
-    output::create(&args.output).and_then(|mut file| file.write_all(text.as_bytes())).map_err(failed)?;
+    let svg = picture(&track, &format!("Robot {}", args.robot), &name);
+    let bytes =
+        if is_png { png::png(&svg).map_err(|reason| failed(io::Error::other(reason)))? } else { svg.into_bytes() };
+    file.write_all(&bytes).and_then(|()| draft.commit()).map_err(failed)?;
     let samples = track.samples().count();
     Ok(format!("{}: {samples} frames of robot {}", args.output.display(), args.robot))
 }
 
 fn track(recording: &Recording, args: &PlotArgs) -> Result<Track, PlotError> {
-    let (start, end) = recording.span();
-    let (from, to) = (args.from.map_or(start, Into::into), args.to.map_or(end, Into::into));
+    let span = Span::of(recording, args.from, args.to);
+    let mut progress = Progress::start("plot");
     let mut track = Track { segments: Vec::new(), edges: Vec::new() };
     let (mut run, mut was_present, mut most_robots) = (None, false, 0);
-    for_each_snapshot(recording, &[], |snapshot| -> Result<(), ReadingError> {
+    for_each_snapshot(recording, &[], &span, |snapshot| -> Result<(), PlotError> {
+        progress.report(span.done(snapshot.time))?;
         most_robots = most_robots.max(snapshot.len());
-        let row = snapshot.row(args.robot as usize).filter(|_| (from..=to).contains(&snapshot.time));
+        let row = snapshot.row(args.robot as usize);
         let changed_run = run.replace(snapshot.run) != Some(snapshot.run);
         if changed_run {
             track.edges = snapshot.edges().to_vec();
@@ -124,8 +153,8 @@ fn track(recording: &Recording, args: &PlotArgs) -> Result<Track, PlotError> {
         true => Err(PlotError::NoRobot {
             robot: args.robot,
             path: args.file.clone(),
-            from: from.as_secs_f64(),
-            to: to.as_secs_f64(),
+            from: span.from as f64 * 1e-9,
+            to: span.to as f64 * 1e-9,
             last: most_robots.saturating_sub(1),
         }),
     }
@@ -174,14 +203,16 @@ mod tests {
     }
 
     #[test]
-    fn each_segment_is_a_line_and_a_heading_line_breaks_where_it_wraps_around() {
+    fn each_segment_is_a_line_and_a_heading_is_unwrapped() {
         let turning =
             |time: f64| (time + std::f64::consts::PI).rem_euclid(std::f64::consts::TAU) - std::f64::consts::PI;
         let track = Track { segments: vec![segment(0.0, turning), segment(20.0, |_| 0.5)], edges: Vec::new() };
         let svg = picture(&track, "Robot 1", "run.mcap");
         assert_eq!(count(&svg, "path"), 2);
-        // Three values in two segments, and the heading, which wraps around at π and 3π.
-        assert_eq!(count(&svg, "line"), 3 * 2 + 1 + 3);
+        // Four values in two segments. The heading wraps around at π and 3π, but is drawn as one line.
+        assert_eq!(count(&svg, "line"), 4 * 2);
+        // It turns by 9.9 rad.
+        assert!(svg.contains(">540<") && !svg.contains(">−180<"), "{svg}");
     }
 
     #[test]

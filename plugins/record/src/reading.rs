@@ -1,21 +1,24 @@
 //! Reads recordings in order of time. Only the requested part of a file is read.
 
+mod index;
+mod reader;
+mod state;
+
 use std::collections::{BTreeSet, HashMap};
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use mcap::sans_io::indexed_reader::ReadOrder;
-use mcap::sans_io::{
-    IndexedReadEvent, IndexedReader, IndexedReaderOptions, SummaryReadEvent, SummaryReader, SummaryReaderOptions,
-};
+use mcap::sans_io::{IndexedReader, IndexedReaderOptions, SummaryReadEvent, SummaryReader, SummaryReaderOptions};
 use mcap::{McapError, McapResult, Summary};
 
 use crate::decode::MessageError;
 use crate::mcap_record::MAX_RECORD;
+use crate::progress::Progress;
 use crate::scan::scan;
 use crate::schema::Topic;
+pub(crate) use reader::Reader;
 
 /// The error of reading a recording.
 #[derive(Debug, thiserror::Error)]
@@ -36,8 +39,14 @@ pub enum ReadingError {
         /// The reason given by the MCAP library.
         reason: McapError,
     },
-    /// The file is an MCAP file without frames.
-    #[error("{path} has no topic /frames: it isn't a recording of a fleet")]
+    /// The file is an MCAP file without topics of a fleet.
+    #[error("{path} has no topics of Regatta: it isn't a recording of a fleet")]
+    NoFleet {
+        /// The file.
+        path: PathBuf,
+    },
+    /// The recording has no frames, because other topics were chosen.
+    #[error("{path} has no frames: only other topics were recorded")]
     NoFrames {
         /// The file.
         path: PathBuf,
@@ -56,7 +65,7 @@ pub enum ReadingError {
     },
 }
 
-/// A recording on disk. Not more than about two chunks of its messages are in memory at a time.
+/// A recording on disk. Only a few chunks of its messages are in memory at a time.
 #[derive(Debug)]
 pub struct Recording {
     path: PathBuf,
@@ -76,12 +85,21 @@ pub(crate) struct Entry<'recording> {
 }
 
 /// The part of a recording to read.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub(crate) struct Selection {
     /// The start on the recording's clock, in nanoseconds.
     pub from: u64,
+    /// The end, which is included.
+    pub to: u64,
     /// The topics; empty for all.
     pub topics: Vec<Topic>,
+}
+
+impl Selection {
+    /// Returns a selection of all messages on these topics; of all topics, if there are none.
+    pub fn all_of(topics: Vec<Topic>) -> Self {
+        Self { from: 0, to: u64::MAX, topics }
+    }
 }
 
 impl Recording {
@@ -95,17 +113,33 @@ impl Recording {
         let (summary, closed) = match summary(&mut file) {
             Ok(Some(summary)) => (summary, true),
             Err(McapError::Io(error)) => return Err(failed(error)),
-            _ => (scan(&mut file, &BTreeSet::new()).map_err(failed)?.summary, false),
+            _ => {
+                let mut progress = Progress::start("reading");
+                let mut report = |done| progress.report(done).map_err(Into::into);
+                (scan(&mut file, &BTreeSet::new(), &mut report).map_err(failed)?.summary, false)
+            }
         };
         let topics: HashMap<_, _> = summary
             .channels
             .iter()
             .filter_map(|(id, channel)| Some((*id, Topic::from_name(&channel.topic)?)))
             .collect();
-        if !topics.values().any(|topic| *topic == Topic::Frames) {
-            return Err(ReadingError::NoFrames { path: path.to_owned() });
+        if !topics.values().any(|topic| topic.schema().starts_with("regatta.")) {
+            return Err(ReadingError::NoFleet { path: path.to_owned() });
         }
         Ok(Self { path: path.to_owned(), file, summary, topics, closed })
+    }
+
+    /// Opens a recording that has frames.
+    ///
+    /// # Errors
+    /// Returns a [`ReadingError`] as [`open`](Self::open), and also if the recording has no frames.
+    pub fn open_frames(path: &Path) -> Result<Self, ReadingError> {
+        let recording = Self::open(path)?;
+        match recording.count(&Topic::Frames) {
+            0 => Err(ReadingError::NoFrames { path: path.to_owned() }),
+            _ => Ok(recording),
+        }
     }
 
     /// Returns the file's path.
@@ -140,24 +174,21 @@ impl Recording {
 
     /// Reads messages in order of time. Messages of the same time keep the order in which they were recorded.
     pub(crate) fn read(&self, selection: &Selection) -> Result<Reader<'_>, ReadingError> {
-        self.reader(IndexedReaderOptions::new().starting_at(selection.from), &selection.topics)
-    }
-
-    /// Returns the time and the bytes of the last message on a topic at or before `time`.
-    pub(crate) fn last_until(&self, topic: &Topic, time: u64) -> Result<Option<(u64, Vec<u8>)>, ReadingError> {
-        let options = IndexedReaderOptions::new().ending_at(time).with_order(ReadOrder::ReverseLogTime);
-        let mut reader = self.reader(options, std::slice::from_ref(topic))?;
-        Ok(reader.next()?.map(|entry| (entry.log_time, entry.message.to_vec())))
+        let options = IndexedReaderOptions::new().starting_at(selection.from).ending_at(selection.to);
+        self.reader(options, &selection.topics)
     }
 
     fn reader(&self, options: IndexedReaderOptions, topics: &[Topic]) -> Result<Reader<'_>, ReadingError> {
-        let options = options.with_record_length_limit(MAX_RECORD);
+        let is_recorded = |topic: &Topic| self.topics.values().any(|recorded| recorded == topic);
         let options = match topics {
             [] => options,
-            topics => options.include_topics(topics.iter().map(Topic::name)),
+            topics if topics.iter().any(is_recorded) => options.include_topics(topics.iter().map(Topic::name)),
+            // Nothing: with topics that don't exist, the reader would read all messages.
+            _ => IndexedReaderOptions::new().starting_at(0).ending_before(0),
         };
+        let options = options.with_record_length_limit(MAX_RECORD);
         let reader = IndexedReader::new_with_options(&self.summary, options).map_err(|error| self.damaged(error))?;
-        Ok(Reader { recording: self, reader, chunk: Vec::new(), message: Vec::new(), ahead: None })
+        Ok(Reader::new(self, reader))
     }
 
     fn damaged(&self, reason: McapError) -> ReadingError {
@@ -172,67 +203,6 @@ impl Recording {
     pub(crate) fn malformed(&self, topic: &Topic, log_time: u64, reason: MessageError) -> ReadingError {
         let (path, at) = (self.path.clone(), Duration::from_nanos(log_time));
         ReadingError::Message { path, topic: topic.name(), at, reason }
-    }
-}
-
-/// A cursor over the messages of a recording.
-pub(crate) struct Reader<'recording> {
-    recording: &'recording Recording,
-    reader: IndexedReader,
-    /// The chunk read last, compressed.
-    chunk: Vec<u8>,
-    /// The message read last.
-    message: Vec<u8>,
-    /// The topic and time of that message, if it was peeked at but not yet returned.
-    ahead: Option<(&'recording Topic, u64)>,
-}
-
-impl<'recording> Reader<'recording> {
-    /// Returns the time of the next message without consuming it.
-    pub fn peek(&mut self) -> Result<Option<u64>, ReadingError> {
-        if self.ahead.is_none() {
-            let recording = self.recording;
-            self.ahead = self.advance().map_err(|error| recording.damaged(error))?;
-        }
-        Ok(self.ahead.map(|(_, log_time)| log_time))
-    }
-
-    /// Returns the next message on a topic that this crate knows.
-    pub fn next(&mut self) -> Result<Option<Entry<'_>>, ReadingError> {
-        self.peek()?;
-        Ok(self.ahead.take().map(|(topic, log_time)| Entry { topic, log_time, message: &self.message }))
-    }
-
-    /// Copies the next message to `message`.
-    fn advance(&mut self) -> McapResult<Option<(&'recording Topic, u64)>> {
-        while let Some(event) = self.reader.next_event() {
-            match event.map_err(undecodable)? {
-                IndexedReadEvent::ReadChunkRequest { offset, length } => {
-                    self.chunk.resize(length, 0);
-                    let mut file = &self.recording.file;
-                    file.seek(SeekFrom::Start(offset))?;
-                    file.read_exact(&mut self.chunk)?;
-                    self.reader.insert_chunk_record_data(offset, &self.chunk).map_err(undecodable)?;
-                }
-                IndexedReadEvent::Message { header, data } => {
-                    if let Some(topic) = self.recording.topics.get(&header.channel_id) {
-                        self.message.clear();
-                        self.message.extend_from_slice(data);
-                        return Ok(Some((topic, header.log_time)));
-                    }
-                }
-            }
-        }
-        Ok(None)
-    }
-}
-
-/// Turns an I/O error of the MCAP library into a decompression error: the library reads from memory, so its I/O errors
-/// are caused by damaged data.
-fn undecodable(error: McapError) -> McapError {
-    match error {
-        McapError::Io(reason) => McapError::DecompressionError(reason.to_string()),
-        error => error,
     }
 }
 

@@ -125,6 +125,8 @@ fn packed<'message>(wire_type: WireType, message: &mut &'message [u8]) -> Result
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RecordedColumn<'message> {
     pub tick: u64,
+    /// Whether the same column was recorded before.
+    pub is_repeated: bool,
     values: &'message [u8],
 }
 
@@ -139,7 +141,7 @@ impl<'message> RecordedColumn<'message> {
             }
         }
         match values.len() % 4 {
-            0 => Ok(Self { tick: head.tick, values }),
+            0 => Ok(Self { tick: head.tick, is_repeated: head.is_repeated, values }),
             _ => Err(MessageError::ColumnLength { bytes: values.len(), robots: values.len() / 4 }),
         }
     }

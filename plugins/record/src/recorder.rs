@@ -1,23 +1,26 @@
 //! The recorder: a plugin that passes everything a fleet publishes to a [`Sink`].
 
-use std::path::PathBuf;
 use std::time::Duration;
 
 use regatta_plugin::frame::FrameHeader;
 use regatta_plugin::{Error, Events, Frame, Participant, Plugin, Result, World};
 
 use crate::schema::Topic;
-use crate::sink::{Sink, SinkError, Tally};
+use crate::sink::{Payload, Sink, SinkError, Tally};
 use crate::sources::Sources;
+use crate::thinning::{Held, Thinning};
 use crate::timeline::Timeline;
+use crate::topics::TopicSet;
 use crate::{encode, scene};
 
 /// The plugin that records a fleet until it is stopped.
 #[derive(Debug)]
 pub(crate) struct Recorder {
-    path: PathBuf,
     sink: Sink,
+    topics: TopicSet,
     every: u64,
+    /// `None` if every frame is recorded, and so everything else.
+    thinning: Option<Thinning>,
     poses: Option<Poses>,
     sources: Option<Sources>,
     timeline: Timeline,
@@ -36,8 +39,10 @@ pub(crate) struct Recorder {
 }
 
 /// The settings of a [`Recorder`].
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Settings {
+    /// The topics to record.
+    pub topics: TopicSet,
     /// Record every `every`th frame; at least 1.
     pub every: u64,
     /// Simulated time between poses for general tools; `None` for no poses.
@@ -64,12 +69,13 @@ struct Pending {
 }
 
 impl Recorder {
-    pub fn new(path: PathBuf, sink: Sink, settings: Settings) -> Self {
+    pub fn new(sink: Sink, settings: Settings) -> Self {
         let poses = |period: Duration| Poses { period: period.as_nanos() as u64, run_id: 0, next: 0 };
         Self {
-            path,
             sink,
+            topics: settings.topics,
             every: settings.every,
+            thinning: (settings.every > 1 || !settings.sees_all).then(Thinning::default),
             poses: settings.poses_period.map(poses),
             sources: None,
             timeline: Timeline::default(),
@@ -86,7 +92,9 @@ impl Recorder {
     fn record_pending(&mut self) {
         for Pending { topic, tick, message } in self.pending.drain(..) {
             let log_time = tick.map_or(self.timeline.now(), |(run_id, tick)| self.timeline.time_of(run_id, tick));
-            self.sink.send(topic, log_time, self.newest.wall_time_nanos, message);
+            if self.topics.includes(&topic) {
+                self.sink.send(topic, log_time, self.newest.wall_time_nanos, Payload::Message(message));
+            }
         }
     }
 
@@ -103,25 +111,47 @@ impl Recorder {
         }
         self.newest = *frame.header();
         if self.records_tick {
-            self.sink.send(Topic::Frames, log_time, self.newest.wall_time_nanos, encode::frame(frame));
+            if self.topics.includes(&Topic::Frames) {
+                self.send(Topic::Frames, log_time, encode::frame(frame));
+            }
+            let held = self.thinning.as_mut().map(|thinning| thinning.record_frame(frame.run_id(), frame.tick()));
+            self.record_held(held.into_iter().flatten());
         }
         if self.poses.as_mut().is_some_and(|poses| poses.are_due(frame)) {
-            for (topic, message) in
-                [(Topic::Poses, scene::poses(frame, log_time)), (Topic::Robots, scene::robots(frame, log_time))]
-            {
-                self.sink.send(topic, log_time, self.newest.wall_time_nanos, message);
+            if self.topics.includes(&Topic::Poses) {
+                self.send(Topic::Poses, log_time, scene::poses(frame, log_time));
+            }
+            if self.topics.includes(&Topic::Robots) {
+                self.send(Topic::Robots, log_time, scene::robots(frame, log_time));
             }
         }
     }
 
+    fn send(&mut self, topic: Topic, log_time: u64, message: Vec<u8>) {
+        self.sink.send(topic, log_time, self.newest.wall_time_nanos, Payload::Message(message));
+    }
+
+    /// Records samples that belong to a recorded frame.
+    fn record_held(&mut self, held: impl Iterator<Item = Held>) {
+        for Held { sample, log_time } in held {
+            self.sink.send(sample.topic, log_time, self.newest.wall_time_nanos, sample.payload);
+        }
+    }
+
     fn record_sources(&mut self) -> Result {
-        let Self { sources, sink, timeline, newest, others_missed, sees_all, .. } = self;
+        let Self { sources, sink, thinning, timeline, newest, others_missed, sees_all, .. } = self;
         let Some(sources) = sources else { return Ok(()) };
         sources.poll(|sample| {
             // A recorder that skips frames also skips the columns and contacts between them.
             *others_missed += if *sees_all || !sample.topic.is_state() { sample.missed } else { 0 };
             let log_time = timeline.time_of(sample.run_id, sample.tick);
-            sink.send(sample.topic, log_time, newest.wall_time_nanos, sample.message);
+            let recorded = match thinning.as_mut().filter(|_| sample.topic.is_state()) {
+                Some(thinning) => thinning.take(sample, log_time),
+                None => [Some(Held { sample, log_time }), None],
+            };
+            for Held { sample, log_time } in recorded.into_iter().flatten() {
+                sink.send(sample.topic, log_time, newest.wall_time_nanos, sample.payload);
+            }
         })
     }
 
@@ -134,21 +164,21 @@ impl Recorder {
     fn report(&self, tally: &Tally) -> String {
         let lost = [
             (self.frames_missed, "that the recorder was too slow for"),
-            (tally.frames_dropped, "that the disk was too slow for"),
-            (tally.frames_failed, "that could not be written"),
+            (tally.lost.frames_dropped, "that the disk was too slow for"),
+            (tally.lost.frames_failed, "that could not be written"),
         ];
         let lost = lost.iter().filter(|(count, _)| *count > 0).map(|(count, why)| format!("{count} {why}"));
         let lost = match lost.collect::<Vec<_>>().join(", ") {
             none if none.is_empty() => "no frame lost".to_owned(),
             lost => format!("frames lost: {lost}"),
         };
-        let others = match tally.others_dropped + self.others_missed {
+        let others = match tally.lost.others + self.others_missed {
             0 => String::new(),
             count => format!("; {count} other messages lost"),
         };
-        let (path, seconds) = (self.path.display(), self.timeline.now() as f64 * 1e-9);
-        let megabytes = tally.bytes as f64 * 1e-6;
-        format!("{path}: {} frames up to {seconds:.2} s, {megabytes:.1} MB; {lost}{others}", tally.frames)
+        let (seconds, megabytes) = (self.timeline.now() as f64 * 1e-9, tally.bytes as f64 * 1e-6);
+        let Tally { name, frames, growth, .. } = tally;
+        format!("{name}: {frames} frames up to {seconds:.2} s, {megabytes:.1} MB ({growth}); {lost}{others}")
     }
 }
 
@@ -170,7 +200,7 @@ impl Poses {
 
 impl Plugin for Recorder {
     fn on_start(&mut self, fleet: &Participant) -> Result {
-        self.sources = Some(Sources::open(fleet)?);
+        self.sources = Some(Sources::open(fleet, &self.topics)?);
         Ok(())
     }
 
@@ -187,7 +217,7 @@ impl Plugin for Recorder {
     }
 
     fn wants_events(&self) -> bool {
-        true
+        self.topics.includes(&Topic::Events)
     }
 
     fn on_events(&mut self, events: &Events<'_>) -> Result {
@@ -218,9 +248,10 @@ impl Plugin for Recorder {
     fn on_stop(&mut self) -> Result {
         self.record_pending();
         let polled = self.record_sources();
+        let held = self.thinning.as_mut().map(Thinning::flush);
+        self.record_held(held.into_iter().flatten());
         let missed = [("frames_missed", self.frames_missed), ("others_missed", self.others_missed)];
-        self.sink.note("regatta.end", &missed.map(|(name, count)| (name, count.to_string())));
-        let (tally, error) = self.sink.finish();
+        let (tally, error) = self.sink.finish("regatta.end", &missed.map(|(name, count)| (name, count.to_string())));
         regatta_plugin::tell!("record: {}", self.report(&tally));
         match error {
             Some(error @ SinkError::Write { .. }) => {

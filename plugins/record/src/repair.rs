@@ -5,7 +5,7 @@ mod tail;
 use std::collections::{BTreeSet, HashSet};
 use std::fmt;
 use std::fs::{File, OpenOptions};
-use std::io::{self, Seek, SeekFrom, Write};
+use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -14,9 +14,12 @@ use mcap::Summary;
 use mcap::records::ChunkIndex;
 
 use crate::mcap_record::RECORD_HEADER;
+use crate::output::Draft;
+use crate::progress::Progress;
 use crate::reading;
 use crate::scan::scan;
 use crate::schema::Topic;
+pub(crate) use tail::index;
 use tail::tail;
 
 /// The error of repairing a recording.
@@ -88,10 +91,52 @@ impl fmt::Display for Repair {
 pub fn repair(path: &Path) -> Result<Repair, RepairError> {
     let failed = |reason| RepairError::Io { path: path.to_owned(), reason };
     let mut file = OpenOptions::new().read(true).write(true).open(path).map_err(failed)?;
-    if let Ok(Some(summary)) = reading::summary(&mut file) {
-        return remove_damage(&mut file, &summary).map_err(failed);
+    repair_file(&mut file, path)
+}
+
+/// Writes a repaired copy of a recording, and leaves the recording as it is.
+///
+/// # Errors
+/// Returns a [`RepairError`] as [`repair`], and also if the copy exists already and `force` is false. Nothing is left of
+/// the copy then.
+pub fn repair_copy(path: &Path, copy: &Path, force: bool) -> Result<Repair, RepairError> {
+    let failed = |path: &Path| {
+        let path = path.to_owned();
+        move |reason| RepairError::Io { path, reason }
+    };
+    let mut file = File::open(path).map_err(failed(path))?;
+    let (draft, mut repaired) = Draft::create(copy, force).map_err(failed(copy))?;
+    copy_all(&mut file, &mut repaired).map_err(failed(copy))?;
+    let repair = repair_file(&mut repaired, path)?;
+    draft.commit().map_err(failed(copy))?;
+    Ok(repair)
+}
+
+/// The number of bytes copied between two reports of progress.
+const COPY_BYTES: u64 = 64 << 20;
+
+fn copy_all(from: &mut File, to: &mut File) -> io::Result<()> {
+    let mut progress = Progress::start("copy");
+    let (length, mut copied) = (from.metadata()?.len(), 0);
+    while copied < length {
+        let part = io::copy(&mut from.take(COPY_BYTES), to)?;
+        if part == 0 {
+            break;
+        }
+        copied += part;
+        progress.report(copied as f64 / length as f64)?;
     }
-    close(&mut file).map_err(|reason| match reason.kind() {
+    Ok(())
+}
+
+fn repair_file(file: &mut File, path: &Path) -> Result<Repair, RepairError> {
+    let failed = |reason| RepairError::Io { path: path.to_owned(), reason };
+    let mut progress = Progress::start("repair");
+    let mut report = |done| progress.report(done).map_err(Into::into);
+    if let Ok(Some(summary)) = reading::summary(file) {
+        return remove_damage(file, &summary, &mut report).map_err(failed);
+    }
+    close_reporting(file, &mut report).map_err(|reason| match reason.kind() {
         io::ErrorKind::InvalidData | io::ErrorKind::UnexpectedEof => {
             RepairError::NoRecording { path: path.to_owned(), reason }
         }
@@ -117,10 +162,10 @@ fn repair_of(summary: &Summary) -> Repair {
 }
 
 /// Scans a closed recording and removes its damaged chunks.
-fn remove_damage(file: &mut File, summary: &Summary) -> io::Result<Repair> {
+fn remove_damage(file: &mut File, summary: &Summary, report: &mut Report<'_>) -> io::Result<Repair> {
     let chunks = summary.chunk_indexes.iter().map(|chunk| chunk.chunk_start_offset);
     let record_starts = chunks.chain(summary.metadata_indexes.iter().map(|index| index.offset)).collect();
-    let mut scan = scan(file, &record_starts)?;
+    let mut scan = scan(file, &record_starts, report)?;
     let undamaged: HashSet<_> = scan.summary.chunk_indexes.iter().map(|chunk| chunk.chunk_start_offset).collect();
     let lost = lost(summary, &undamaged);
     if lost.is_empty() && scan.damage.is_empty() {
@@ -161,10 +206,17 @@ const PRIVATE: u8 = 0xf0;
 /// Truncates a file after its last complete chunk and closes the recording. On a full disk, chunks at the end are removed
 /// until there is room for the tail.
 pub(crate) fn close(file: &mut File) -> io::Result<Repair> {
+    close_reporting(file, &mut |_| Ok(()))
+}
+
+/// Takes the part of a task that is done, from 0 to 1. An error ends the task.
+type Report<'r> = dyn FnMut(f64) -> io::Result<()> + 'r;
+
+fn close_reporting(file: &mut File, report: &mut Report<'_>) -> io::Result<Repair> {
     let length = file.seek(SeekFrom::End(0))?;
     let mut removed_chunks = 0;
     loop {
-        let scan = scan(file, &BTreeSet::new())?;
+        let scan = scan(file, &BTreeSet::new(), report)?;
         let tail = tail(&scan);
         file.set_len(scan.end)?;
         file.seek(SeekFrom::Start(scan.end))?;

@@ -20,7 +20,7 @@ use stage::{Stage, StageError};
 /// [`ReplayError`].
 pub fn replay(args: &ReplayArgs) -> Result<(), ReplayError> {
     let termination = Termination::watch().map_err(|error| ReplayError::Signals(error.to_string()))?;
-    let recording = Recording::open(&args.file)?;
+    let recording = Recording::open_frames(&args.file)?;
     let (start, end) = recording.span();
     if !recording.is_closed() {
         regatta_plugin::tell!("replay: {} was never closed; `regatta record --repair` closes it", args.file.display());
@@ -64,7 +64,7 @@ impl<'recording> Replay<'recording> {
     fn new(recording: &'recording Recording, stage: Stage, args: &ReplayArgs) -> Result<Self, ReplayError> {
         Ok(Self {
             recording,
-            reader: recording.read(&Selection::default())?,
+            reader: recording.read(&Selection::all_of(Vec::new()))?,
             stage,
             args: args.clone(),
             time: 0,
@@ -123,7 +123,7 @@ impl<'recording> Replay<'recording> {
         }
         self.withheld.clear();
         self.show_state_before(session, frame)?;
-        self.reader = self.recording.read(&Selection { from: frame, topics: Vec::new() })?;
+        self.reader = self.recording.read(&Selection { from: frame, ..Selection::all_of(Vec::new()) })?;
         // The first moments of a recording may have no frame.
         while self.reader.peek()?.is_some() && !self.show_moment(session, withhold)? {}
         session.jump(Moment { tick: session.tick(), sim_nanos: self.time });
@@ -132,13 +132,16 @@ impl<'recording> Replay<'recording> {
 
     /// Publishes what is valid until something newer comes: the world, columns, contacts.
     fn show_state_before(&mut self, session: &mut Session, frame: u64) -> Result<(), ReplayError> {
-        let Some(before) = frame.checked_sub(1) else { return Ok(()) };
         for topic in self.recording.topics().into_iter().filter(Topic::is_state) {
-            let Some((time, message)) = self.recording.last_until(&topic, before)? else { continue };
+            if matches!(topic, Topic::Contacts | Topic::ContactUpdates) {
+                continue;
+            }
+            let Some((time, message)) = self.recording.state_before(&topic, frame)? else { continue };
             let shown = self.stage.publish(session, &topic, &message);
             shown.map_err(|error| explain(self.recording, &topic, time, error))?;
         }
-        Ok(())
+        let contacts = self.recording.contacts_before(frame)?;
+        Ok(self.stage.take_contacts(session, contacts)?)
     }
 }
 

@@ -22,6 +22,11 @@ impl RobotIds {
         self.ranges.iter().flat_map(clip)
     }
 
+    /// Whether an id is in the set.
+    pub fn contains(&self, robot: u32) -> bool {
+        self.ranges.iter().any(|range| range.contains(&robot))
+    }
+
     /// Returns the lowest id, or `None` if the set is empty.
     pub fn first(&self) -> Option<u32> {
         self.ranges.first().map(|range| *range.start())
@@ -68,6 +73,8 @@ mod tests {
         assert_eq!(listed("1,5,7..9", 100), [1, 5, 7, 8, 9]);
         assert_eq!(listed("9,3..6, 5..7,1", 7), [1, 3, 4, 5, 6]);
         assert_eq!(listed("4294967295,0", 1), [0]);
+        let ids: RobotIds = "1,5,7..9".parse().unwrap();
+        assert_eq!((0..12).filter(|robot| ids.contains(*robot)).collect::<Vec<_>>(), [1, 5, 7, 8, 9]);
         assert_eq!(RobotIds::all().below(3).collect::<Vec<_>>(), [0, 1, 2]);
         for bad in ["", "a", "1,", "3..1", "-1", "1..", "..4", "4294967296"] {
             assert!(bad.parse::<RobotIds>().is_err(), "{bad:?}");

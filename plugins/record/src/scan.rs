@@ -11,7 +11,7 @@ use mcap::records::{self, ChunkIndex, MessageIndex, MetadataIndex, Record, op};
 use mcap::{Channel, MAGIC, McapError, McapResult, Summary, parse_record};
 
 use crate::mcap_record::{MAX_RECORD, RECORD_HEADER, RecordSpan};
-use chunk::ChunkContent;
+pub(crate) use chunk::ChunkContent;
 
 /// The undamaged contents of a recording.
 #[derive(Default)]
@@ -27,12 +27,16 @@ pub(crate) struct Scan {
 }
 
 /// Scans a recording. After damage it continues at the next of the offsets in `record_starts`; without one, the damage
-/// ends the scan.
+/// ends the scan. Calls `report` with the part that is done, from 0 to 1.
 ///
 /// # Errors
-/// Returns an error if the file can't be read, doesn't start like an MCAP file (`InvalidData`), or ends within its header
+/// Returns an error of `report`, or an error if the file can't be read, doesn't start like an MCAP file (`InvalidData`), or ends within its header
 /// (`UnexpectedEof`).
-pub(crate) fn scan(file: &mut (impl Read + Seek), record_starts: &BTreeSet<u64>) -> io::Result<Scan> {
+pub(crate) fn scan(
+    file: &mut (impl Read + Seek),
+    record_starts: &BTreeSet<u64>,
+    report: &mut dyn FnMut(f64) -> io::Result<()>,
+) -> io::Result<Scan> {
     let length = file.seek(SeekFrom::End(0))?;
     file.rewind()?;
     let mut magic = [0; MAGIC.len()];
@@ -43,6 +47,7 @@ pub(crate) fn scan(file: &mut (impl Read + Seek), record_starts: &BTreeSet<u64>)
     let mut scan = Scan::default();
     let mut end = MAGIC.len() as u64;
     loop {
+        report(end as f64 / length.max(1) as f64)?;
         let next = record_starts.range(end + 1..).next().copied();
         let record = RecordSpan::read(file, end, next.unwrap_or(length).min(length))?;
         let record = record.filter(|record| is_data(record.opcode) && scan.add(file, record).is_ok());

@@ -31,8 +31,10 @@ pub enum Topic {
     Events,
     /// Orders that took effect or were refused.
     Orders,
-    /// Pairs of robots that touch or may touch.
+    /// Pairs of robots that touch or may touch: whole lists.
     Contacts,
+    /// Lists of contacts as changes from the list before.
+    ContactUpdates,
     /// Contacts that began or ended.
     ContactEvents,
     /// A plugin's column.
@@ -52,6 +54,21 @@ const COLUMNS: &str = "/columns/";
 pub(crate) const PRODUCERS_COLUMN: &str = "type";
 
 impl Topic {
+    /// All topics but those of columns.
+    pub(crate) const FIXED: [Self; 11] = [
+        Self::World,
+        Self::Frames,
+        Self::Events,
+        Self::Orders,
+        Self::Contacts,
+        Self::ContactUpdates,
+        Self::ContactEvents,
+        Self::Poses,
+        Self::Robots,
+        Self::Graph,
+        Self::GraphPoints,
+    ];
+
     /// Returns the name in the recording.
     pub fn name(&self) -> String {
         match self {
@@ -60,6 +77,7 @@ impl Topic {
             Self::Events => "/events".to_owned(),
             Self::Orders => "/orders".to_owned(),
             Self::Contacts => "/contacts".to_owned(),
+            Self::ContactUpdates => "/contact_updates".to_owned(),
             Self::ContactEvents => "/contact_events".to_owned(),
             Self::Column(name) => format!("{COLUMNS}{name}"),
             Self::Poses => "/poses".to_owned(),
@@ -71,13 +89,10 @@ impl Topic {
 
     /// Returns the topic with a name, if this crate knows it.
     pub fn from_name(name: &str) -> Option<Self> {
-        use Topic::{ContactEvents, Contacts, Events, Frames, Graph, GraphPoints, Orders, Poses, Robots, World};
         if let Some(column) = name.strip_prefix(COLUMNS) {
             return column.parse().ok().map(Self::Column);
         }
-        [World, Frames, Events, Orders, Contacts, ContactEvents, Poses, Robots, Graph, GraphPoints]
-            .into_iter()
-            .find(|topic| topic.name() == name)
+        Self::FIXED.into_iter().find(|topic| topic.name() == name)
     }
 
     /// Returns the full name of the message type.
@@ -88,6 +103,7 @@ impl Topic {
             Self::Events => "regatta.Events",
             Self::Orders => "regatta.Orders",
             Self::Contacts => "regatta.Contacts",
+            Self::ContactUpdates => "regatta.ContactUpdate",
             Self::ContactEvents => "regatta.ContactEvents",
             Self::Column(_) => "regatta.Column",
             Self::Poses => "foxglove.PosesInFrame",
@@ -114,18 +130,23 @@ impl Topic {
         }
     }
 
+    /// Whether a message stays valid on its own until the next one, so that it is worth repeating.
+    pub(crate) fn is_repeated(&self) -> bool {
+        matches!(self, Self::World | Self::Column(_) | Self::Graph | Self::GraphPoints)
+    }
+
     /// Whether a plugin publishes the messages rather than the producer.
     pub(crate) fn is_from_plugin(&self) -> bool {
         match self {
             Self::Column(name) => name.as_str() != PRODUCERS_COLUMN,
-            _ => matches!(self, Self::Contacts | Self::ContactEvents),
+            _ => matches!(self, Self::Contacts | Self::ContactUpdates | Self::ContactEvents),
         }
     }
 
-    /// Whether each message is a state that is valid until the next message. A reader that starts in the middle of a
-    /// recording needs the last message before its start.
+    /// Whether each message is a state that is valid until the next message, or an update of one. A reader that starts in
+    /// the middle of a recording needs the state at its start.
     pub(crate) fn is_state(&self) -> bool {
-        matches!(self, Self::World | Self::Column(_) | Self::Contacts)
+        matches!(self, Self::World | Self::Column(_) | Self::Contacts | Self::ContactUpdates)
     }
 }
 
@@ -136,11 +157,7 @@ mod tests {
     use super::*;
 
     fn all() -> Vec<Topic> {
-        use Topic::{
-            Column, ContactEvents, Contacts, Events, Frames, Graph, GraphPoints, Orders, Poses, Robots, World,
-        };
-        let column = Column("collision".parse().unwrap());
-        vec![World, Frames, Events, Orders, Contacts, ContactEvents, column, Poses, Robots, Graph, GraphPoints]
+        Topic::FIXED.into_iter().chain([Topic::Column("collision".parse().unwrap())]).collect()
     }
 
     #[test]

@@ -11,8 +11,11 @@ use regatta_plugin::{
     column_names,
 };
 
+use crate::contacts::ContactList;
 use crate::encode;
 use crate::schema::{PRODUCERS_COLUMN, Topic};
+use crate::sink::Payload;
+use crate::topics::TopicSet;
 
 /// The time between two searches for new columns.
 const SEARCH_PERIOD: Duration = Duration::from_millis(500);
@@ -28,23 +31,26 @@ pub(crate) struct Sources {
     new_columns: Receiver<ColumnName>,
     /// Dropping this ends the thread that searches for columns.
     _search: Arc<()>,
-    orders: OrderLogReader,
-    contacts: ContactReader,
-    contact_events: ContactEventReader,
+    topics: TopicSet,
+    orders: Option<OrderLogReader>,
+    contacts: Option<ContactReader>,
+    contact_events: Option<ContactEventReader>,
 }
 
 /// A message with the tick that it belongs to.
+#[derive(Debug)]
 pub(crate) struct Sample {
     pub topic: Topic,
     pub run_id: u64,
     pub tick: u64,
     /// The number of samples lost before this one.
     pub missed: u64,
-    pub message: Vec<u8>,
+    pub payload: Payload,
 }
 
 impl Sources {
-    pub fn open(participant: &Participant) -> Result<Self> {
+    /// Opens the services of these topics.
+    pub fn open(participant: &Participant, topics: &TopicSet) -> Result<Self> {
         let (sender, new_columns) = channel();
         let fleet = participant.fleet().clone();
         // Listing the machine's services takes too long to be done between two frames.
@@ -52,14 +58,16 @@ impl Sources {
         let is_needed = Arc::downgrade(&search);
         let thread = std::thread::Builder::new().name("columns".to_owned());
         thread.spawn(move || search_columns(&fleet, &sender, &is_needed))?;
+        let has = |topic: Topic| topics.includes(&topic);
         let mut sources = Self {
             participant: participant.clone(),
             columns: Vec::new(),
             new_columns,
             _search: search,
-            orders: OrderLogReader::open_on(participant)?,
-            contacts: ContactReader::open_for_all_on(participant)?,
-            contact_events: ContactEventReader::open_on(participant)?,
+            topics: topics.clone(),
+            orders: has(Topic::Orders).then(|| OrderLogReader::open_on(participant)).transpose()?,
+            contacts: has(Topic::Contacts).then(|| ContactReader::open_for_all_on(participant)).transpose()?,
+            contact_events: has(Topic::ContactEvents).then(|| ContactEventReader::open_on(participant)).transpose()?,
         };
         // Opening takes a while, so that the producer's column and all existing ones are opened before the first frame.
         sources.open_column(PRODUCERS_COLUMN.parse()?)?;
@@ -82,29 +90,38 @@ impl Sources {
             for _ in 0..MAX_SAMPLES {
                 let Some(column) = reader.take_next()? else { break };
                 let (run_id, tick, missed) = (column.header.run_id, column.header.tick, column.missed);
-                let message = encode::column(&column);
-                each(Sample { topic: Topic::Column(name.clone()), run_id, tick, missed, message });
+                let payload = Payload::Message(encode::column(&column));
+                each(Sample { topic: Topic::Column(name.clone()), run_id, tick, missed, payload });
             }
         }
-        self.orders.take(|log| -> Result {
-            let (run_id, tick, missed) = (log.header.run_id, log.header.tick, log.missed);
-            each(Sample { topic: Topic::Orders, run_id, tick, missed, message: encode::orders(log) });
-            Ok(())
-        })?;
-        for _ in 0..MAX_SAMPLES {
-            let Some(contacts) = self.contacts.take_next()? else { break };
-            let (run_id, tick, missed) = (contacts.header.run_id, contacts.header.tick, contacts.missed);
-            each(Sample { topic: Topic::Contacts, run_id, tick, missed, message: encode::contacts(&contacts) });
+        if let Some(orders) = &mut self.orders {
+            orders.take(|log| -> Result {
+                let (run_id, tick, missed) = (log.header.run_id, log.header.tick, log.missed);
+                let payload = Payload::Message(encode::orders(log));
+                each(Sample { topic: Topic::Orders, run_id, tick, missed, payload });
+                Ok(())
+            })?;
         }
-        self.contact_events.take(|events| -> Result {
+        if let Some(reader) = &mut self.contacts {
+            for _ in 0..MAX_SAMPLES {
+                let Some(contacts) = reader.take_next()? else { break };
+                let (run_id, tick, missed) = (contacts.header.run_id, contacts.header.tick, contacts.missed);
+                let list = ContactList { header: *contacts.header, pairs: contacts.pairs.to_vec() };
+                each(Sample { topic: Topic::Contacts, run_id, tick, missed, payload: Payload::Contacts(list) });
+            }
+        }
+        let Some(contact_events) = &mut self.contact_events else { return Ok(()) };
+        contact_events.take(|events| {
             let (run_id, tick, missed) = (events.header.run_id, events.header.tick, events.missed);
-            each(Sample { topic: Topic::ContactEvents, run_id, tick, missed, message: encode::contact_events(events) });
+            let payload = Payload::Message(encode::contact_events(events));
+            each(Sample { topic: Topic::ContactEvents, run_id, tick, missed, payload });
             Ok(())
         })
     }
 
     fn open_column(&mut self, name: ColumnName) -> Result {
-        if !self.columns.iter().any(|(opened, _)| *opened == name) {
+        let is_wanted = self.topics.includes(&Topic::Column(name.clone()));
+        if is_wanted && !self.columns.iter().any(|(opened, _)| *opened == name) {
             let reader = ColumnReader::open_for_all_on(&self.participant, name.as_str())?;
             self.columns.push((name, reader));
         }

@@ -7,7 +7,7 @@ use regatta_plugin::frame::{FrameHeader, RobotState};
 use regatta_plugin::world::EdgeRecord;
 
 use crate::decode::{self, MessageError, RecordedWorld};
-use crate::reading::{Entry, ReadingError, Recording, Selection};
+use crate::reading::{ReadingError, Recording, Selection};
 use crate::recorded::{RecordedColumn, RecordedFrame, Row};
 use crate::schema::Topic;
 
@@ -63,28 +63,51 @@ struct State {
     run_id: Option<u64>,
 }
 
-/// Calls `each` with the snapshot of every frame, in order of time.
+/// A part of a recording, in nanoseconds on its clock. The end is included.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Span {
+    pub from: u64,
+    pub to: u64,
+}
+
+impl Span {
+    /// Returns the requested part of a recording: all of it, unless it is limited.
+    pub fn of(recording: &Recording, from: Option<humantime::Duration>, to: Option<humantime::Duration>) -> Self {
+        let (start, end) = recording.span();
+        let nanos = |time: Duration| u64::try_from(time.as_nanos()).unwrap_or(u64::MAX);
+        Self { from: nanos(from.map_or(start, Into::into)), to: nanos(to.map_or(end, Into::into)) }
+    }
+
+    /// Returns how much of the span lies before a time, from 0 to 1.
+    pub fn done(&self, time: Duration) -> f64 {
+        let nanos = |time: u64| time.saturating_sub(self.from) as f64;
+        nanos(time.as_nanos() as u64) / nanos(self.to).max(1.0)
+    }
+}
+
+/// Calls `each` with the snapshot of every frame in a part of a recording, in order of time.
 pub(crate) fn for_each_snapshot<E: From<ReadingError>>(
     recording: &Recording,
     columns: &[ColumnName],
+    span: &Span,
     mut each: impl FnMut(&Snapshot<'_>) -> Result<(), E>,
 ) -> Result<(), E> {
+    let Span { from, to } = *span;
+    let mut state = State::before(recording, columns, from)?;
     let topics = [Topic::Frames, Topic::World].into_iter().chain(columns.iter().cloned().map(Topic::Column));
-    let mut reader = recording.read(&Selection { from: 0, topics: topics.collect() })?;
-    let mut state = State {
-        names: columns.to_vec(),
-        columns: vec![Vec::new(); columns.len()],
-        world: RecordedWorld::default(),
-        frame: Vec::new(),
-        has_frame: false,
-        run: 0,
-        run_id: None,
-    };
+    let mut reader = recording.read(&Selection { from, to: to.max(from), topics: topics.collect() })?;
     while let Some(time) = reader.peek()? {
         // A column may come after the frame of the same time.
         while reader.peek()? == Some(time) {
             let Some(entry) = reader.next()? else { break };
-            state.update(&entry).map_err(|reason| recording.malformed(entry.topic, time, reason))?;
+            if *entry.topic == Topic::Frames {
+                reader.swap_message(&mut state.frame);
+                state.has_frame = true;
+            } else {
+                state
+                    .update(entry.topic, entry.message)
+                    .map_err(|reason| recording.malformed(entry.topic, time, reason))?;
+            }
         }
         let snapshot = state.snapshot(time);
         if let Some(snapshot) = snapshot.map_err(|reason| recording.malformed(&Topic::Frames, time, reason))? {
@@ -95,17 +118,33 @@ pub(crate) fn for_each_snapshot<E: From<ReadingError>>(
 }
 
 impl State {
-    fn update(&mut self, entry: &Entry<'_>) -> Result<(), MessageError> {
-        match entry.topic {
-            Topic::Frames => {
-                self.frame.clear();
-                self.frame.extend_from_slice(entry.message);
-                self.has_frame = true;
+    /// Returns the state before a time.
+    fn before(recording: &Recording, columns: &[ColumnName], time: u64) -> Result<Self, ReadingError> {
+        let mut state = Self {
+            names: columns.to_vec(),
+            columns: vec![Vec::new(); columns.len()],
+            world: RecordedWorld::default(),
+            frame: Vec::new(),
+            has_frame: false,
+            run: 0,
+            run_id: None,
+        };
+        for topic in [Topic::World].into_iter().chain(columns.iter().cloned().map(Topic::Column)) {
+            if let Some((at, message)) = recording.state_before(&topic, time)? {
+                state.update(&topic, &message).map_err(|reason| recording.malformed(&topic, at, reason))?;
             }
-            Topic::World => self.world = decode::world(entry.message)?,
+        }
+        Ok(state)
+    }
+
+    fn update(&mut self, topic: &Topic, message: &[u8]) -> Result<(), MessageError> {
+        match topic {
+            Topic::World => self.world = decode::world(message)?,
             Topic::Column(name) => {
                 if let Some(column) = self.names.iter().position(|requested| requested == name) {
-                    self.columns[column] = RecordedColumn::parse(entry.message)?.values();
+                    let (recorded, values) = (RecordedColumn::parse(message)?, &mut self.columns[column]);
+                    values.resize(recorded.len(), 0.0);
+                    recorded.copy_to(values);
                 }
             }
             _ => {}

@@ -8,8 +8,9 @@ use regatta_plugin::event::{EventHeader, EventRecord};
 use regatta_plugin::frame::{ColumnsMut, FrameHeader, Line, frame_lines, stride_lines};
 use regatta_plugin::order::OrderRecord;
 use regatta_plugin::order_log::OrderLogHeader;
-use regatta_plugin::{ColumnValues, ContactEvents, Contacts, Events, Frame, OrderLog};
+use regatta_plugin::{ColumnValues, ContactEvents, Events, Frame, OrderLog};
 
+use crate::contacts::ContactList;
 use crate::decode::{self, MessageError};
 use crate::encode;
 use crate::recorded::{RecordedColumn, RecordedFrame};
@@ -133,7 +134,7 @@ fn events_and_orders_are_decoded_as_they_were_encoded() {
     };
     let header = OrderLogHeader { run_id: 1, tick: 41, sequence: 1 };
     let message = encode::orders(&OrderLog { header: &header, records: &[record], missed: 0 });
-    assert_eq!(decode::orders(&message).unwrap(), (41, vec![record]));
+    assert_eq!(decode::orders(&message).unwrap(), (1, 41, vec![record]));
 }
 
 #[test]
@@ -150,11 +151,11 @@ fn contacts_are_decoded_as_they_were_encoded() {
         reserved: 0,
     };
     let header = ContactHeader { tick: 9, touching_ever: 8, touching: 1, capped: 1, ..ContactHeader::default() };
-    let message = encode::contacts(&Contacts { header: &header, pairs: &[pair], missed: 0 });
-    assert_eq!(decode::contacts(&message).unwrap(), (header, vec![pair]));
+    let message = encode::contacts(&ContactList { header, pairs: vec![pair] }, 7);
+    assert_eq!(decode::contacts(&message).unwrap(), (header, vec![pair], 7));
 
     let event = ContactEvent { tick: 9, robots: [3, 4], level: 1, change: 2, x: 7.0, ..ContactEvent::default() };
     let header = ContactEventHeader { run_id: 1, tick: 9, sequence: 2 };
     let message = encode::contact_events(&ContactEvents { header: &header, records: &[event], missed: 0 });
-    assert_eq!(decode::contact_events(&message).unwrap(), (9, vec![event]));
+    assert_eq!(decode::contact_events(&message).unwrap(), (1, 9, vec![event]));
 }

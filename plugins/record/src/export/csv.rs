@@ -1,55 +1,78 @@
-//! CSV export: one file per robot, or one table of all robots.
+//! CSV tables: one file, or one file per robot.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
-use std::fs::{self, OpenOptions};
-use std::io::Write as _;
+use std::fs::File;
+use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 
-use super::{ExportError, Record};
-use crate::output;
+use super::ExportError;
+use super::value::{Column, Value};
+use crate::output::Draft;
 
-/// The amount of text buffered in memory before it is written, so that each of the many files is opened only a few times.
+/// The amount of text buffered in memory before it is written, so that each of many files is opened only a few times.
 const BUFFER_BYTES: usize = 64 << 20;
-/// The file name of a table of all robots.
-const LONG: &str = "robots.csv";
 
-/// The writer of all CSV files of an export.
+/// The writer of a CSV file.
+pub(super) struct Table {
+    path: PathBuf,
+    draft: Draft,
+    file: File,
+    text: String,
+}
+
+impl Table {
+    pub fn create(path: &Path, force: bool, columns: &[Column]) -> Result<Self, ExportError> {
+        let (draft, file) = Draft::create(path, force).map_err(failed(path))?;
+        Ok(Self { path: path.to_owned(), draft, file, text: header(columns) })
+    }
+
+    pub fn add(&mut self, row: &[Value]) -> Result<(), ExportError> {
+        write_line(row, &mut self.text);
+        if self.text.len() > BUFFER_BYTES / 16 { self.write() } else { Ok(()) }
+    }
+
+    fn write(&mut self) -> Result<(), ExportError> {
+        self.file.write_all(self.text.as_bytes()).map_err(failed(&self.path))?;
+        self.text.clear();
+        Ok(())
+    }
+
+    /// Writes the buffered rest and returns the file's name.
+    pub fn finish(mut self) -> Result<String, ExportError> {
+        self.write()?;
+        self.draft.commit().map_err(failed(&self.path))?;
+        Ok(self.path.display().to_string())
+    }
+}
+
+/// The writer of a CSV file per robot.
 pub(super) struct Tables {
     folder: PathBuf,
-    long: bool,
+    force: bool,
     header: String,
-    columns: usize,
-    /// The tables by robot. A table of all robots has the key 0.
-    tables: BTreeMap<usize, Table>,
+    /// The tables by robot.
+    tables: BTreeMap<usize, RobotTable>,
     buffered: usize,
 }
 
 /// The text of one file that isn't written yet.
 #[derive(Default)]
-struct Table {
+struct RobotTable {
     text: String,
-    is_created: bool,
+    draft: Option<Draft>,
 }
 
 impl Tables {
-    /// Creates the folder. `titles` are those of all columns; the last `plugins` of them belong to plugins' columns.
-    pub fn create(folder: &Path, long: bool, titles: &[String], plugins: usize) -> Result<Self, ExportError> {
-        fs::create_dir_all(folder).map_err(|reason| ExportError::Write { path: folder.to_owned(), reason })?;
-        Ok(Self {
-            folder: folder.to_owned(),
-            long,
-            header: titles.join(",") + "\n",
-            columns: plugins,
-            tables: BTreeMap::new(),
-            buffered: 0,
-        })
+    pub fn create(folder: &Path, force: bool, columns: &[Column]) -> Self {
+        let (folder, header) = (folder.to_owned(), header(columns));
+        Self { folder, force, header, tables: BTreeMap::new(), buffered: 0 }
     }
 
-    pub fn add(&mut self, record: &Record<'_>) -> Result<(), ExportError> {
-        let table = self.tables.entry(if self.long { 0 } else { record.robot }).or_default();
+    pub fn add(&mut self, robot: usize, row: &[Value]) -> Result<(), ExportError> {
+        let table = self.tables.entry(robot).or_default();
         let before = table.text.len();
-        write_line(record, self.columns, &mut table.text).expect("writing to a String never fails");
+        write_line(row, &mut table.text);
         self.buffered += table.text.len() - before;
         if self.buffered > BUFFER_BYTES { self.write() } else { Ok(()) }
     }
@@ -57,11 +80,8 @@ impl Tables {
     fn write(&mut self) -> Result<(), ExportError> {
         self.buffered = 0;
         for (robot, table) in &mut self.tables {
-            let path = match self.long {
-                true => self.folder.join(LONG),
-                false => self.folder.join(format!("robot-{robot}.csv")),
-            };
-            table.write(&path, &self.header).map_err(|reason| ExportError::Write { path, reason })?;
+            let path = self.folder.join(format!("robot-{robot}.csv"));
+            table.write(&path, self.force, &self.header).map_err(failed(&path))?;
         }
         Ok(())
     }
@@ -69,44 +89,55 @@ impl Tables {
     /// Writes the buffered rest and returns a description of the files.
     pub fn finish(mut self) -> Result<String, ExportError> {
         self.write()?;
-        let folder = self.folder.display();
-        Ok(if self.long { format!("{folder}/{LONG}") } else { format!("{} files in {folder}", self.tables.len()) })
+        let files = self.tables.len();
+        let drafts = self.tables.into_values().filter_map(|table| table.draft);
+        drafts.into_iter().try_for_each(Draft::commit).map_err(failed(&self.folder))?;
+        Ok(format!("{files} {} in {}", if files == 1 { "file" } else { "files" }, self.folder.display()))
     }
 }
 
-impl Table {
-    fn write(&mut self, path: &Path, header: &str) -> std::io::Result<()> {
-        let mut file = match self.is_created {
-            true => OpenOptions::new().append(true).open(path)?,
-            false => {
-                let mut file = output::create(path)?;
+impl RobotTable {
+    fn write(&mut self, path: &Path, force: bool, header: &str) -> io::Result<()> {
+        let mut file = match &self.draft {
+            Some(draft) => draft.append()?,
+            None => {
+                let (draft, mut file) = Draft::create(path, force)?;
+                self.draft = Some(draft);
                 file.write_all(header.as_bytes())?;
                 file
             }
         };
         file.write_all(self.text.as_bytes())?;
         self.text.clear();
-        self.is_created = true;
         Ok(())
     }
 }
 
-/// Appends a record's line. Numbers have enough digits to be read back bit for bit.
-fn write_line(record: &Record<'_>, columns: usize, out: &mut String) -> std::fmt::Result {
-    let Record { snapshot, robot, row, .. } = record;
-    let time = snapshot.time.as_secs_f64();
-    write!(out, "{time},{},{},{},{robot},", snapshot.run, snapshot.header().tick, record.sim_time())?;
-    write!(out, "{},{},{},{},{},", row.x, row.y, row.theta, row.speed, row.s)?;
-    if let Some(edge) = record.edge {
-        write!(out, "{edge}")?;
-    }
-    write!(out, ",{}", record.state())?;
-    for column in 0..columns {
-        match snapshot.column(column, *robot) {
-            Some(value) => write!(out, ",{value}")?,
-            None => out.push(','),
+fn failed(path: &Path) -> impl FnOnce(io::Error) -> ExportError {
+    let path = path.to_owned();
+    move |reason| ExportError::Write { path, reason }
+}
+
+fn header(columns: &[Column]) -> String {
+    let titles: Vec<_> = columns.iter().map(|column| column.title.as_str()).collect();
+    titles.join(",") + "\n"
+}
+
+/// Appends a row's line. Numbers have enough digits to be read back bit for bit.
+fn write_line(row: &[Value], out: &mut String) {
+    for (i, value) in row.iter().enumerate() {
+        if i > 0 {
+            out.push(',');
         }
+        let written = match value {
+            Value::Missing => Ok(()),
+            Value::U32(value) => write!(out, "{value}"),
+            Value::U64(value) => write!(out, "{value}"),
+            Value::F32(value) => write!(out, "{value}"),
+            Value::F64(value) => write!(out, "{value}"),
+            Value::Text(value) => out.write_str(value),
+        };
+        written.expect("writing to a String never fails");
     }
     out.push('\n');
-    Ok(())
 }

@@ -21,7 +21,7 @@ struct Chart {
     value: fn(&Sample) -> f64,
     /// The smallest range of values to show.
     least: f64,
-    /// Whether the value is an angle in degrees, which wraps around from 180 to -180.
+    /// Whether the value is an angle in degrees, which wraps around from 180 to -180, but is drawn without a jump.
     is_angle: bool,
 }
 
@@ -61,14 +61,11 @@ pub(super) fn draw(svg: &mut Svg, area: Area, track: &Track) {
 
 impl Chart {
     fn draw(&self, svg: &mut Svg, area: Area, times: &Scale, track: &Track) {
-        let values = || track.samples().map(self.value);
-        let (low, high) = range(values(), self.least);
-        // An angle that wraps around gets an axis of a full turn.
-        let wraps = self.is_angle && high - low > 300.0;
-        let bounds = if wraps { (-190.0, 190.0) } else { (low, high) };
-        let scale = Scale::new(bounds, (area.bottom, area.top));
-        let quarters = self.is_angle && bounds.1 - bounds.0 > 150.0;
-        let ticks = if quarters { scale.multiples(90.0) } else { scale.ticks(26.0) };
+        let lines: Vec<_> = track.segments.iter().map(|segment| self.line(segment)).collect();
+        let (low, high) = range(lines.iter().flatten().map(|(_, value)| *value), self.least);
+        let scale = Scale::new((low, high), (area.bottom, area.top));
+        let quarters = self.is_angle && high - low > 150.0;
+        let ticks = if quarters { scale.multiples(quarter_turns(high - low)) } else { scale.ticks(26.0) };
         svg.rect(area, "panel");
         for tick in times.ticks(64.0) {
             svg.line((times.at(tick), area.top), (times.at(tick), area.bottom), "grid");
@@ -80,19 +77,32 @@ impl Chart {
         }
         svg.rect(area, "frame");
         svg.text((area.left, area.top - 9.0), "name", self.name);
-        let point = |sample: &Sample| (times.at(sample.time), scale.at((self.value)(sample)));
         let style = format!("stroke: {}", self.colour);
-        for part in track.segments.iter().flat_map(|segment| self.unwrapped(segment)) {
-            let points: Vec<Point> = part.iter().map(point).collect();
+        for line in &lines {
+            let points: Vec<Point> = line.iter().map(|(time, value)| (times.at(*time), scale.at(*value))).collect();
             svg.polyline(&points, "line", &style);
         }
     }
 
-    /// Splits a segment where an angle wraps around.
-    fn unwrapped<'s>(&self, segment: &'s [Sample]) -> impl Iterator<Item = &'s [Sample]> {
-        let (value, is_angle) = (self.value, self.is_angle);
-        segment.chunk_by(move |one, next| !is_angle || (value(next) - value(one)).abs() < 180.0)
+    /// Returns times and values of a segment. An angle continues beyond half a turn instead of wrapping around.
+    fn line(&self, segment: &[Sample]) -> Vec<(f64, f64)> {
+        let mut line: Vec<(f64, f64)> = Vec::with_capacity(segment.len());
+        for sample in segment {
+            let value = (self.value)(sample);
+            let turns = match line.last() {
+                Some((_, last)) if self.is_angle => ((last - value) / 360.0).round(),
+                _ => 0.0,
+            };
+            line.push((sample.time, value + 360.0 * turns));
+        }
+        line
     }
+}
+
+/// Returns a distance of ticks for a range of angles, in degrees: quarter turns, or twice as much as often as needed.
+fn quarter_turns(range: f64) -> f64 {
+    let doubled = |step: &f64| Some(step * 2.0);
+    std::iter::successors(Some(90.0), doubled).find(|step| range / step <= 5.0).unwrap_or(90.0)
 }
 
 /// Draws a band of the states' colours, with a legend.

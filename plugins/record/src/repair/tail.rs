@@ -12,7 +12,8 @@ use crate::scan::Scan;
 /// Returns everything after the last complete chunk: its indexes, the end of the data, the summary and the footer.
 pub(super) fn tail(scan: &Scan) -> Vec<u8> {
     let mut out = Tail { bytes: Vec::new(), start: scan.end };
-    let mut chunks = scan.summary.chunk_indexes.clone();
+    let mut summary = scan.summary.clone();
+    let chunks = &mut summary.chunk_indexes;
     if let Some(chunk) = chunks.last_mut() {
         let start = out.position();
         for index in &scan.last_indexes {
@@ -21,33 +22,14 @@ pub(super) fn tail(scan: &Scan) -> Vec<u8> {
         }
         chunk.message_index_length += out.position() - start;
     }
-    out.record(op::DATA_END, &DataEnd::default(), &[]);
-    let summary_start = out.position();
-    let mut groups = Vec::new();
-    let mut group = |out: &mut Tail, opcode: u8, write: &mut dyn FnMut(&mut Tail)| {
-        let start = out.position();
-        write(out);
-        let length = out.position() - start;
-        if length > 0 {
-            groups.push(SummaryOffset { group_opcode: opcode, group_start: start, group_length: length });
-        }
-    };
-    let summary = &scan.summary;
-    group(&mut out, op::SCHEMA, &mut |out| out.schemas(summary));
-    group(&mut out, op::CHANNEL, &mut |out| out.channels(summary));
-    let stats = summary.stats.clone().unwrap_or_default();
-    group(&mut out, op::STATISTICS, &mut |out| out.record(op::STATISTICS, &stats, &[]));
-    group(&mut out, op::CHUNK_INDEX, &mut |out| {
-        chunks.iter().for_each(|chunk| out.record(op::CHUNK_INDEX, chunk, &[]));
-    });
-    group(&mut out, op::METADATA_INDEX, &mut |out| {
-        summary.metadata_indexes.iter().for_each(|index| out.record(op::METADATA_INDEX, index, &[]));
-    });
-    let summary_offset_start = out.position();
-    groups.iter().for_each(|offset| out.record(op::SUMMARY_OFFSET, offset, &[]));
-    // A checksum of 0 means that there is none.
-    out.record(op::FOOTER, &Footer { summary_start, summary_offset_start, summary_crc: 0 }, &[]);
-    out.bytes.extend_from_slice(MAGIC);
+    out.summary(&summary);
+    out.bytes
+}
+
+/// Returns the end of a file whose messages end at `end`: the end of the data, the summary and the footer.
+pub(crate) fn index(summary: &Summary, end: u64) -> Vec<u8> {
+    let mut out = Tail { bytes: Vec::new(), start: end };
+    out.summary(summary);
     out.bytes
 }
 
@@ -73,6 +55,37 @@ impl Tail {
         self.bytes.extend_from_slice(more);
         let length = (self.bytes.len() - start) as u64 - RECORD_HEADER;
         self.bytes[start + 1..start + RECORD_HEADER as usize].copy_from_slice(&length.to_le_bytes());
+    }
+
+    fn summary(&mut self, summary: &Summary) {
+        self.record(op::DATA_END, &DataEnd::default(), &[]);
+        let summary_start = self.position();
+        let groups = [
+            self.group(op::SCHEMA, |out| out.schemas(summary)),
+            self.group(op::CHANNEL, |out| out.channels(summary)),
+            self.group(op::STATISTICS, |out| {
+                out.record(op::STATISTICS, &summary.stats.clone().unwrap_or_default(), &[]);
+            }),
+            self.group(op::CHUNK_INDEX, |out| {
+                summary.chunk_indexes.iter().for_each(|chunk| out.record(op::CHUNK_INDEX, chunk, &[]));
+            }),
+            self.group(op::METADATA_INDEX, |out| {
+                summary.metadata_indexes.iter().for_each(|index| out.record(op::METADATA_INDEX, index, &[]));
+            }),
+        ];
+        let summary_offset_start = self.position();
+        groups.iter().flatten().for_each(|offset| self.record(op::SUMMARY_OFFSET, offset, &[]));
+        // A checksum of 0 means that there is none.
+        self.record(op::FOOTER, &Footer { summary_start, summary_offset_start, summary_crc: 0 }, &[]);
+        self.bytes.extend_from_slice(MAGIC);
+    }
+
+    /// Writes records with the same opcode, and returns where they are, if there are any.
+    fn group(&mut self, opcode: u8, write: impl FnOnce(&mut Self)) -> Option<SummaryOffset> {
+        let start = self.position();
+        write(self);
+        let length = self.position() - start;
+        (length > 0).then_some(SummaryOffset { group_opcode: opcode, group_start: start, group_length: length })
     }
 
     fn schemas(&mut self, summary: &Summary) {

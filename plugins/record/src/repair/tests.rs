@@ -11,7 +11,7 @@ use tempfile::TempDir;
 
 use crate::mcap_file::{Compression, McapFile};
 use crate::reading::{Recording, Selection};
-use crate::repair::{RepairError, repair};
+use crate::repair::{RepairError, repair, repair_copy};
 use crate::schema::Topic;
 
 /// Writes a recording with many small chunks, and metadata at both ends.
@@ -156,7 +156,7 @@ fn damage_in_a_closed_recording_costs_only_the_damaged_chunk() {
 /// Returns the log times of all messages as [`Recording`] reads them.
 fn indexed_times(path: &Path) -> Vec<u64> {
     let recording = Recording::open(path).unwrap();
-    let mut reader = recording.read(&Selection::default()).unwrap();
+    let mut reader = recording.read(&Selection::all_of(Vec::new())).unwrap();
     std::iter::from_fn(|| reader.next().unwrap().map(|entry| entry.log_time)).collect()
 }
 
@@ -170,7 +170,7 @@ fn the_error_of_reading_a_damaged_chunk_names_the_repair_command() {
     bytes[end - chunk.compressed_size as usize..end].fill(0xa5);
     fs::write(&path, &bytes).unwrap();
     let recording = Recording::open(&path).unwrap();
-    let mut reader = recording.read(&Selection::default()).unwrap();
+    let mut reader = recording.read(&Selection::all_of(Vec::new())).unwrap();
     let error = loop {
         match reader.next() {
             Ok(entry) => assert!(entry.is_some(), "the damage is found"),
@@ -199,4 +199,24 @@ fn a_file_that_is_not_a_recording_is_left_unchanged() {
     assert!(matches!(repair(&path), Err(RepairError::NoRecording { .. })));
     assert_eq!(fs::read_to_string(&path).unwrap(), "not a recording at all, but somebody's notes");
     assert!(matches!(repair(&folder.path().join("none.mcap")), Err(RepairError::Io { .. })));
+}
+
+#[test]
+fn a_repaired_copy_leaves_the_recording_as_it_is() {
+    let folder = TempDir::new().unwrap();
+    let whole = recording(folder.path(), Compression::Lz4);
+    let (path, copy) = (folder.path().join("cut.mcap"), folder.path().join("copy.mcap"));
+    let cut = &whole[..whole.len() / 2];
+    fs::write(&path, cut).unwrap();
+    let repaired = repair_copy(&path, &copy, false).unwrap();
+    assert_eq!(fs::read(&path).unwrap(), cut);
+    assert_eq!(times(&fs::read(&copy).unwrap()).len() as u64, repaired.messages);
+    assert!(repair(&copy).unwrap().was_closed);
+    // An existing file isn't overwritten, and nothing is left of a copy that fails.
+    fs::write(folder.path().join("notes.txt"), "precious").unwrap();
+    for (from, to) in [(&path, "notes.txt"), (&folder.path().join("notes.txt"), "copy-2.mcap")] {
+        assert!(repair_copy(from, &folder.path().join(to), false).is_err());
+    }
+    assert_eq!(fs::read_to_string(folder.path().join("notes.txt")).unwrap(), "precious");
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 4, "whole, cut, copy and notes");
 }

@@ -8,6 +8,7 @@ use regatta_plugin::producer::Session;
 use regatta_plugin::{ColumnName, ContactPublisher, ProducerPorts, PublishError};
 
 use super::ReplayError;
+use crate::contacts::ContactDecoder;
 use crate::decode::{self, MessageError, RecordedWorld};
 use crate::recorded::{RecordedColumn, RecordedFrame};
 use crate::schema::Topic;
@@ -24,6 +25,10 @@ pub(super) struct Stage {
     world: RecordedWorld,
     /// The states of the frame shown last.
     states: Vec<u8>,
+    /// The recorded contacts up to now.
+    recorded_contacts: ContactDecoder,
+    /// The recorded columns shown in the run: a repeated one isn't published again.
+    shown: BTreeSet<ColumnName>,
 }
 
 /// The error of publishing one message.
@@ -55,12 +60,21 @@ impl Stage {
                 Err(error) => regatta_plugin::tell!("replay: the recorded column is left out: {error}"),
             }
         }
-        let has_contacts = topics.iter().any(|topic| matches!(topic, Topic::Contacts | Topic::ContactEvents));
+        let has_contacts =
+            topics.iter().any(|topic| matches!(topic, Topic::Contacts | Topic::ContactUpdates | Topic::ContactEvents));
         let contacts = has_contacts.then(|| ContactPublisher::open_on(ports.participant()));
         let contacts = contacts.and_then(|opened| {
             opened.inspect_err(|error| regatta_plugin::tell!("replay: contacts are left out: {error}")).ok()
         });
-        Self { contacts, columns, recorded_run: None, world: RecordedWorld::default(), states: Vec::new() }
+        Self {
+            contacts,
+            columns,
+            recorded_run: None,
+            world: RecordedWorld::default(),
+            states: Vec::new(),
+            recorded_contacts: ContactDecoder::default(),
+            shown: BTreeSet::new(),
+        }
     }
 
     /// Gives the newest contacts to readers that have joined since.
@@ -82,6 +96,7 @@ impl Stage {
     /// Begins another run, to go back in time.
     pub fn begin_run(&mut self, session: &mut Session) -> Result<(), PublishError> {
         session.ports().begin_run();
+        self.shown.clear();
         self.publish_world(session)
     }
 
@@ -92,6 +107,9 @@ impl Stage {
             Topic::World => self.take_world(session, decode::world(message)?)?,
             Topic::Column(name) if self.columns.contains(name) => {
                 let column = RecordedColumn::parse(message)?;
+                if !self.shown.insert(name.clone()) && column.is_repeated {
+                    return Ok(());
+                }
                 session.ports().publish_column(name.as_str(), column.tick, &column.values())?;
             }
             Topic::Events if session.ports().has_event_readers() => {
@@ -99,10 +117,10 @@ impl Stage {
                 session.ports().publish_events(header.tick, header.dropped, &events)?;
             }
             Topic::Orders if session.ports().has_order_log_readers() => {
-                let (tick, orders) = decode::orders(message)?;
+                let (_, tick, orders) = decode::orders(message)?;
                 session.ports().publish_order_log(tick, &orders)?;
             }
-            Topic::Contacts => self.contacts(session.run_id(), message)?,
+            Topic::Contacts | Topic::ContactUpdates => self.contacts(session.run_id(), topic, message)?,
             Topic::ContactEvents => self.contact_events(session.run_id(), message)?,
             // Without readers, or for other programs.
             _ => {}
@@ -133,6 +151,7 @@ impl Stage {
 
     fn take_world(&mut self, session: &mut Session, world: RecordedWorld) -> Result<(), StageError> {
         let run_id = world.run_id;
+        let world = RecordedWorld { is_repeated: false, ..world };
         let shown = (self.recorded_run == Some(run_id)) && world == self.world;
         self.world = world;
         if !shown && !self.follow_run(session, run_id)? {
@@ -156,17 +175,29 @@ impl Stage {
         session.ports().publish_world(nodes, edges, robot_types).map(drop)
     }
 
-    fn contacts(&mut self, run_id: u64, message: &[u8]) -> Result<(), StageError> {
-        if let Some(publisher) = &mut self.contacts {
-            let (header, pairs) = decode::contacts(message)?;
-            publisher.publish(&ContactHeader { run_id, ..header }, &pairs)?;
+    /// Continues with contacts that were decoded so far, and publishes the last list.
+    pub fn take_contacts(&mut self, session: &Session, decoder: ContactDecoder) -> Result<(), PublishError> {
+        self.recorded_contacts = decoder;
+        self.publish_contacts(session.run_id())
+    }
+
+    fn contacts(&mut self, run_id: u64, topic: &Topic, message: &[u8]) -> Result<(), StageError> {
+        if self.contacts.is_some() && self.recorded_contacts.decode(topic, message)? {
+            self.publish_contacts(run_id)?;
+        }
+        Ok(())
+    }
+
+    fn publish_contacts(&mut self, run_id: u64) -> Result<(), PublishError> {
+        if let (Some(publisher), Some((header, pairs))) = (&mut self.contacts, self.recorded_contacts.list()) {
+            publisher.publish(&ContactHeader { run_id, ..*header }, pairs)?;
         }
         Ok(())
     }
 
     fn contact_events(&mut self, run_id: u64, message: &[u8]) -> Result<(), StageError> {
         if let Some(publisher) = &mut self.contacts {
-            let (tick, events) = decode::contact_events(message)?;
+            let (_, tick, events) = decode::contact_events(message)?;
             publisher.publish_events(run_id, tick, &events)?;
         }
         Ok(())

@@ -10,7 +10,7 @@ use crate::mcap_record::{MAX_RECORD, RECORD_HEADER};
 
 /// The definitions in a chunk, and the indexes of its messages.
 #[derive(Default)]
-pub(super) struct ChunkContent {
+pub(crate) struct ChunkContent {
     pub schemas: Vec<Schema<'static>>,
     pub channels: Vec<records::Channel>,
     pub indexes: Vec<MessageIndex>,

@@ -1,0 +1,153 @@
+//! The options of an export.
+
+use std::path::PathBuf;
+
+use clap::{ArgGroup, Args, ValueEnum};
+use regatta_plugin::ColumnName;
+
+use super::ExportError;
+use crate::robot_ids::RobotIds;
+
+/// Options of `regatta export`.
+#[derive(Args, Clone, Debug)]
+#[group(skip)]
+#[command(group(ArgGroup::new("target").required(true).multiple(true).args(["output", "csv", "parquet"])))]
+pub struct ExportArgs {
+    /// The recording
+    pub(super) file: PathBuf,
+    /// Write this file, if its name ends with .csv or .parquet, or else files in this folder
+    #[arg(short, long, value_name = "PATH")]
+    output: Option<PathBuf>,
+    /// The format of files in a folder
+    #[arg(long, value_enum, value_name = "FORMAT", default_value_t = Format::Csv)]
+    format: Format,
+    /// The tables to write
+    #[arg(long, value_enum, value_name = "NAMES", value_delimiter = ',', default_value = "frames")]
+    topics: Vec<Table>,
+    /// Write one CSV file of all robots' frames, robots.csv, instead of one per robot
+    #[arg(long)]
+    long: bool,
+    /// The same as --output FOLDER --format csv
+    #[arg(long, value_name = "FOLDER")]
+    csv: Option<PathBuf>,
+    /// Write one Parquet file, whatever its name
+    #[arg(long, value_name = "FILE")]
+    parquet: Option<PathBuf>,
+    /// Overwrite existing files
+    #[arg(long)]
+    pub(super) force: bool,
+    /// Export only these robots: 1,5,7..9 selects 1, 5, 7, 8 and 9
+    #[arg(long, value_name = "IDS")]
+    pub(super) robots: Option<RobotIds>,
+    /// Export only these columns of plugins [default: all recorded columns]
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    pub(super) columns: Option<Vec<ColumnName>>,
+    /// Start at this time of the recording, for example 12.5s or 3min
+    #[arg(long, value_name = "TIME")]
+    pub(super) from: Option<humantime::Duration>,
+    /// End at this time of the recording
+    #[arg(long, value_name = "TIME")]
+    pub(super) to: Option<humantime::Duration>,
+}
+
+/// A table of an export.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, ValueEnum)]
+#[value(rename_all = "snake_case")]
+pub(super) enum Table {
+    /// Each robot in each frame.
+    Frames,
+    /// Events of robots.
+    Events,
+    /// Orders that took effect or were refused.
+    Orders,
+    /// Pairs of robots that touch or may touch, at each tick.
+    Contacts,
+    /// Contacts that began or ended.
+    ContactEvents,
+}
+
+/// The format of a table's file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(super) enum Format {
+    Csv,
+    Parquet,
+}
+
+/// Where tables are written, and as what.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Target {
+    pub place: Place,
+    pub format: Format,
+    /// Whether the frames of all robots are one table.
+    long: bool,
+}
+
+/// A file for one table, or a folder for several.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) enum Place {
+    File(PathBuf),
+    Folder(PathBuf),
+}
+
+impl Table {
+    /// Returns the name of the table's file, without its extension.
+    pub fn file_stem(self) -> &'static str {
+        match self {
+            Self::Frames => "robots",
+            Self::Events => "events",
+            Self::Orders => "orders",
+            Self::Contacts => "contacts",
+            Self::ContactEvents => "contact_events",
+        }
+    }
+}
+
+impl Format {
+    pub fn extension(self) -> &'static str {
+        match self {
+            Self::Csv => "csv",
+            Self::Parquet => "parquet",
+        }
+    }
+}
+
+impl Target {
+    /// Whether a table has a file per robot.
+    pub fn is_per_robot(&self, table: Table) -> bool {
+        table == Table::Frames && self.format == Format::Csv && !self.long
+    }
+}
+
+impl ExportArgs {
+    /// Returns the tables, each once.
+    pub(super) fn tables(&self) -> Vec<Table> {
+        let mut tables = self.topics.clone();
+        tables.sort_unstable();
+        tables.dedup();
+        tables
+    }
+
+    /// Returns where to write.
+    pub(super) fn targets(&self) -> Result<Vec<Target>, ExportError> {
+        let target = |place, format| Target { place, format, long: self.long };
+        let output = self.output.clone().map(|path| {
+            let extension = path.extension().and_then(|extension| extension.to_str()).unwrap_or_default();
+            let format = [Format::Csv, Format::Parquet].into_iter().find(|format| format.extension() == extension);
+            match format {
+                Some(format) if !path.is_dir() => target(Place::File(path), format),
+                _ => target(Place::Folder(path), self.format),
+            }
+        });
+        let csv = self.csv.clone().map(|folder| target(Place::Folder(folder), Format::Csv));
+        let parquet = self.parquet.clone().map(|file| target(Place::File(file), Format::Parquet));
+        let targets: Vec<_> = output.into_iter().chain(csv).chain(parquet).collect();
+        let file = targets.iter().find_map(|target| match &target.place {
+            Place::File(path) => Some(path.clone()),
+            Place::Folder(_) => None,
+        });
+        match file {
+            Some(path) if self.tables().len() > 1 => Err(ExportError::OneTable { path }),
+            _ => Ok(targets),
+        }
+    }
+}

@@ -1,0 +1,106 @@
+//! The table of frames: a row per robot and frame.
+
+use regatta_plugin::ColumnName;
+use regatta_plugin::frame::RobotState;
+
+use super::super::ExportError;
+use super::super::options::ExportArgs;
+use super::super::value::{Column, Kind, Value};
+use super::Take;
+use crate::reading::Recording;
+use crate::robot_ids::RobotIds;
+use crate::table::{Snapshot, Span, for_each_snapshot};
+
+/// Returns the columns of plugins to export: the requested ones, or all recorded ones.
+pub(super) fn plugins(recording: &Recording, requested: Option<&[ColumnName]>) -> Result<Vec<ColumnName>, ExportError> {
+    let recorded: Vec<_> = recording.topics().into_iter().filter_map(|topic| topic.column().cloned()).collect();
+    let Some(requested) = requested else { return Ok(recorded) };
+    match requested.iter().find(|column| !recorded.contains(column)) {
+        None => Ok(requested.to_vec()),
+        Some(column) => {
+            let recorded: Vec<_> = recorded.iter().map(ColumnName::as_str).collect();
+            Err(ExportError::NoColumn { column: column.clone(), recorded: recorded.join(", ") })
+        }
+    }
+}
+
+/// Returns all columns. A plugin's column keeps its name, or gets the prefix `column_` if another column has the name.
+pub(super) fn columns(plugins: &[ColumnName]) -> Vec<Column> {
+    let common = [
+        Column::new("time_s", Kind::F64),
+        Column::new("run", Kind::U32),
+        Column::new("tick", Kind::U64),
+        Column::new("sim_time_s", Kind::F64),
+        Column::new("robot", Kind::U32),
+        Column::new("x_m", Kind::F32),
+        Column::new("y_m", Kind::F32),
+        Column::new("theta_rad", Kind::F32),
+        Column::new("speed_m_per_s", Kind::F32),
+        Column::new("s_m", Kind::F32),
+        Column::optional("edge", Kind::U32),
+        Column::new("state", Kind::Text),
+    ];
+    let title = |name: &ColumnName| match common.iter().any(|column| column.title == name.as_str()) {
+        true => format!("column_{name}"),
+        false => name.to_string(),
+    };
+    let plugins: Vec<_> = plugins.iter().map(|name| Column::optional(&title(name), Kind::F32)).collect();
+    common.into_iter().chain(plugins).collect()
+}
+
+/// Calls `take` with the rows of all requested robots, and returns their number.
+pub(super) fn for_each(recording: &Recording, args: &ExportArgs, take: &mut Take<'_>) -> Result<u64, ExportError> {
+    let plugins = plugins(recording, args.columns.as_deref())?;
+    let robots = args.robots.clone().unwrap_or_else(RobotIds::all);
+    let span = Span::of(recording, args.from, args.to);
+    let (mut rows, mut most_robots, mut row) = (0, 0, Vec::new());
+    for_each_snapshot(recording, &plugins, &span, |snapshot| -> Result<(), ExportError> {
+        most_robots = most_robots.max(snapshot.len());
+        let done = span.done(snapshot.time);
+        for robot in robots.below(snapshot.len()) {
+            if fill(&mut row, snapshot, robot, plugins.len()) {
+                take(done, robot, &row)?;
+                rows += 1;
+            }
+        }
+        Ok(())
+    })?;
+    match rows == 0 && robots.first().is_some_and(|first| first as usize >= most_robots) {
+        true => Err(ExportError::NoRobots { last: most_robots.saturating_sub(1) }),
+        false => Ok(rows),
+    }
+}
+
+/// Fills in the values of a robot in a frame. Returns `false` if the robot is absent.
+fn fill(row: &mut Vec<Value>, snapshot: &Snapshot<'_>, robot: usize, plugins: usize) -> bool {
+    let Some(robot_row) = snapshot.row(robot) else { return false };
+    let header = snapshot.header();
+    row.clear();
+    row.extend([
+        Value::F64(snapshot.time.as_secs_f64()),
+        Value::U32(snapshot.run),
+        Value::U64(header.tick),
+        Value::F64(header.sim_time_nanos as f64 * 1e-9),
+        Value::U32(robot as u32),
+        Value::F32(robot_row.x),
+        Value::F32(robot_row.y),
+        Value::F32(robot_row.theta),
+        Value::F32(robot_row.speed),
+        Value::F32(robot_row.s),
+        snapshot.edge(&robot_row).map(|edge| edge.id).into(),
+        Value::Text(state(robot_row.state)),
+    ]);
+    row.extend((0..plugins).map(|column| Value::from(snapshot.column(column, robot))));
+    true
+}
+
+fn state(number: u8) -> &'static str {
+    match RobotState::from_number(number) {
+        RobotState::Idle => "idle",
+        RobotState::Driving => "driving",
+        RobotState::Waiting => "waiting",
+        RobotState::Held => "held",
+        RobotState::Faulted => "faulted",
+        RobotState::Absent => "absent",
+    }
+}

@@ -1,0 +1,123 @@
+//! Joins the files of a ring to one recording, without decompressing them.
+
+use std::fs::{self, File, OpenOptions};
+use std::io::{self, Read, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+
+use mcap::Summary;
+
+use crate::mcap_record::RECORD_HEADER;
+use crate::reading;
+use crate::repair;
+
+/// The error of joining files.
+#[derive(Debug, thiserror::Error)]
+#[error("can't join {path} ({reason})")]
+pub(super) struct JoinError {
+    path: PathBuf,
+    reason: io::Error,
+}
+
+/// Appends all files to the first one and renames it to `path`. Each file is removed as soon as its content is in the
+/// first one. The files have the same channels.
+pub(super) fn join<'p>(path: &Path, mut parts: impl Iterator<Item = &'p Path>) -> Result<(), JoinError> {
+    let Some(first) = parts.next() else { return Ok(()) };
+    let failed = |path: &Path| {
+        let path = path.to_owned();
+        move |reason| JoinError { path, reason }
+    };
+    let mut whole = Joined::open(first).map_err(failed(first))?;
+    for part in parts {
+        if let Err(reason) = whole.append(part).and_then(|()| whole.close()) {
+            // What was appended so far can be read, too.
+            let _ = repair::close(&mut whole.file);
+            return Err(failed(part)(reason));
+        }
+        fs::remove_file(part).map_err(failed(part))?;
+    }
+    fs::rename(first, path).map_err(failed(path))
+}
+
+/// The file that others are appended to.
+struct Joined {
+    file: File,
+    summary: Summary,
+    /// The end of the messages.
+    end: u64,
+}
+
+impl Joined {
+    fn open(path: &Path) -> io::Result<Self> {
+        let mut file = OpenOptions::new().read(true).write(true).open(path)?;
+        let summary = summary(&mut file)?;
+        let end = data_end(&summary);
+        Ok(Self { file, summary, end })
+    }
+
+    /// Appends the chunks of another file, without its metadata, and its part of the index.
+    fn append(&mut self, path: &Path) -> io::Result<()> {
+        let mut part = File::open(path)?;
+        let other = summary(&mut part)?;
+        let (from, to) = (data_start(&other), data_end(&other));
+        self.file.set_len(self.end)?;
+        self.file.seek(SeekFrom::Start(self.end))?;
+        part.seek(SeekFrom::Start(from))?;
+        io::copy(&mut part.take(to - from), &mut self.file)?;
+        let moved = |offset: u64| offset - from + self.end;
+        for mut chunk in other.chunk_indexes {
+            chunk.chunk_start_offset = moved(chunk.chunk_start_offset);
+            chunk.message_index_offsets.values_mut().for_each(|offset| *offset = moved(*offset));
+            self.summary.chunk_indexes.push(chunk);
+        }
+        for mut metadata in other.metadata_indexes.into_iter().filter(|index| (from..to).contains(&index.offset)) {
+            metadata.offset = moved(metadata.offset);
+            self.summary.metadata_indexes.push(metadata);
+        }
+        self.summary.schemas.extend(other.schemas);
+        self.summary.channels.extend(other.channels);
+        let stats = self.summary.stats.get_or_insert_default();
+        if let Some(other) = other.stats {
+            stats.message_count += other.message_count;
+            stats.message_start_time = stats.message_start_time.min(other.message_start_time);
+            stats.message_end_time = stats.message_end_time.max(other.message_end_time);
+            for (channel, count) in other.channel_message_counts {
+                *stats.channel_message_counts.entry(channel).or_default() += count;
+            }
+        }
+        self.end += to - from;
+        Ok(())
+    }
+
+    /// Writes the index.
+    fn close(&mut self) -> io::Result<()> {
+        let summary = &mut self.summary;
+        let stats = summary.stats.get_or_insert_default();
+        stats.schema_count = summary.schemas.len() as u16;
+        stats.channel_count = summary.channels.len() as u32;
+        stats.chunk_count = summary.chunk_indexes.len() as u32;
+        stats.metadata_count = summary.metadata_indexes.len() as u32;
+        self.file.set_len(self.end)?;
+        self.file.seek(SeekFrom::Start(self.end))?;
+        self.file.write_all(&repair::index(summary, self.end))
+    }
+}
+
+fn summary(file: &mut File) -> io::Result<Summary> {
+    let summary = reading::summary(file).map_err(|error| io::Error::new(io::ErrorKind::InvalidData, error.to_string()));
+    summary?.ok_or_else(|| io::Error::new(io::ErrorKind::InvalidData, "it was never closed"))
+}
+
+/// Returns the offset of the first chunk.
+fn data_start(summary: &Summary) -> u64 {
+    summary.chunk_indexes.iter().map(|chunk| chunk.chunk_start_offset).min().unwrap_or(0)
+}
+
+/// Returns the offset after the last chunk, its indexes and the last metadata.
+fn data_end(summary: &Summary) -> u64 {
+    let chunks = summary
+        .chunk_indexes
+        .iter()
+        .map(|chunk| chunk.chunk_start_offset + chunk.chunk_length + chunk.message_index_length);
+    let metadata = summary.metadata_indexes.iter().map(|index| index.offset + index.length);
+    chunks.chain(metadata).max().unwrap_or(RECORD_HEADER)
+}
