@@ -227,7 +227,7 @@ impl ViewerWindow {
     /// Draws a picture of the newest state.
     ///
     /// # Errors
-    /// If the fleet can't be read or the window can't be drawn into.
+    /// If the fleet can't be read, the window can't be drawn into, or the graphics memory is full.
     pub fn draw(&mut self) -> Result {
         let start = Instant::now();
         self.frame_pacing.record_draw(start);
@@ -249,6 +249,7 @@ impl ViewerWindow {
         self.carry_out(actions, output.pixels_per_point);
         self.schedule(&output, start);
         let waited = self.paint(picture, output, start)?;
+        self.gpu.check_memory()?;
         let parts = [read - start, uploaded - read, shown.elapsed().saturating_sub(waited), shown - uploaded, waited];
         let period = (start - self.drawn_at).as_secs_f32();
         self.timing.push(parts.map(|part| part.as_secs_f32()), period.min(1.0));
