@@ -12,7 +12,7 @@ use regatta_plugin::{FleetName, Participant, Result};
 use winit::event::WindowEvent;
 use winit::window::Window;
 
-use super::assets::Assets;
+use super::assets::{Assets, Unloadable};
 use super::fleet_state::FleetState;
 use super::frame_pacing::{Due, FramePacing};
 use super::settings_store::SettingsStore;
@@ -265,8 +265,11 @@ impl ViewerWindow {
             self.fleet_state.labels = Labels::new(world.nodes(), world.edges());
         }
         if self.stage.feed.frame().is_some() {
-            let errors = self.assets.update(&self.interface.settings, &mut self.stage);
-            errors.into_iter().for_each(|text| self.interface.notify(text));
+            for Unloadable { file, message } in self.assets.update(&mut self.interface.settings, &mut self.stage) {
+                tracing::warn!("{message}");
+                self.interface.notify(message);
+                self.settings_store.forget(&file);
+            }
         }
         if let Some(frame) = self.stage.feed.frame() {
             let followed = self.interface.camera_controller.followed().map(|(robot, _)| robot);
