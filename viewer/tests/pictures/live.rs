@@ -15,8 +15,10 @@ use regatta_viewer::Options;
 use regatta_viewer::camera::Camera;
 use regatta_viewer::gpu::TargetConfig;
 use regatta_viewer::gpu::device::Gpu;
+use regatta_viewer::gpu::resources::{texture, view_of};
 use regatta_viewer::picture::{FORMAT, Offscreen, PictureError};
 use regatta_viewer::scene::Scene;
+use wgpu::{TextureFormat, TextureUsages};
 
 use crate::Test;
 use crate::fleet::{SIZE, TestRenderer, graph, robot_types, robots};
@@ -25,6 +27,7 @@ pub const TESTS: &[(&str, Test)] = &[
     ("a_live_fleet_is_drawn_into_a_screenshot", a_screenshot),
     ("a_live_fleet_is_recorded", a_recording),
     ("a_picture_without_room_is_refused_with_the_largest_size", a_picture_without_room),
+    ("a_full_memory_is_an_error", a_full_memory),
 ];
 
 /// A producer of a stationary fleet, which publishes until it is dropped.
@@ -144,6 +147,18 @@ fn a_recording(_: &Gpu) {
         assert_eq!((picture.width(), picture.height()), (SIZE.x, SIZE.y));
     }
     assert_eq!(std::fs::read_dir(&folder).expect("the folder").count(), 5);
+}
+
+fn a_full_memory(_: &Gpu) {
+    // A device of its own, because others can't be used afterwards.
+    let gpu = Gpu::software().expect("an adapter");
+    let huge = || texture(&gpu, UVec2::splat(16384), TextureFormat::Depth32Float, 4, TextureUsages::RENDER_ATTACHMENT);
+    assert!(gpu.allocate(huge).is_none());
+    gpu.check_memory().expect("what was refused leaves the rest usable");
+    // Neither the allocation nor the use of what it returns panics.
+    drop(view_of(&huge()));
+    let error = gpu.check_memory().expect_err("it is full").to_string();
+    assert!(error.contains(&gpu.info.name) && !error.contains('\n'), "{error}");
 }
 
 fn a_picture_without_room(gpu: &Gpu) {
