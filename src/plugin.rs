@@ -13,7 +13,7 @@ type Run = fn(Vec<String>) -> regatta_plugin::Result;
 const PLUGINS: &[(&str, Run)] = &[
     ("collision", |args| regatta_collision::run_from(args)),
     ("hello", |args| regatta_plugin::run_from(regatta_hello::Centre, args)),
-    ("metrics", |args| regatta_metrics::run_from(args)),
+    ("metrics", |args| regatta_metrics::run_from(args, option_env!("REGATTA_COMMIT"))),
     ("record", regatta_record::record_from),
     ("udp", |args| regatta_udp::run(args)),
     ("udp-source", |args| regatta_udp::source::run(args)),
