@@ -6,6 +6,7 @@ use clap::{Args, Command, CommandFactory};
 use regatta_engine::scenario::closest;
 
 use crate::failure::{Failure, plugin_failure};
+use crate::version;
 
 /// A built-in plugin.
 struct BuiltIn {
@@ -34,7 +35,7 @@ const PLUGINS: &[BuiltIn] = &[
     BuiltIn {
         name: "metrics",
         about: "Export metrics to Prometheus, and write them as CSV",
-        run: |args| regatta_metrics::run_from(args),
+        run: |args| regatta_metrics::run_from(args, version::commit()),
         add_options: |_| regatta_metrics::exporter::Cli::command(),
     },
     BuiltIn {

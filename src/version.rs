@@ -2,11 +2,16 @@
 
 use regatta_plugin::frame::CONTRACT_VERSION;
 
-/// Returns the version, and the commit if this program was built from a git repository.
+/// Returns the commit, if this program was built from a git repository.
+pub fn commit() -> Option<&'static str> {
+    Some(env!("REGATTA_COMMIT")).filter(|commit| !commit.is_empty())
+}
+
+/// Returns the version, and the commit if there is one.
 pub fn short() -> String {
-    match env!("REGATTA_COMMIT") {
-        "" => env!("CARGO_PKG_VERSION").to_owned(),
-        commit => format!("{} ({commit})", env!("CARGO_PKG_VERSION")),
+    match commit() {
+        None => env!("CARGO_PKG_VERSION").to_owned(),
+        Some(commit) => format!("{} ({commit})", env!("CARGO_PKG_VERSION")),
     }
 }
 

@@ -4,7 +4,8 @@ use std::hint::black_box;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use regatta_metrics::aggregator::Aggregator;
-use regatta_metrics::page::page;
+use regatta_metrics::exposition::Format;
+use regatta_metrics::page::{ExporterState, page};
 use regatta_metrics::snapshot::Collisions;
 use regatta_plugin::frame::{ColumnsMut, FrameHeader, Line, frame_lines, stride_lines};
 use regatta_plugin::{FleetName, Frame};
@@ -37,7 +38,9 @@ fn aggregate(criterion: &mut Criterion) {
 
 fn write_page(criterion: &mut Criterion) {
     let snapshot = Aggregator::default().snapshot(FleetName::default(), Collisions::default(), Vec::new(), 0);
-    criterion.bench_function("page", |bencher| bencher.iter(|| page(black_box(&snapshot), None)));
+    criterion.bench_function("page", |bencher| {
+        bencher.iter(|| page(black_box(&snapshot), &ExporterState::default(), Format::Prometheus))
+    });
 }
 
 criterion_group!(benches, aggregate, write_page);

@@ -58,7 +58,7 @@ fn time_of(events: &[ContactEvent], level: ContactLevel, change: ContactChange) 
 #[test]
 fn a_contact_is_predicted_published_logged_and_summarised() {
     let (folder, path) = scenario();
-    let log = folder.path().join("contacts.csv");
+    let (log, rotated) = (folder.path().join("contacts.csv"), folder.path().join("contacts.csv.1"));
     let path = path.to_string_lossy().into_owned();
     // The path is absolute, because the scenario is outside `graphs`.
     let fleet = Fleet::start("collision", &path, &["--speed", "0.001"]);
@@ -76,7 +76,12 @@ fn a_contact_is_predicted_published_logged_and_summarised() {
     fleet.control(&["pause"]);
     fleet.control(&["speed", "max"]);
     // Stepping lets the plugin see every tenth tick even on a busy machine.
-    for _ in 0..115 {
+    for step in 0..115 {
+        if step == 60 {
+            // Before the first event the log is rotated, as logrotate does.
+            fs::rename(&log, &rotated).expect("moved");
+            plugin.signal(Signal::HUP);
+        }
         fleet.control(&["step", "10"]);
         let tick = fleet.tick();
         eventually("the column of that tick", || {
@@ -112,6 +117,8 @@ fn a_contact_is_predicted_published_logged_and_summarised() {
     let text = fs::read_to_string(&log).expect("the log");
     assert_eq!(text.lines().count(), 5, "the log has a header and four events: {text}");
     assert!(text.lines().nth(2).is_some_and(|line| line.contains("began,touching,0,1,10,")), "{text}");
+    let rotated = fs::read_to_string(&rotated).expect("the rotated log");
+    assert_eq!(rotated.lines().collect::<Vec<_>>(), text.lines().take(1).collect::<Vec<_>>(), "it has the header only");
 }
 
 #[test]

@@ -30,15 +30,29 @@ impl Metrics {
         Self { process, address }
     }
 
-    /// Requests the page as Prometheus does.
-    fn page(&self) -> String {
+    /// Requests the page with further headers. Returns the head of the answer and its body.
+    fn answer(&self, headers: &str) -> (String, Vec<u8>) {
         let mut stream = TcpStream::connect(&self.address).expect("connected");
-        stream.write_all(b"GET /metrics HTTP/1.1\r\nHost: test\r\n\r\n").expect("requested");
-        let mut answer = String::new();
-        stream.read_to_string(&mut answer).expect("answered");
-        let (head, page) = answer.split_once("\r\n\r\n").expect("a head and a page");
-        assert!(head.starts_with("HTTP/1.1 200 OK"), "{head}");
-        page.to_owned()
+        let request = format!("GET /metrics HTTP/1.1\r\nHost: test\r\nConnection: close\r\n{headers}\r\n");
+        stream.write_all(request.as_bytes()).expect("requested");
+        let mut answer = Vec::new();
+        stream.read_to_end(&mut answer).expect("answered");
+        let body = answer.windows(4).position(|end| end == b"\r\n\r\n").expect("a head and a body") + 4;
+        let head = String::from_utf8_lossy(&answer[..body]).to_lowercase();
+        assert!(head.starts_with("http/1.1 200 ok"), "{head}");
+        (head, answer.split_off(body))
+    }
+
+    /// Requests the page in the text format of Prometheus.
+    fn page(&self) -> String {
+        String::from_utf8(self.answer("").1).expect("text")
+    }
+
+    /// Returns the samples of the page whose name begins so, without their values.
+    fn series(&self, name: &str) -> Vec<String> {
+        let page = self.page();
+        let series = page.lines().filter(|line| line.starts_with(name)).filter_map(|line| line.rsplit_once(' '));
+        series.map(|(series, _)| series.to_owned()).collect()
     }
 
     /// Returns a value of the page by its name and its labels other than `fleet`.
@@ -79,9 +93,9 @@ fn the_page_agrees_with_the_status() {
     let ticks = metrics.value("regatta_frames_read_total", "").expect("read")
         + metrics.value("regatta_frames_skipped_total", "").expect("skipped");
     assert!(ticks <= status["tick"].as_f64().expect("a tick") + 3.0, "{ticks} frames");
-    let engine = format!("name=\"engine\",pid=\"{}\"", status["pid"]);
-    assert!(metrics.reaches("regatta_process_resident_memory_bytes", &engine, |bytes| bytes > 1e6) < 1e9);
-    metrics.reaches("regatta_process_cpu_seconds_total", &engine, |seconds| seconds > 0.0);
+    let engine = "name=\"engine\"";
+    assert!(metrics.reaches("regatta_process_resident_memory_bytes", engine, |bytes| bytes > 1e6) < 1e9);
+    metrics.reaches("regatta_process_cpu_seconds_total", engine, |seconds| seconds > 0.0);
     metrics.reaches("regatta_process_resident_memory_bytes", "name=\"metrics\"", |bytes| bytes > 1e6);
     assert!(metrics.process.interrupt().status.success());
 }
@@ -142,7 +156,7 @@ fn many_hanging_and_invalid_clients_stop_neither_the_plugin_nor_the_engine() {
     costs_no_late_tick("metrics-crowd", |fleet| {
         let metrics = Metrics::start(&fleet.name, &[]);
         let mut clients = Vec::new();
-        for k in 0..200 {
+        for k in 0..300 {
             let Ok(mut stream) = TcpStream::connect(&metrics.address) else { continue };
             let start: &[u8] = [&b"GET /met"[..], b"\x16\x03\x01\x00\r\n\r\n", b"GET /metrics HTTP/1.1\r\n\r\n"][k % 3];
             // The connection may be closed already if the plugin has refused it.
@@ -152,7 +166,7 @@ fn many_hanging_and_invalid_clients_stop_neither_the_plugin_nor_the_engine() {
         // Connections of hanging clients are closed, and the next client gets a page.
         eventually("a page", || {
             let mut stream = TcpStream::connect(&metrics.address).ok()?;
-            stream.write_all(b"GET /metrics HTTP/1.1\r\n\r\n").ok()?;
+            stream.write_all(b"GET /metrics HTTP/1.1\r\nHost: test\r\nConnection: close\r\n\r\n").ok()?;
             let mut answer = String::new();
             stream.read_to_string(&mut answer).ok()?;
             answer.contains("regatta_up").then_some(())
@@ -160,6 +174,103 @@ fn many_hanging_and_invalid_clients_stop_neither_the_plugin_nor_the_engine() {
         drop(clients);
         assert!(metrics.process.interrupt().status.success());
     });
+}
+
+#[test]
+fn scrapes_beside_idle_connections_are_all_answered() {
+    let metrics = Metrics::start(&unique("metrics-idle"), &[]);
+    let idle: Vec<_> = (0..400).map(|_| TcpStream::connect(&metrics.address).expect("connected")).collect();
+    for _ in 0..20 {
+        assert_eq!(metrics.value("regatta_up", ""), Some(0.0));
+    }
+    // A client that is still connected doesn't delay the end.
+    assert!(metrics.process.interrupt().status.success());
+    drop(idle);
+}
+
+#[test]
+fn the_format_and_the_encoding_are_those_that_the_client_accepts() {
+    let metrics = Metrics::start(&unique("metrics-formats"), &[]);
+    let (head, page) = metrics.answer("");
+    assert!(head.contains("content-type: text/plain; version=0.0.4; charset=utf-8\r\n"), "{head}");
+    assert!(!String::from_utf8_lossy(&page).contains("# EOF"));
+    let accept =
+        "Accept: application/openmetrics-text;version=1.0.0;q=0.5,text/plain;version=0.0.4;q=0.2,*/*;q=0.1\r\n";
+    let (head, page) = metrics.answer(accept);
+    assert!(head.contains("content-type: application/openmetrics-text; version=1.0.0; charset=utf-8\r\n"), "{head}");
+    assert!(page.ends_with(b"# EOF\n"), "{}", String::from_utf8_lossy(&page));
+    let (head, page) = metrics.answer("Accept-Encoding: gzip\r\n");
+    assert!(head.contains("content-encoding: gzip\r\n"), "{head}");
+    assert!(page.windows(2).any(|magic| magic == [0x1f, 0x8b]), "{head}");
+    let build = metrics.series("regatta_build_info").join("");
+    let contract = format!("contract=\"{}\"", regatta_plugin::frame::CONTRACT_VERSION);
+    assert!(
+        build.contains(concat!("version=\"", env!("CARGO_PKG_VERSION"), "\"")) && build.contains(&contract),
+        "{build}"
+    );
+}
+
+#[test]
+fn a_restarted_engine_continues_its_series() {
+    let name = unique("metrics-series");
+    let metrics = Metrics::start(&name, &[]);
+    let start = || {
+        let fleet = Fleet::restart(name.clone(), "thirty.yaml", &[]);
+        let series = eventually("the engine's series", || {
+            let series = metrics.series("regatta_process_");
+            series.iter().any(|series| series.contains("name=\"engine\"")).then_some(series)
+        });
+        (fleet, series.into_iter().filter(|series| series.contains("name=\"engine\"")).collect::<Vec<_>>())
+    };
+    let (fleet, first) = start();
+    assert!(fleet.engine.interrupt().status.success());
+    eventually("the series end with the engine", || {
+        metrics.series("regatta_process_").iter().all(|series| !series.contains("engine")).then_some(())
+    });
+    let (_fleet, second) = start();
+    assert_eq!(first, second);
+}
+
+#[test]
+fn a_rotated_csv_file_is_continued_in_a_new_one() {
+    let fleet = Fleet::start("metrics-rotate", "thirty.yaml", &[]);
+    let folder = tempfile::tempdir().expect("a folder");
+    let (path, old) = (folder.path().join("run.csv"), folder.path().join("run.csv.1"));
+    let metrics = Metrics::start(&fleet.name, &["--csv", path.to_str().expect("a path")]);
+    let rows = |path: &Path| fs::read_to_string(path).ok().filter(|text| text.lines().count() >= 2);
+    let before = eventually("a row", || rows(&path));
+    // As logrotate does: once by moving the file away, once by copying and truncating it.
+    fs::rename(&path, &old).expect("moved");
+    metrics.process.signal(Signal::HUP);
+    let after = eventually("a row in a new file", || rows(&path));
+    assert!(fs::read_to_string(&old).expect("the old file").starts_with(&before));
+    assert_eq!(after.lines().next(), before.lines().next(), "it has the same header");
+    fs::OpenOptions::new().write(true).truncate(true).open(&path).expect("truncated");
+    let truncated = eventually("a row in the truncated file", || rows(&path));
+    assert_eq!(truncated.lines().next(), before.lines().next(), "it has the same header, too");
+    assert!(!truncated.contains('\0'));
+    assert!(metrics.process.interrupt().status.success());
+}
+
+#[test]
+fn a_file_of_something_else_is_refused_by_every_plugin_that_appends_rows() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("orders.csv");
+    fs::write(&path, "order,robot\n1,2\n").expect("written");
+    let path = path.to_str().expect("a path");
+    for args in [["metrics", "--csv", path], ["collision", "--log", path]] {
+        let name = unique("foreign-file");
+        let mut command = regatta();
+        command.arg("plugin").args(args).args(["--fleet", name.as_str()]);
+        if args[0] == "metrics" {
+            command.args(["--listen", "127.0.0.1:0"]);
+        }
+        let output = Process::start(&mut command).finish();
+        let message = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(!output.status.success() && message.lines().count() == 1, "{args:?}: {message}");
+        assert!(message.contains(path) && message.contains("choose another file"), "{args:?}: {message}");
+    }
+    assert_eq!(fs::read_to_string(path).expect("a file"), "order,robot\n1,2\n");
 }
 
 #[test]
@@ -188,6 +299,9 @@ fn the_csv_file_gets_a_row_per_second() {
     let mut lines = text.lines();
     let names: Vec<_> = lines.next().expect("a header").split(',').collect();
     let column = |name: &str| names.iter().position(|other| *other == name).expect(name);
+    let runs: Vec<_> = lines.clone().filter_map(|row| row.split(',').nth(column("run_id"))).collect();
+    let run = fleet.status()["run_id"].as_str().expect("an id").to_owned();
+    assert!(runs.iter().all(|other| *other == run), "the id is spelled as in the status, {run}: {runs:?}");
     let ticks: Vec<u64> = lines.filter_map(|row| row.split(',').nth(column("tick"))?.parse().ok()).collect();
     assert!(ticks.len() >= 2 && ticks.is_sorted(), "{text}");
     assert!(names.contains(&"tick_cost_max_seconds") && names.contains(&"driven_metres"), "{names:?}");

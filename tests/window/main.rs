@@ -20,6 +20,7 @@ const TESTS: &[(&str, fn())] = &[
     ("a_window_is_turned_zoomed_resized_and_closed", a_window_is_turned_zoomed_resized_and_closed),
     ("a_click_selects_the_robot_under_the_pointer", a_click_selects_the_robot_under_the_pointer),
     ("a_viewer_survives_its_engine_and_finds_the_next", a_viewer_survives_its_engine_and_finds_the_next),
+    ("a_file_that_cannot_be_loaded_is_reported_and_forgotten", a_file_that_cannot_be_loaded_is_reported_and_forgotten),
     ("a_run_opens_a_viewer_and_continues_without_it", a_run_opens_a_viewer_and_continues_without_it),
     ("a_run_that_requires_a_viewer_fails_without_a_display", a_run_that_requires_a_viewer_fails_without_a_display),
 ];
@@ -48,12 +49,13 @@ fn viewer(screen: &Screen, fleet: &regatta_plugin::FleetName, args: &[&str]) -> 
     Process::start(&mut command)
 }
 
-/// Closes the window by its shortcut. The program must end successfully and without a panic.
-fn close(screen: &Screen, viewer: Process) {
+/// Closes the window by its shortcut. The program must end successfully and without a panic. Returns its messages.
+fn close(screen: &Screen, viewer: Process) -> String {
     screen.xdotool(&["key", "ctrl+q"]);
     let output = viewer.finish();
-    let stderr = String::from_utf8_lossy(&output.stderr);
+    let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(output.status.success() && !stderr.contains("panicked"), "{}: {stderr}", output.status);
+    stderr
 }
 
 fn a_window_is_turned_zoomed_resized_and_closed() {
@@ -151,6 +153,48 @@ fn a_viewer_survives_its_engine_and_finds_the_next() {
     eventually("the engine is paused", || (fleet.status()["clock"] == "paused").then_some(()));
     close(&screen, viewer);
     assert!(fleet.status()["robots"] == 10);
+}
+
+fn a_file_that_cannot_be_loaded_is_reported_and_forgotten() {
+    let screen = Screen::start();
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = |name: &str, text: &str| {
+        let path = folder.path().join(name);
+        std::fs::write(&path, text).expect("written");
+        path.display().to_string()
+    };
+    // Its one primitive names an accessor that doesn't exist.
+    let broken = file(
+        "broken.gltf",
+        r#"{"asset":{"version":"2.0"},"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],
+            "meshes":[{"primitives":[{"attributes":{"POSITION":3}}]}]}"#,
+    );
+    let good = file("good.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    let store = |mesh: &str| {
+        std::fs::create_dir_all(screen.settings_path().parent().expect("a folder")).expect("made");
+        let settings = serde_json::json!({
+            "light": true, "floor_image": "/no/such/map.yaml", "mesh": { "file": mesh, "scale": 1.0, "z": 0.0 }
+        });
+        std::fs::write(screen.settings_path(), settings.to_string()).expect("written");
+    };
+    let fleet = Fleet::start("broken", "thirty.yaml", &[]);
+    let show = |args: &[&str]| {
+        let viewer = viewer(&screen, &fleet.name, args);
+        screen.window(&format!("Regatta: {}", fleet.name));
+        eventually("the fleet is drawn", || (screen.screenshot().colours() > 100).then_some(()));
+        let messages = close(&screen, viewer);
+        (messages, screen.settings().expect("settings are stored"))
+    };
+    store(&broken);
+    let (messages, settings) = show(&[]);
+    assert!(messages.contains(&broken) && messages.contains("/no/such/map.yaml"), "{messages}");
+    let kept = (&settings["light"], &settings["mesh"], &settings["floor_image"]);
+    assert_eq!(kept, (&true.into(), &serde_json::Value::Null, &"".into()));
+    // The settings file keeps what is good, whatever is on the command line.
+    store(&good);
+    let (messages, settings) = show(&["--mesh", &broken]);
+    assert!(messages.contains(&broken), "{messages}");
+    assert_eq!(settings["mesh"]["file"], good.as_str());
 }
 
 fn a_run_opens_a_viewer_and_continues_without_it() {

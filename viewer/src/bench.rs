@@ -44,7 +44,9 @@ pub fn run(options: &Options) -> Result {
     let termination = Termination::watch()?;
     let gpu = Gpu::offscreen()?;
     let samples = options.look.samples.unwrap_or(if gpu.is_software() { 1 } else { 4 });
-    let bench = Bench { options, offscreen: Offscreen::new(&gpu, options.picture_size())?, gpu, samples, termination };
+    let target = TargetConfig::new(&gpu, FORMAT, samples);
+    let bench =
+        Bench { options, offscreen: Offscreen::new(&gpu, options.picture_size(), target)?, gpu, target, termination };
     let (info, size) = (&bench.gpu.info, options.picture_size());
     println!(
         "adapter: {} ({}, {:?}), {} samples, {}x{}",
@@ -56,7 +58,12 @@ pub fn run(options: &Options) -> Result {
     );
     for robots in &options.bench {
         for view in ["fit", "near"] {
-            if *robots == 0 { bench.live(view)? } else { bench.synthetic(*robots as usize, view) }
+            if *robots == 0 {
+                bench.live(view)?
+            } else {
+                bench.synthetic(*robots as usize, view)
+            }
+            bench.gpu.check_memory()?;
         }
     }
     Ok(())
@@ -65,14 +72,14 @@ pub fn run(options: &Options) -> Result {
 struct Bench<'a> {
     options: &'a Options,
     gpu: Gpu,
-    samples: u32,
+    target: TargetConfig,
     offscreen: Offscreen,
     termination: Termination,
 }
 
 impl Bench<'_> {
     fn renderer(&self) -> Renderer {
-        let mut renderer = Renderer::new(&self.gpu, TargetConfig::new(&self.gpu, FORMAT, self.samples));
+        let mut renderer = Renderer::new(&self.gpu, self.target);
         renderer.enable_timer();
         renderer
     }

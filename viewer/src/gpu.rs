@@ -1,6 +1,6 @@
 //! GPU rendering: uploads of the fleet's columns, and the compute and render passes that draw a picture.
 
-mod attachments;
+pub(crate) mod attachments;
 mod bindings;
 mod columns;
 pub mod device;

@@ -51,7 +51,7 @@ pub fn run(options: &Options) -> Result {
     let termination = Termination::watch()?;
     let gpu = Gpu::offscreen()?;
     let target = TargetConfig::new(&gpu, FORMAT, options.look.samples.unwrap_or(4));
-    let offscreen = Offscreen::new(&gpu, options.picture_size())?;
+    let offscreen = Offscreen::new(&gpu, options.picture_size(), target)?;
     let participant = Participant::join(&options.fleet, "viewer")?;
     let mut renderer = Renderer::new(&gpu, target);
     options.look.load_meshes(&mut renderer);

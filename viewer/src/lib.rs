@@ -14,6 +14,7 @@ pub mod gpu;
 mod headless;
 pub mod interface;
 mod link;
+mod memory;
 pub mod mesh;
 pub mod mesh_file;
 pub mod options;

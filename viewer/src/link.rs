@@ -5,6 +5,7 @@
 mod control;
 mod poller;
 mod report;
+mod steps;
 
 use std::sync::mpsc::{self, Receiver, Sender};
 use std::thread::JoinHandle;
@@ -35,7 +36,7 @@ impl Link {
         let (requests, requested) = mpsc::channel();
         let (queries, queried) = mpsc::channel();
         let (name, control_report) = (fleet.clone(), report.clone());
-        // This thread is not joined at the end, because a step of the engine may take arbitrarily long.
+        // This thread is not joined at the end, because the engine may take long to answer.
         std::thread::Builder::new().name("control".into()).spawn(move || {
             report_error(&control_report, control::run(&name, &requested, &control_report));
         })?;

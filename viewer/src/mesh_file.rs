@@ -1,11 +1,12 @@
 //! Robot meshes from STL, OBJ and glTF files. STL and OBJ files are read with x forward and z up; glTF defines its axes.
 
-use std::collections::HashSet;
+mod gltf;
+
 use std::fs::File;
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
-use glam::{Mat4, Vec3};
+use glam::Vec3;
 
 use crate::files;
 use crate::mesh::{Mesh, Vertex};
@@ -63,7 +64,7 @@ pub fn load(path: &Path, scale: f32, z: f32) -> Result<Mesh, MeshFileError> {
     let corners = match extension.as_str() {
         "stl" => stl(path).map_err(malformed)?,
         "obj" => obj(path).map_err(malformed)?,
-        "gltf" | "glb" => gltf(path).map_err(malformed)?,
+        "gltf" | "glb" => gltf::read(path).map_err(malformed)?,
         _ => return Err(MeshFileError::UnknownFormat(path.to_owned())),
     };
     let triangles = corners.len() / 3;
@@ -125,109 +126,10 @@ fn obj(path: &Path) -> Result<Vec<Corner>, String> {
     Ok(corners)
 }
 
-fn gltf(path: &Path) -> Result<Vec<Corner>, String> {
-    let (document, buffers, _) = gltf::import(path).map_err(|error| error.to_string())?;
-    let scene = document.default_scene().or_else(|| document.scenes().next()).ok_or("the file has no scene")?;
-    // In glTF, z is forward, y up and x left.
-    let from_gltf = Mat4::from_cols_array(&[0., 1., 0., 0., 0., 0., 1., 0., 1., 0., 0., 0., 0., 0., 0., 1.]);
-    let mut corners = Vec::new();
-    let mut open: Vec<_> = scene.nodes().map(|node| (node, from_gltf)).collect();
-    let mut seen = HashSet::new();
-    while let Some((node, parent)) = open.pop() {
-        if !seen.insert(node.index()) {
-            return Err("the nodes are not a tree: a node has two parents, or is its own ancestor".to_owned());
-        }
-        let transform = parent * Mat4::from_cols_array_2d(&node.transform().matrix());
-        for primitive in node.mesh().iter().flat_map(gltf::Mesh::primitives) {
-            if primitive.mode() == gltf::mesh::Mode::Triangles {
-                add_primitive(&mut corners, &primitive, &buffers, transform)?;
-            }
-        }
-        open.extend(node.children().map(|child| (child, transform)));
-    }
-    Ok(corners)
-}
-
-fn add_primitive(
-    corners: &mut Vec<Corner>,
-    primitive: &gltf::Primitive<'_>,
-    buffers: &[gltf::buffer::Data],
-    transform: Mat4,
-) -> Result<(), String> {
-    let reader = primitive.reader(|buffer| buffers.get(buffer.index()).map(|data| &data.0[..]));
-    let positions: Vec<_> = reader.read_positions().ok_or("a primitive has no positions")?.collect();
-    let normals: Vec<_> = reader.read_normals().map(Iterator::collect).unwrap_or_default();
-    let [red, green, blue, _] = primitive.material().pbr_metallic_roughness().base_color_factor();
-    let paint = paint_of([red, green, blue]);
-    let normal_transform = transform.inverse().transpose();
-    let mut add = |index: u32| {
-        let at = positions.get(index as usize).ok_or("a triangle refers to a missing vertex")?;
-        let normal = normals.get(index as usize).map_or(Vec3::ZERO, |normal| Vec3::from(*normal));
-        let normal = normal_transform.transform_vector3(normal);
-        corners.push(Corner { at: transform.transform_point3(Vec3::from(*at)), normal, paint });
-        Ok(())
-    };
-    match reader.read_indices() {
-        Some(indices) => indices.into_u32().try_for_each(&mut add),
-        None => (0..positions.len() as u32).try_for_each(&mut add),
-    }
-}
-
 fn paint_of(colour: [f32; 3]) -> [u8; 4] {
     let [red, green, blue] = colour.map(|part| (part.clamp(0.0, 1.0) * 255.0) as u8);
     [red, green, blue, TINT]
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn load_text(name: &str, text: &str) -> Result<Mesh, MeshFileError> {
-        let path = std::env::temp_dir().join(format!("regatta-model-{}-{name}", std::process::id()));
-        std::fs::write(&path, text).expect("written");
-        let mesh = load(&path, 2.0, 0.5);
-        std::fs::remove_file(&path).expect("removed");
-        mesh
-    }
-
-    #[test]
-    fn a_triangle_of_each_format_is_read_scaled_and_lifted() {
-        let stl = "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid a\n";
-        let obj = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
-        // The same triangle, in glTF's axes.
-        let gltf = r#"{"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],
-            "meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],
-            "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,0,1]}],
-            "bufferViews":[{"buffer":0,"byteLength":36}],
-            "buffers":[{"byteLength":36,"uri":"data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAAAAAAAAAAAAAIA/AACAPwAAAAAAAAAA"}]}"#;
-        for (name, text) in [("a.stl", stl), ("a.obj", obj), ("a.gltf", gltf)] {
-            let mesh = load_text(name, text).unwrap_or_else(|error| panic!("{error}"));
-            let corners: Vec<_> = mesh.vertices.iter().map(|vertex| vertex.position).collect();
-            assert_eq!(corners, [[0.0, 0.0, 0.5], [2.0, 0.0, 0.5], [0.0, 2.0, 0.5]], "{name}");
-            assert_eq!(mesh.vertices[0].normal, [0, 0, 127, 0], "{name}");
-        }
-    }
-
-    /// A glTF file with two nodes, each the other's child.
-    const CYCLE: &str = r#"{"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],
-        "nodes":[{"children":[1]},{"children":[0]}]}"#;
-
-    #[test]
-    fn malformed_files_are_reported_without_a_panic() {
-        let bad = [
-            ("b.stl", "solid"),
-            ("b.stl", ""),
-            ("b.obj", "f 1 2 3\n"),
-            ("b.obj", "v nan 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"),
-            ("b.obj", "v 1e38 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"),
-            ("b.gltf", "{}"),
-            ("b.gltf", CYCLE),
-            ("b.glb", "glTF"),
-            ("b.fbx", "what"),
-        ];
-        for (name, text) in bad {
-            let error = load_text(name, text).map(|_| ()).expect_err(name).to_string();
-            assert!(error.contains("regatta-model") && !error.contains('\n'), "{name}: {error}");
-        }
-    }
-}
+mod tests;

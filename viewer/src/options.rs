@@ -133,7 +133,8 @@ impl LookOptions {
         let Some(path) = &self.floor_image else { return };
         let bounds = self.scene().floor.bounds.unwrap_or(bounds);
         match FloorPicture::load(path, bounds, renderer.max_texture_size()) {
-            Ok(picture) => renderer.set_floor_picture(Some(&picture)),
+            Ok(picture) if renderer.set_floor_picture(Some(&picture)) => {}
+            Ok(_) => tracing::warn!("{}: no room in the graphics memory; the floor stays plain", path.display()),
             Err(error) => tracing::warn!("{error}; the floor stays plain"),
         }
     }

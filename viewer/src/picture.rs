@@ -6,8 +6,11 @@ use glam::UVec2;
 use image::RgbaImage;
 use wgpu::{BufferUsages, TextureFormat, TextureUsages};
 
-use crate::gpu::device::Gpu;
+use crate::gpu::TargetConfig;
+use crate::gpu::attachments::Attachments;
+use crate::gpu::device::{DeviceError, Gpu};
 use crate::gpu::resources::view_of;
+use crate::memory;
 
 /// The format of offscreen pictures.
 pub const FORMAT: TextureFormat = TextureFormat::Rgba8UnormSrgb;
@@ -18,9 +21,22 @@ pub const OVERLAY_FORMAT: TextureFormat = TextureFormat::Rgba8Unorm;
 /// The error of rendering or writing a picture.
 #[derive(Debug, thiserror::Error)]
 pub enum PictureError {
-    /// The size exceeds the adapter's texture limit.
-    #[error("a picture of {0}x{1} pixels is too large for this adapter, whose limit is {2} in either direction")]
-    TooLarge(u32, u32, u32),
+    /// The size exceeds the limits of the adapter, or its memory.
+    #[error(
+        "a picture of {}x{} pixels with {samples} samples each has no room in this adapter; the largest of this shape is {}x{}",
+        size.x, size.y, largest.x, largest.y
+    )]
+    TooLarge {
+        /// Width and height.
+        size: UVec2,
+        /// Samples per pixel.
+        samples: u32,
+        /// The largest possible width and height.
+        largest: UVec2,
+    },
+    /// The adapter's memory is full.
+    #[error(transparent)]
+    OutOfMemory(#[from] DeviceError),
     /// The graphics device was lost.
     #[error("the graphics device was lost ({0}); start again")]
     Lost(String),
@@ -48,15 +64,38 @@ pub struct Offscreen {
 }
 
 impl Offscreen {
-    /// Creates a texture of `size` pixels.
+    /// Creates a texture of `size` pixels for a renderer with this target, for whose own textures there is room, too.
     ///
     /// # Errors
     /// [`PictureError::TooLarge`].
-    pub fn new(gpu: &Gpu, size: UVec2) -> Result<Self, PictureError> {
-        let limit = gpu.device.limits().max_texture_dimension_2d;
-        if size.max_element() > limit || size.min_element() == 0 {
-            return Err(PictureError::TooLarge(size.x, size.y, limit));
+    pub fn new(gpu: &Gpu, size: UVec2, target: TargetConfig) -> Result<Self, PictureError> {
+        Self::allocate(gpu, size, target).ok_or_else(|| PictureError::TooLarge {
+            size,
+            samples: target.samples,
+            largest: largest(gpu, size, target),
+        })
+    }
+
+    /// Returns `None` if the adapter has no room.
+    fn allocate(gpu: &Gpu, size: UVec2, target: TargetConfig) -> Option<Self> {
+        let limits = gpu.device.limits();
+        let readback = u64::from(row_bytes(size)) * u64::from(size.y);
+        let is_within = size.min_element() > 0
+            && size.max_element() <= limits.max_texture_dimension_2d
+            && readback <= limits.max_buffer_size;
+        // A software adapter hands out more than the machine has, and the system then kills the process.
+        let available = memory::available().filter(|_| gpu.is_software());
+        if !is_within || available.is_some_and(|bytes| bytes_of(size, target.samples) > bytes) {
+            return None;
         }
+        let (offscreen, attachments) =
+            gpu.allocate(|| (Self::create(gpu, size), Attachments::new(gpu, target, size)))?;
+        drop(attachments);
+        gpu.poll();
+        Some(offscreen)
+    }
+
+    fn create(gpu: &Gpu, size: UVec2) -> Self {
         let usage = TextureUsages::RENDER_ATTACHMENT | TextureUsages::COPY_SRC;
         let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
             label: Some("offscreen"),
@@ -75,14 +114,14 @@ impl Offscreen {
             usage: BufferUsages::COPY_DST | BufferUsages::MAP_READ,
             mapped_at_creation: false,
         });
-        Ok(Self {
+        Self {
             gpu: gpu.clone(),
             size,
             view: view_of(&texture),
             overlay: texture.create_view(&overlay),
             texture,
             readback,
-        })
+        }
     }
 
     /// Width and height in pixels.
@@ -93,7 +132,7 @@ impl Offscreen {
     /// Submits the commands that draw into the texture, waits for them, and returns the picture.
     ///
     /// # Errors
-    /// [`PictureError::Lost`].
+    /// [`PictureError::Lost`] and [`PictureError::OutOfMemory`].
     pub fn read(&self, mut encoder: wgpu::CommandEncoder) -> Result<RgbaImage, PictureError> {
         let layout =
             wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(row_bytes(self.size)), rows_per_image: None };
@@ -103,6 +142,7 @@ impl Offscreen {
             self.texture.size(),
         );
         self.gpu.queue.submit([encoder.finish()]);
+        self.gpu.check_memory()?;
         self.readback.map_async(wgpu::MapMode::Read, .., |_| ());
         self.gpu.wait();
         let lost = |reason: String| PictureError::Lost(self.gpu.lost().unwrap_or(reason));
@@ -114,6 +154,25 @@ impl Offscreen {
         RgbaImage::from_raw(self.size.x, self.size.y, pixels)
             .ok_or_else(|| lost("the buffer has too few pixels".to_owned()))
     }
+}
+
+/// Returns the memory that a picture takes: the texture, the buffer to read it, the picture, and the renderer's depth and
+/// samples, with four bytes for each.
+fn bytes_of(size: UVec2, samples: u32) -> u64 {
+    let layers = 3 + samples + if samples > 1 { samples } else { 0 };
+    u64::from(size.x) * u64::from(size.y) * 4 * u64::from(layers)
+}
+
+/// Returns the largest size of the same shape for which there is room.
+fn largest(gpu: &Gpu, size: UVec2, target: TargetConfig) -> UVec2 {
+    const PARTS: u64 = 4096;
+    let scaled = |part: u64| UVec2::from(size.to_array().map(|side| (u64::from(side) * part / PARTS).max(1) as u32));
+    let (mut low, mut high) = (0, PARTS);
+    while high - low > 1 {
+        let middle = low.midpoint(high);
+        if Offscreen::allocate(gpu, scaled(middle), target).is_some() { low = middle } else { high = middle }
+    }
+    scaled(low)
 }
 
 /// The stride of the rows in the readback buffer, which wgpu aligns to 256 bytes.

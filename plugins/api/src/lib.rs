@@ -49,6 +49,7 @@ pub use ports::producer::{FrameLoan, ProducerPorts};
 pub use ports::routes::{RouteClient, RouteError, RouteServer};
 pub use ports::services;
 pub use ports::worlds::WorldReader;
+pub use process::csv_file::{CsvChange, CsvError, CsvFile, RowCounts};
 pub use process::domain::{DomainError, RUNTIME_DIR_VARIABLE, config as iceoryx2_config};
 pub use process::health;
 pub use process::join::Participant;

@@ -1,5 +1,7 @@
-//! The life of a process in a fleet: joining, running a plugin, ending, and the health of shared memory.
+//! The life of a process in a fleet: joining, running a plugin, writing rows to a file, ending, and the health of shared
+//! memory.
 
+pub mod csv_file;
 pub(crate) mod domain;
 pub mod health;
 pub mod join;

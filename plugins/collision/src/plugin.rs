@@ -13,7 +13,7 @@ use regatta_plugin::{
 };
 
 use crate::detector::{Detector, FrameInput};
-use crate::log::{ContactLog, Transition};
+use crate::log::ContactLog;
 use crate::settings::Settings;
 use crate::skips::Skips;
 use crate::summary;
@@ -168,12 +168,8 @@ impl CollisionPlugin {
             ..ContactHeader::default()
         };
         ports.contacts.publish(&header, pairs)?;
-        match log.as_mut().and_then(|log| log.add(frame.run_id(), detector.events(), edges)) {
-            Some(Transition::Failed(error)) => report(format_args!("{error}; events are lost until it can be written")),
-            Some(Transition::Recovered(lost)) => {
-                report(format_args!("the log can be written again; {lost} events are lost"))
-            }
-            None => {}
+        if let Some(change) = log.as_mut().and_then(|log| log.add(frame.run_id(), detector.events(), edges)) {
+            report(change);
         }
         Ok(())
     }

@@ -3,21 +3,21 @@
 use std::ffi::OsString;
 use std::io::{self, Write};
 use std::net::{SocketAddr, ToSocketAddrs};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
 use clap::Parser;
-use regatta_plugin::{Error, FleetName, Frame, Options, Participant, Plugin, Result};
+use regatta_plugin::{CsvFile, Error, FleetName, Frame, Options, Participant, Plugin, Result};
 
 use crate::aggregator::{Aggregator, wall_time_nanos};
 use crate::collisions::CollisionReader;
-use crate::csv_file::{CsvFile, RowCounts, Transition};
-use crate::page::page;
+use crate::exposition::Format;
+use crate::page::{ExporterState, page};
 use crate::processes::ProcessMonitor;
-use crate::row::row;
-use crate::server::{self, PageSource};
+use crate::row::{header, row};
+use crate::server::{PageSource, Server};
 use crate::snapshot::{Collisions, IntervalStats, Snapshot};
 
 /// Time between two rows of the CSV file.
@@ -44,13 +44,15 @@ fn address(text: &str) -> Result<SocketAddr, String> {
     addresses.next().ok_or_else(|| "this host name has no address".to_owned())
 }
 
-/// Runs the plugin with a command line, whose first argument is the name of the program.
+/// Runs the plugin with a command line, whose first argument is the name of the program. `commit` is what the program was
+/// built from, if that is known.
 ///
 /// # Errors
-/// Fails if an option is invalid, if the address can't be listened on, or as [`regatta_plugin::run`] does.
-pub fn run_from<A: Into<OsString> + Clone>(args: impl IntoIterator<Item = A>) -> Result {
+/// Fails if an option is invalid, if the address can't be listened on, if the CSV file can't be opened or is something
+/// else, or as [`regatta_plugin::run`] does.
+pub fn run_from<A: Into<OsString> + Clone>(args: impl IntoIterator<Item = A>, commit: Option<&'static str>) -> Result {
     match Cli::try_parse_from(args) {
-        Ok(cli) => cli.run(),
+        Ok(cli) => cli.run(commit),
         Err(error) if !error.use_stderr() => Ok(error.print()?),
         Err(error) => Err(first_line(&error)),
     }
@@ -64,18 +66,19 @@ fn first_line(error: &clap::Error) -> Error {
 }
 
 impl Cli {
-    fn run(&self) -> Result {
+    fn run(&self, commit: Option<&'static str>) -> Result {
         let fleet = &self.options.fleet;
+        let csv_file = self.csv.as_deref().map(|path| CsvFile::open(path, &header())).transpose()?;
         let shared = Arc::new(Shared {
             fleet: fleet.clone(),
             state: Mutex::default(),
             processes: ProcessMonitor::start(fleet)?,
-            rows: Mutex::new(self.csv.is_some().then(RowCounts::default)),
+            exporter: Mutex::new(ExporterState { rows: csv_file.as_ref().map(CsvFile::rows), commit }),
         });
-        let address = server::start(self.listen, Arc::clone(&shared))?;
-        report(format_args!("fleet '{fleet}' at http://{address}/metrics"));
-        if let Some(path) = &self.csv {
-            write_rows(path, Arc::clone(&shared))?;
+        let server = Server::start(self.listen, Arc::clone(&shared))?;
+        report(format_args!("fleet '{fleet}' at http://{}/metrics", server.address()));
+        if let Some(csv_file) = csv_file {
+            write_rows(csv_file, Arc::clone(&shared))?;
         }
         self.options.run(Exporter { shared, collisions: None }, "metrics")
     }
@@ -86,12 +89,12 @@ fn report(line: impl std::fmt::Display) {
     let _ = writeln!(io::stderr(), "metrics: {line}");
 }
 
-/// The state that the threads share: the one that reads frames, those that serve pages, and the one that writes rows.
+/// The state that the threads share: the one that reads frames, the one that serves pages, and the one that writes rows.
 struct Shared {
     fleet: FleetName,
     state: Mutex<State>,
     processes: ProcessMonitor,
-    rows: Mutex<Option<RowCounts>>,
+    exporter: Mutex<ExporterState>,
 }
 
 #[derive(Default)]
@@ -118,8 +121,8 @@ impl Shared {
 }
 
 impl PageSource for Shared {
-    fn metrics(&self) -> String {
-        page(&self.snapshot(), *lock(&self.rows))
+    fn metrics(&self, format: Format) -> String {
+        page(&self.snapshot(), &lock(&self.exporter), format)
     }
 }
 
@@ -159,9 +162,7 @@ impl Exporter {
 }
 
 /// Starts to append a row per second to a file, on a thread of its own because a disk may hang.
-fn write_rows(path: &Path, shared: Arc<Shared>) -> Result {
-    let mut csv_file = CsvFile::new(path);
-    let path = path.to_owned();
+fn write_rows(mut csv_file: CsvFile, shared: Arc<Shared>) -> Result {
     thread::Builder::new().name("csv".to_owned()).spawn(move || {
         let mut next = Instant::now();
         loop {
@@ -169,14 +170,11 @@ fn write_rows(path: &Path, shared: Arc<Shared>) -> Result {
             next = (next + ROW_PERIOD).max(Instant::now());
             thread::sleep(next.saturating_duration_since(Instant::now()));
             let now = Duration::from_nanos(wall_time_nanos());
-            match csv_file.add(&row(now, &shared.snapshot(), &shared.interval())) {
-                Some(Transition::Failed(error)) => report(error),
-                Some(Transition::Recovered(lost)) => {
-                    report(format_args!("{} can be written again; {lost} rows were lost", path.display()));
-                }
-                None => {}
+            let row = row(now, &shared.snapshot(), &shared.interval());
+            if let Some(change) = csv_file.append(&format!("{row}\n")) {
+                report(change);
             }
-            *lock(&shared.rows) = Some(csv_file.rows());
+            lock(&shared.exporter).rows = Some(csv_file.rows());
         }
     })?;
     Ok(())

@@ -6,12 +6,11 @@
 
 pub mod aggregator;
 pub mod collisions;
-pub mod csv_file;
 pub mod exporter;
+pub mod exposition;
 pub mod histogram;
 pub mod page;
 pub mod processes;
-mod request;
 pub mod rhythm;
 pub mod row;
 pub mod server;

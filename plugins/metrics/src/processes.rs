@@ -56,11 +56,14 @@ fn sample_repeatedly(fleet: &FleetName, newest: &Weak<Mutex<ProcessList>>) {
     }
 }
 
-/// A sampler that keeps each process's processor time of the previous sample, to compute its load.
+/// A sampler that keeps the processor times of the previous sample, to compute the load.
 #[derive(Default)]
 struct Sampler {
     system: Option<System>,
+    /// The time of the sample and the processor time of each process, by its id.
     before: BTreeMap<u32, (Instant, f64)>,
+    /// The processor time of all processes of a name, with those that have ended.
+    totals: BTreeMap<String, f64>,
 }
 
 impl Sampler {
@@ -77,8 +80,23 @@ impl Sampler {
         let now = Instant::now();
         // A process that has ended since it was listed has no figures any more.
         processes.retain_mut(|process| measure(process, system, &self.before, now));
-        self.before = processes.iter().map(|process| (process.pid, (now, process.cpu_seconds))).collect();
+        self.add_up(&mut processes, now);
         Ok(processes)
+    }
+
+    /// Replaces the processor time of each process by that of all with its name.
+    fn add_up(&mut self, processes: &mut [Process], now: Instant) {
+        let mut totals = BTreeMap::new();
+        for process in &*processes {
+            let before = self.before.get(&process.pid).map_or(0.0, |(_, seconds)| *seconds);
+            let known = || self.totals.get(&process.name).copied().unwrap_or_default();
+            *totals.entry(process.name.clone()).or_insert_with(known) += (process.cpu_seconds - before).max(0.0);
+        }
+        self.totals = totals;
+        self.before = processes.iter().map(|process| (process.pid, (now, process.cpu_seconds))).collect();
+        for process in processes {
+            process.cpu_seconds = self.totals.get(&process.name).copied().unwrap_or_default();
+        }
     }
 }
 
@@ -145,6 +163,26 @@ mod tests {
         let members: Vec<_> =
             members(&occupants, &fleet).into_iter().map(|p| (p.name, p.pid, p.shared_bytes)).collect();
         assert_eq!(members, [("control".to_owned(), 12, 3), ("zebra".to_owned(), 11, 4)]);
+    }
+
+    #[test]
+    fn the_processor_time_of_a_name_never_decreases_while_one_process_has_it() {
+        let fleet: FleetName = "f".parse().expect("a name");
+        let mut sampler = Sampler::default();
+        let mut sample = |running: &[(u32, f64)]| {
+            let occupants: Vec<_> =
+                running.iter().map(|(pid, _)| occupant("regatta/f/viewer", *pid, true, 0)).collect();
+            let mut processes = members(&occupants, &fleet);
+            processes.iter_mut().zip(running).for_each(|(process, (_, seconds))| process.cpu_seconds = *seconds);
+            sampler.add_up(&mut processes, Instant::now());
+            processes.first().map(|process| process.cpu_seconds)
+        };
+        assert_eq!(sample(&[(1, 5.0)]), Some(5.0));
+        assert_eq!(sample(&[(1, 6.0), (2, 0.5)]), Some(6.5));
+        assert_eq!(sample(&[(2, 1.0)]), Some(7.0), "the first has ended");
+        assert_eq!(sample(&[(3, 0.25)]), Some(7.25), "another has replaced the second");
+        assert_eq!(sample(&[]), None);
+        assert_eq!(sample(&[(4, 2.0)]), Some(2.0), "a new series");
     }
 
     #[test]

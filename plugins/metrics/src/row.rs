@@ -55,7 +55,7 @@ fn cells(now: Duration, snapshot: Option<&Snapshot>, interval: &IntervalStats) -
 fn run_cells(run: Option<&Run>) -> Vec<Cell> {
     let seconds = |seconds: f64| format!("{seconds:.9}");
     let mut cells = vec![
-        cell("run_id", run.map(|run| format!("{:#018x}", run.run_id))),
+        cell("run_id", run.map(|run| format!("{:016x}", run.run_id))),
         cell("tick", run.map(|run| run.tick)),
         cell("simulated_seconds", run.map(|run| seconds(run.sim_time.as_secs_f64()))),
         cell("paused", run.map(|run| u8::from(run.clock != ClockState::Running))),
@@ -97,7 +97,8 @@ fn collision_cells(snapshot: Option<&Snapshot>) -> Vec<Cell> {
 }
 
 fn process_cells(processes: Option<&[Process]>) -> Vec<Cell> {
-    let sum = |value: fn(&Process) -> f64| processes.map(|processes| processes.iter().map(value).sum::<f64>());
+    // Not `sum`, which returns -0 for none.
+    let sum = |value: fn(&Process) -> f64| processes.map(|all| all.iter().map(value).fold(0.0, |sum, one| sum + one));
     vec![
         cell("processes", processes.map(<[_]>::len)),
         cell("resident_memory_bytes", sum(|process| process.resident_bytes as f64)),
@@ -130,10 +131,13 @@ mod tests {
         let row = row(Duration::ZERO, &snapshot, &IntervalStats::default());
         let value = |name: &str| header.split(',').zip(row.split(',')).find(|cell| cell.0 == name).expect(name).1;
         let run = snapshot.run.expect("a run");
-        assert_eq!(value("tick"), run.tick.to_string());
+        assert_eq!((value("run_id"), value("tick")), ("000000000000feed", &*run.tick.to_string()));
         assert_eq!(value("robots_driving"), run.state_counts.by_state[1].to_string());
         assert_eq!(value("late_ticks"), run.late_ticks.to_string());
         assert_eq!(value("tick_cost_max_seconds"), "", "nothing was measured");
         assert_eq!(value("processes"), snapshot.processes.len().to_string());
+        let alone = Snapshot { processes: Vec::new(), ..testing::without_engine() };
+        let row = super::row(Duration::ZERO, &alone, &IntervalStats::default());
+        assert!(row.ends_with(",0,0,0.000"), "{row}");
     }
 }

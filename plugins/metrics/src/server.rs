@@ -1,21 +1,44 @@
-//! The exporter's web server: serves a page at `/metrics` to any number of clients.
+//! The exporter's web server, which serves a page at `/metrics`.
 //!
-//! Clients can't hold it up: each connection has a thread of its own and [`TIMEOUT`] to send the request and again to
-//! read the response, there are [`MAX_CONNECTIONS`] at most, and no thread waits for a connection to end.
+//! It has a thread of its own with a runtime of one thread, so that clients cost the reader of frames nothing. Clients
+//! can't hold it up either: one that sends no request is closed after [`REQUEST_TIMEOUT`], and when there are
+//! [`MAX_CONNECTIONS`], the oldest connection makes room for the newest.
 
-use std::io::{self, Read, Write};
-use std::net::{Shutdown, SocketAddr, TcpListener, TcpStream};
+use std::collections::VecDeque;
+use std::io;
+use std::net::SocketAddr;
+use std::pin::pin;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::thread;
-use std::time::{Duration, Instant};
+use std::thread::{self, JoinHandle};
+use std::time::Duration;
 
-use crate::request::{MAX_REQUEST, Request, RequestError};
+use axum::Router;
+use axum::extract::State;
+use axum::http::header::{ACCEPT, CONTENT_TYPE, VARY};
+use axum::http::{HeaderMap, StatusCode};
+use axum::response::IntoResponse;
+use axum::routing::get;
+use hyper::server::conn::http1;
+use hyper_util::rt::{TokioIo, TokioTimer};
+use hyper_util::service::TowerToHyperService;
+use tokio::net::{TcpListener, TcpStream};
+use tokio::sync::watch;
+use tokio::task::JoinSet;
+use tokio::time::{sleep, timeout};
+use tower_http::compression::CompressionLayer;
 
-/// The longest time for a client to send its request, and again to read the response.
-const TIMEOUT: Duration = Duration::from_secs(2);
-/// The largest number of concurrent connections. Further ones are closed.
-const MAX_CONNECTIONS: usize = 32;
+use crate::exposition::Format;
+
+/// The longest time for a client to send a request, from its connection or its last response on.
+const REQUEST_TIMEOUT: Duration = Duration::from_secs(60);
+/// The longest time that a connection is kept for further requests.
+const MAX_AGE: Duration = Duration::from_secs(600);
+/// The longest time for responses that are under way when a connection or the process ends.
+const GRACE: Duration = Duration::from_millis(500);
+/// The largest number of concurrent connections.
+const MAX_CONNECTIONS: usize = 256;
+/// The largest number of bytes in a request.
+const MAX_REQUEST: usize = 16 << 10;
 /// The delay after a connection could not be accepted, for example because there are too many open files.
 const ACCEPT_RETRY_DELAY: Duration = Duration::from_millis(100);
 
@@ -30,150 +53,110 @@ pub struct ListenError {
 /// The source of the server's pages.
 pub trait PageSource: Send + Sync + 'static {
     /// Returns the page at `/metrics`.
-    fn metrics(&self) -> String;
+    fn metrics(&self, format: Format) -> String;
 }
 
-/// Starts to serve pages until the process ends. Returns the address, with its actual port if port 0 was requested.
-///
-/// # Errors
-/// [`ListenError`] if the address is in use or not an address of this machine.
-pub fn start(address: SocketAddr, pages: Arc<impl PageSource>) -> Result<SocketAddr, ListenError> {
-    let listen = || {
-        let listener = TcpListener::bind(address)?;
-        let address = listener.local_addr()?;
-        thread::Builder::new().name("exporter".to_owned()).spawn(move || accept(&listener, &pages))?;
-        Ok(address)
-    };
-    listen().map_err(|reason| ListenError { address, reason })
+/// A running server. Dropping it ends it, after the responses that are under way.
+#[derive(Debug)]
+pub struct Server {
+    address: SocketAddr,
+    /// Dropped to end the server.
+    running: Option<watch::Sender<()>>,
+    thread: Option<JoinHandle<()>>,
 }
 
-fn accept(listener: &TcpListener, pages: &Arc<impl PageSource>) {
-    let connections = Arc::new(AtomicUsize::new(0));
-    loop {
-        let Ok((stream, _)) = listener.accept() else {
-            thread::sleep(ACCEPT_RETRY_DELAY);
-            continue;
+impl Server {
+    /// Starts to serve pages.
+    ///
+    /// # Errors
+    /// [`ListenError`] if the address is in use or not an address of this machine.
+    pub fn start(address: SocketAddr, pages: Arc<impl PageSource>) -> Result<Self, ListenError> {
+        let start = || {
+            let listener = std::net::TcpListener::bind(address)?;
+            listener.set_nonblocking(true)?;
+            let address = listener.local_addr()?;
+            let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
+            let listener = runtime.block_on(async { TcpListener::from_std(listener) })?;
+            let (running, end) = watch::channel(());
+            let serve = move || runtime.block_on(serve(listener, router(pages), end));
+            let thread = thread::Builder::new().name("exporter".to_owned()).spawn(serve)?;
+            Ok(Self { address, running: Some(running), thread: Some(thread) })
         };
-        let guard = ConnectionGuard::new(&connections);
-        if connections.load(Ordering::Relaxed) > MAX_CONNECTIONS {
-            // The connection is closed; the client may retry.
-            continue;
-        }
-        let pages = Arc::clone(pages);
-        // If no thread can be started, the connection is closed, too.
-        let _ = thread::Builder::new().name("scrape".to_owned()).stack_size(256 << 10).spawn(move || {
-            let _guard = guard;
-            serve(stream, &*pages);
-        });
+        start().map_err(|reason| ListenError { address, reason })
+    }
+
+    /// The address, with the actual port if port 0 was requested.
+    pub fn address(&self) -> SocketAddr {
+        self.address
     }
 }
 
-/// A guard that counts an open connection until it is dropped.
-struct ConnectionGuard(Arc<AtomicUsize>);
-
-impl ConnectionGuard {
-    fn new(connections: &Arc<AtomicUsize>) -> Self {
-        connections.fetch_add(1, Ordering::Relaxed);
-        Self(Arc::clone(connections))
-    }
-}
-
-impl Drop for ConnectionGuard {
+impl Drop for Server {
     fn drop(&mut self) {
-        self.0.fetch_sub(1, Ordering::Relaxed);
+        self.running = None;
+        if let Some(thread) = self.thread.take() {
+            // The result is an error only if the thread panicked, and the panic has been printed.
+            let _ = thread.join();
+        }
     }
 }
 
-/// Reads one request and sends the response. A client that has disconnected, or is too slow, gets none.
-fn serve(mut stream: TcpStream, pages: &impl PageSource) {
-    let request = match read_request(&mut stream) {
-        Ok(request) => request,
-        Err(_) => return,
-    };
-    let response = match request {
-        Ok(request) => respond(&request, pages),
-        Err(error) => text(error.status(), "", true),
-    };
-    // Any error means that the client doesn't read.
-    if write_all(&mut stream, &response, Instant::now() + TIMEOUT).is_ok() && stream.shutdown(Shutdown::Write).is_ok() {
-        drain(&mut stream);
-    }
+fn router<P: PageSource>(pages: Arc<P>) -> Router {
+    let index = || async { "Metrics of a Regatta fleet are at /metrics.\n" };
+    let unknown = || async { (StatusCode::NOT_FOUND, "There is only /metrics.\n") };
+    Router::new()
+        .route("/metrics", get(metrics::<P>))
+        .route("/", get(index))
+        .fallback(unknown)
+        .layer(CompressionLayer::new())
+        .with_state(pages)
 }
 
-fn respond(request: &Request, pages: &impl PageSource) -> Vec<u8> {
-    let with_body = !request.head;
-    match &*request.path {
-        "/metrics" => response("200 OK", crate::page::CONTENT_TYPE, &pages.metrics(), with_body),
-        "/" => text("200 OK", "Metrics of a Regatta fleet are at /metrics.\n", with_body),
-        _ => text("404 Not Found", "There is only /metrics.\n", with_body),
-    }
+async fn metrics<P: PageSource>(State(pages): State<Arc<P>>, headers: HeaderMap) -> impl IntoResponse {
+    let accept: Vec<_> = headers.get_all(ACCEPT).iter().filter_map(|accept| accept.to_str().ok()).collect();
+    let format = Format::accepted(&accept.join(","));
+    ([(CONTENT_TYPE, format.content_type()), (VARY, "accept")], pages.metrics(format))
 }
 
-fn text(status: &str, body: &str, with_body: bool) -> Vec<u8> {
-    response(status, "text/plain; charset=utf-8", body, with_body)
-}
-
-fn response(status: &str, content_type: &str, body: &str, with_body: bool) -> Vec<u8> {
-    let length = body.len();
-    let head = format!(
-        "HTTP/1.1 {status}\r\nContent-Type: {content_type}\r\nContent-Length: {length}\r\nConnection: close\r\n\r\n"
-    );
-    [head.as_bytes(), if with_body { body.as_bytes() } else { &[] }].concat()
-}
-
-/// Reads until the request is complete or invalid.
-fn read_request(stream: &mut TcpStream) -> io::Result<Result<Request, RequestError>> {
-    let deadline = Instant::now() + TIMEOUT;
-    let mut bytes = Vec::new();
-    let mut chunk = [0; 1024];
+/// Accepts connections until the sender of `end` is dropped, and then waits for the open ones.
+async fn serve(listener: TcpListener, router: Router, mut end: watch::Receiver<()>) {
+    let mut tasks = JoinSet::new();
+    let mut connections = VecDeque::new();
     loop {
-        let count = read_some(stream, &mut chunk, deadline)?;
-        bytes.extend_from_slice(&chunk[..count]);
-        match Request::parse(&bytes) {
-            Ok(None) if count > 0 && bytes.len() <= MAX_REQUEST => {}
-            Ok(None) if count == 0 => return Err(io::ErrorKind::UnexpectedEof.into()),
-            Ok(None) => return Ok(Err(RequestError::TooLong)),
-            Ok(Some(request)) => return Ok(Ok(request)),
-            Err(error) => return Ok(Err(error)),
+        let accepted = tokio::select! {
+            accepted = listener.accept() => accepted,
+            _ = end.changed() => break,
+        };
+        while tasks.try_join_next().is_some() {}
+        connections.retain(|connection: &tokio::task::AbortHandle| !connection.is_finished());
+        if accepted.is_err() || connections.len() >= MAX_CONNECTIONS {
+            connections.pop_front().iter().for_each(tokio::task::AbortHandle::abort);
+        }
+        match accepted {
+            Ok((stream, _)) => connections.push_back(tasks.spawn(converse(stream, router.clone(), end.clone()))),
+            Err(_) => sleep(ACCEPT_RETRY_DELAY).await,
         }
     }
+    drop(listener);
+    while tasks.join_next().await.is_some() {}
 }
 
-/// Discards what the client still sends, for a limited time: closing the connection with unread bytes would discard the
-/// response.
-fn drain(stream: &mut TcpStream) {
-    let deadline = Instant::now() + TIMEOUT;
-    let mut chunk = [0; 1024];
-    while read_some(stream, &mut chunk, deadline).is_ok_and(|count| count > 0) {}
-}
-
-fn read_some(stream: &mut TcpStream, chunk: &mut [u8], deadline: Instant) -> io::Result<usize> {
-    loop {
-        stream.set_read_timeout(Some(time_until(deadline)?))?;
-        match stream.read(chunk) {
-            // The process was stopped and continued.
-            Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
-            outcome => return outcome,
-        }
+/// Answers the requests of a client.
+async fn converse(stream: TcpStream, router: Router, mut end: watch::Receiver<()>) {
+    let connection = http1::Builder::new()
+        .timer(TokioTimer::new())
+        .header_read_timeout(REQUEST_TIMEOUT)
+        .max_buf_size(MAX_REQUEST)
+        .serve_connection(TokioIo::new(stream), TowerToHyperService::new(router));
+    let mut connection = pin!(connection);
+    // Any error of a connection is the client's: it has disconnected, or its request was invalid and has been answered.
+    tokio::select! {
+        _ = connection.as_mut() => return,
+        _ = end.changed() => {}
+        () = sleep(MAX_AGE) => {}
     }
-}
-
-fn write_all(stream: &mut TcpStream, mut bytes: &[u8], deadline: Instant) -> io::Result<()> {
-    while !bytes.is_empty() {
-        stream.set_write_timeout(Some(time_until(deadline)?))?;
-        match stream.write(bytes) {
-            Ok(0) => return Err(io::ErrorKind::WriteZero.into()),
-            Ok(count) => bytes = &bytes[count..],
-            Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
-            Err(error) => return Err(error),
-        }
-    }
-    Ok(())
-}
-
-fn time_until(deadline: Instant) -> io::Result<Duration> {
-    let left = deadline.saturating_duration_since(Instant::now());
-    if left.is_zero() { Err(io::ErrorKind::TimedOut.into()) } else { Ok(left) }
+    connection.as_mut().graceful_shutdown();
+    let _ = timeout(GRACE, connection).await;
 }
 
 #[cfg(test)]

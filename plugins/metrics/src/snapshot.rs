@@ -113,7 +113,8 @@ pub struct Process {
     pub shared_bytes: u64,
     /// Resident memory, including the shared memory that it uses, in bytes.
     pub resident_bytes: u64,
-    /// Processor time since it started, in seconds.
+    /// Processor time of all processes of this name, in seconds since the first of them started: it includes those that
+    /// have ended since, so that it never decreases while one is running.
     pub cpu_seconds: f64,
     /// Processor seconds per second since the previous sample: 1 is one core in full use.
     pub cpu_cores: f64,

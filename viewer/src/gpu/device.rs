@@ -1,5 +1,6 @@
 //! The graphics adapter and its device.
 
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 
 use wgpu::{Backends, DeviceType, Features, InstanceDescriptor, InstanceFlags, Limits, PowerPreference};
@@ -20,6 +21,14 @@ pub enum DeviceError {
         /// The error of the driver or of wgpu.
         reason: String,
     },
+    /// The adapter's memory is full.
+    #[error(
+        "the memory of the adapter {adapter} is full; choose a smaller picture or floor image, --samples 1, or fewer trails"
+    )]
+    OutOfMemory {
+        /// The adapter's name.
+        adapter: String,
+    },
 }
 
 /// A device with its queue and its adapter. Cheap to clone.
@@ -34,6 +43,7 @@ pub struct Gpu {
     /// The adapter's name, driver and device type.
     pub info: wgpu::AdapterInfo,
     lost: Arc<Mutex<Option<String>>>,
+    is_full: Arc<AtomicBool>,
 }
 
 /// Creates the wgpu instance.
@@ -85,7 +95,16 @@ impl Gpu {
                 *lost = Some(format!("{reason:?}: {message}"));
             }
         });
-        Ok(Self { device, queue, adapter: adapter.clone(), info, lost })
+        let is_full = Arc::new(AtomicBool::new(false));
+        let has_filled = Arc::clone(&is_full);
+        device.on_uncaptured_error(Arc::new(move |error| match error {
+            wgpu::Error::OutOfMemory { .. } => has_filled.store(true, Ordering::Relaxed),
+            // What had no room is invalid: the errors of its use follow from that.
+            _ if has_filled.load(Ordering::Relaxed) => {}
+            // Any other error is a bug of the viewer. This is what wgpu does by default.
+            error => panic!("wgpu error: {error}"),
+        }));
+        Ok(Self { device, queue, adapter: adapter.clone(), info, lost, is_full })
     }
 
     /// Opens the best adapter for drawing offscreen.
@@ -104,6 +123,37 @@ impl Gpu {
     /// Returns the reason why the device was lost, if it was. All of its resources have to be created anew then.
     pub fn lost(&self) -> Option<String> {
         self.lost.lock().ok()?.clone()
+    }
+
+    /// Fails if there was no room for something that was created outside of [`allocate`](Self::allocate). Pictures that
+    /// need it are incomplete.
+    ///
+    /// # Errors
+    /// [`DeviceError::OutOfMemory`].
+    pub fn check_memory(&self) -> Result<(), DeviceError> {
+        let full = DeviceError::OutOfMemory { adapter: self.info.name.clone() };
+        if self.is_full.load(Ordering::Relaxed) { Err(full) } else { Ok(()) }
+    }
+
+    /// Creates buffers or textures. Returns `None` if the adapter's memory has no room for them.
+    ///
+    /// # Panics
+    /// If wgpu considers what is created invalid.
+    pub fn allocate<T>(&self, create: impl FnOnce() -> T) -> Option<T> {
+        let invalid = self.device.push_error_scope(wgpu::ErrorFilter::Validation);
+        let full = self.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
+        let created = create();
+        let (full, invalid) = (pollster::block_on(full.pop()), pollster::block_on(invalid.pop()));
+        if full.is_some() {
+            drop(created);
+            // What is dropped is freed by the next poll.
+            self.poll();
+            return None;
+        }
+        if let Some(error) = invalid {
+            panic!("wgpu error: {error}");
+        }
+        Some(created)
     }
 
     /// Waits until all submitted commands are finished.

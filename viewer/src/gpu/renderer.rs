@@ -137,9 +137,14 @@ impl Renderer {
         self.gpu.device.limits().max_texture_dimension_2d
     }
 
-    /// Sets or removes the picture on the floor.
-    pub fn set_floor_picture(&mut self, picture: Option<&FloorPicture>) {
-        self.floor.set_picture(&self.gpu, picture);
+    /// Sets or removes the picture on the floor. Returns false if the adapter's memory has no room for it; there is none then.
+    pub fn set_floor_picture(&mut self, picture: Option<&FloorPicture>) -> bool {
+        let Self { gpu, floor, .. } = self;
+        let has_room = gpu.allocate(|| floor.set_picture(gpu, picture)).is_some();
+        if !has_room {
+            floor.set_picture(gpu, None);
+        }
+        has_room
     }
 
     /// Sets or removes the mesh of a robot type, or with `None` of all types that have no mesh of their own.

@@ -5,18 +5,20 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender};
 use std::time::Duration;
 
 use regatta_plugin::control::{ControlKind, ControlRequest};
-use regatta_plugin::{Control, ControlError, FleetName, Result};
+use regatta_plugin::{Control, FleetName, Result};
 
-use super::report::{Fact, Report};
+use super::report::Report;
+use super::steps::{self, Step};
 
 /// The time between two polls of the engine's status.
 const STATUS_EVERY: Duration = Duration::from_millis(250);
-/// The timeout of a request.
+/// The timeout of a request. Steps have none.
 const TIMEOUT: Duration = Duration::from_secs(2);
 
 /// Sends requests until the link is dropped, and polls the status in between.
 pub fn run(fleet: &FleetName, requested: &Receiver<ControlRequest>, report: &Sender<Report>) -> Result {
     let mut control = Control::open(fleet)?;
+    let steps = steps::start(fleet, report)?;
     let mut queue = VecDeque::new();
     loop {
         if queue.is_empty() {
@@ -29,18 +31,16 @@ pub fn run(fleet: &FleetName, requested: &Receiver<ControlRequest>, report: &Sen
         queue.extend(requested.try_iter());
         keep_newest(&mut queue);
         let request = queue.pop_front();
-        let sent = request.unwrap_or(ControlRequest::new(ControlKind::Status));
-        let found = match control.request(sent, TIMEOUT) {
-            Ok(status) => Fact::Status(Some(Box::new(status))).into(),
-            Err(ControlError::NoEngine { .. }) if request.is_none() => Fact::Status(None).into(),
-            Err(ControlError::Gone { .. }) => Fact::Status(None).into(),
-            Err(error) if request.is_some() => Report::Notice(error.to_string()),
-            Err(error) => {
-                tracing::debug!(%error, "polling the status");
-                Fact::Status(None).into()
-            }
-        };
-        if report.send(found).is_err() {
+        let step = request.as_ref().and_then(Step::of);
+        if let Some(step) = step {
+            // Fails only after the thread has reported its error.
+            let _ = steps.send(step);
+        }
+        if matches!(step, Some(Step::Forward(_))) {
+            continue;
+        }
+        let answer = control.request(request.unwrap_or(ControlRequest::new(ControlKind::Status)), TIMEOUT);
+        if report.send(Report::of_answer(answer, request.is_some())).is_err() {
             return Ok(());
         }
     }
@@ -60,7 +60,48 @@ fn keep_newest(requests: &mut VecDeque<ControlRequest>) {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::mpsc;
+
+    use regatta_plugin::ProducerPorts;
+    use regatta_plugin::control::ControlResponse;
+
     use super::*;
+    use crate::link::Fact;
+
+    #[test]
+    fn a_step_that_takes_long_is_awaited_while_the_status_is_polled() {
+        let fleet: FleetName = format!("unit-viewer-step-{}", std::process::id()).parse().expect("a name");
+        let mut producer = ProducerPorts::create(&fleet, 1).expect("a producer");
+        let (request, requested) = mpsc::channel();
+        let (report, reports) = mpsc::channel();
+        let viewer = std::thread::spawn(move || run(&fleet, &requested, &report).map_err(|error| error.to_string()));
+        request.send(ControlRequest { count: 7, ..ControlRequest::new(ControlKind::Step) }).expect("sent");
+        let (mut step, mut polls) = (None, 0);
+        // The step is done only after three seconds or so of polls.
+        while polls < 12 {
+            let Some((ticket, asked)) = producer.take_request().expect("readable") else {
+                std::thread::sleep(Duration::from_millis(1));
+                continue;
+            };
+            if asked.kind() == Some(ControlKind::Step) {
+                assert_eq!((step.replace(ticket), asked.count), (None, 7));
+            } else {
+                polls += u32::from(step.is_some());
+                producer.answer(ticket, ControlResponse::default().accept());
+            }
+        }
+        let done = ControlResponse { tick: 7, ..ControlResponse::default() }.accept();
+        producer.answer(step.expect("a step"), done);
+        loop {
+            match reports.recv().expect("a report") {
+                Report::Facts(Fact::Status(Some(status))) if status.tick == 7 => break,
+                Report::Facts(Fact::Status(Some(_))) => {}
+                other => panic!("{other:?}"),
+            }
+        }
+        drop((request, reports));
+        assert_eq!(viewer.join().expect("no panic"), Ok(()));
+    }
 
     #[test]
     fn only_the_last_speed_is_sent() {

@@ -1,8 +1,8 @@
 //! The messages from the background threads to the window.
 
-use regatta_plugin::ColumnName;
 use regatta_plugin::control::ControlResponse;
 use regatta_plugin::route::RouteResponse;
+use regatta_plugin::{ColumnName, ControlError};
 
 use crate::interface::rows::Rows;
 
@@ -28,6 +28,22 @@ pub enum Fact {
     Columns(Vec<ColumnName>),
     /// The selected robot's value in each column.
     Values(Vec<(ColumnName, f32)>),
+}
+
+impl Report {
+    /// Returns the report of the engine's answer to a request of the user, or to a poll of the status.
+    pub fn of_answer(answer: Result<ControlResponse, ControlError>, is_requested: bool) -> Self {
+        match answer {
+            Ok(status) => Fact::Status(Some(Box::new(status))).into(),
+            Err(ControlError::Gone { .. }) => Fact::Status(None).into(),
+            Err(error) if is_requested => Self::Notice(error.to_string()),
+            Err(ControlError::NoEngine { .. }) => Fact::Status(None).into(),
+            Err(error) => {
+                tracing::debug!(%error, "polling the status");
+                Fact::Status(None).into()
+            }
+        }
+    }
 }
 
 impl From<Fact> for Report {

@@ -16,53 +16,78 @@ pub struct Assets {
     mesh: Option<RobotMesh>,
 }
 
+/// A file of the settings that could not be loaded.
+#[derive(Debug)]
+pub struct Unloadable {
+    /// The path, as in the settings.
+    pub file: String,
+    /// What is wrong, and what is shown instead.
+    pub message: String,
+}
+
 impl Assets {
-    /// Loads the files of the settings that are not loaded yet. Where one can't be read, the built-in look is used, and a
-    /// message is returned.
-    pub fn update(&mut self, settings: &Settings, stage: &mut Stage) -> Vec<String> {
-        let mut messages = Vec::new();
+    /// Loads the files of the settings that are not loaded yet. One that can't be loaded is returned, and replaced in the
+    /// settings by the one before, which stays in use.
+    pub fn update(&mut self, settings: &mut Settings, stage: &mut Stage) -> Vec<Unloadable> {
+        let mut failures = Vec::new();
         if (&self.floor.0, self.floor.1) != (&settings.floor_image, settings.floor) {
-            let was_bare = self.floor.0.is_empty();
-            self.floor = (settings.floor_image.clone(), settings.floor);
-            if !(was_bare && self.floor.0.is_empty()) {
-                messages.extend(self.load_floor(stage));
-            }
+            failures.extend(self.update_floor(settings, stage));
         }
         if self.mesh != settings.mesh {
-            self.mesh.clone_from(&settings.mesh);
-            messages.extend(self.load_mesh(stage));
+            failures.extend(self.update_mesh(settings, stage));
         }
-        messages
+        failures
     }
 
-    fn load_floor(&self, stage: &mut Stage) -> Option<String> {
-        let (file, size) = &self.floor;
-        stage.renderer.set_floor_picture(None);
-        if file.is_empty() {
-            return None;
-        }
-        let bounds = size.map_or(stage.bounds(), Bounds::of_size);
-        match FloorPicture::load(Path::new(file), bounds, stage.renderer.max_texture_size()) {
-            Ok(picture) => {
-                stage.renderer.set_floor_picture(Some(&picture));
+    fn update_floor(&mut self, settings: &mut Settings, stage: &mut Stage) -> Option<Unloadable> {
+        let loaded = load_floor(&settings.floor_image, settings.floor, stage);
+        let failure = loaded.err().map(|error| {
+            let message = format!("{error}; the floor stays as it is");
+            let before = std::mem::take(&mut self.floor.0);
+            let file = std::mem::replace(&mut settings.floor_image, before);
+            // The file of the picture that is shown is no longer there.
+            if file == settings.floor_image {
+                settings.floor_image.clear();
+            }
+            if settings.floor_image.is_empty() {
+                stage.renderer.set_floor_picture(None);
+            }
+            Unloadable { file, message }
+        });
+        self.floor = (settings.floor_image.clone(), settings.floor);
+        failure
+    }
+
+    fn update_mesh(&mut self, settings: &mut Settings, stage: &mut Stage) -> Option<Unloadable> {
+        match load_mesh(settings.mesh.as_ref(), stage) {
+            Ok(()) => {
+                self.mesh.clone_from(&settings.mesh);
                 None
             }
-            Err(error) => Some(format!("{error}; the floor stays plain")),
-        }
-    }
-
-    fn load_mesh(&self, stage: &mut Stage) -> Option<String> {
-        let Some(RobotMesh { file, scale, z }) = &self.mesh else {
-            stage.renderer.set_mesh(None, None);
-            return None;
-        };
-        match mesh_file::load(Path::new(file), *scale, *z) {
-            Ok(mesh) if stage.renderer.set_mesh(None, Some(&mesh)) => None,
-            Ok(_) => Some(format!("{file}: too many meshes; this one is not used")),
             Err(error) => {
-                stage.renderer.set_mesh(None, None);
-                Some(format!("{error}; the built-in robot is used"))
+                let rejected = std::mem::replace(&mut settings.mesh, self.mesh.clone());
+                let file = rejected.map(|mesh| mesh.file).unwrap_or_default();
+                Some(Unloadable { file, message: format!("{error}; the robots stay as they are") })
             }
         }
     }
+}
+
+fn load_floor(file: &str, size: Option<[f32; 2]>, stage: &mut Stage) -> Result<(), String> {
+    if file.is_empty() {
+        stage.renderer.set_floor_picture(None);
+        return Ok(());
+    }
+    let bounds = size.map_or(stage.bounds(), Bounds::of_size);
+    let picture = FloorPicture::load(Path::new(file), bounds, stage.renderer.max_texture_size());
+    let picture = picture.map_err(|error| error.to_string())?;
+    let has_room = stage.renderer.set_floor_picture(Some(&picture));
+    has_room.then_some(()).ok_or_else(|| format!("{file}: no room in the graphics memory"))
+}
+
+fn load_mesh(mesh: Option<&RobotMesh>, stage: &mut Stage) -> Result<(), String> {
+    let mesh = mesh.map(|RobotMesh { file, scale, z }| mesh_file::load(Path::new(file), *scale, *z)).transpose();
+    let mesh = mesh.map_err(|error| error.to_string())?;
+    let has_room = stage.renderer.set_mesh(None, mesh.as_ref());
+    has_room.then_some(()).ok_or_else(|| "too many meshes; this one is not used".to_owned())
 }

@@ -41,6 +41,17 @@ impl SettingsStore {
         &self.initial
     }
 
+    /// Forgets a file that could not be loaded, so that no later start tries again. Where an option of the command line has
+    /// named it, the stored settings keep the file that they have.
+    pub fn forget(&mut self, file: &str) {
+        for settings in [&mut self.initial, &mut self.stored] {
+            settings.mesh.take_if(|mesh| mesh.file == file);
+            if settings.floor_image == file {
+                settings.floor_image.clear();
+            }
+        }
+    }
+
     /// Writes changed settings once they have stayed the same for [`SAVE_DELAY`].
     ///
     /// # Errors

@@ -12,7 +12,7 @@ use regatta_plugin::{FleetName, Participant, Result};
 use winit::event::WindowEvent;
 use winit::window::Window;
 
-use super::assets::Assets;
+use super::assets::{Assets, Unloadable};
 use super::fleet_state::FleetState;
 use super::frame_pacing::{Due, FramePacing};
 use super::settings_store::SettingsStore;
@@ -227,7 +227,7 @@ impl ViewerWindow {
     /// Draws a picture of the newest state.
     ///
     /// # Errors
-    /// If the fleet can't be read or the window can't be drawn into.
+    /// If the fleet can't be read, the window can't be drawn into, or the graphics memory is full.
     pub fn draw(&mut self) -> Result {
         let start = Instant::now();
         self.frame_pacing.record_draw(start);
@@ -249,6 +249,7 @@ impl ViewerWindow {
         self.carry_out(actions, output.pixels_per_point);
         self.schedule(&output, start);
         let waited = self.paint(picture, output, start)?;
+        self.gpu.check_memory()?;
         let parts = [read - start, uploaded - read, shown.elapsed().saturating_sub(waited), shown - uploaded, waited];
         let period = (start - self.drawn_at).as_secs_f32();
         self.timing.push(parts.map(|part| part.as_secs_f32()), period.min(1.0));
@@ -264,8 +265,11 @@ impl ViewerWindow {
             self.fleet_state.labels = Labels::new(world.nodes(), world.edges());
         }
         if self.stage.feed.frame().is_some() {
-            let errors = self.assets.update(&self.interface.settings, &mut self.stage);
-            errors.into_iter().for_each(|text| self.interface.notify(text));
+            for Unloadable { file, message } in self.assets.update(&mut self.interface.settings, &mut self.stage) {
+                tracing::warn!("{message}");
+                self.interface.notify(message);
+                self.settings_store.forget(&file);
+            }
         }
         if let Some(frame) = self.stage.feed.frame() {
             let followed = self.interface.camera_controller.followed().map(|(robot, _)| robot);

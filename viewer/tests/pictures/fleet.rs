@@ -43,7 +43,7 @@ impl TestRenderer {
         Self {
             gpu: gpu.clone(),
             inner: renderer,
-            offscreen: Offscreen::new(gpu, SIZE).expect("a small target"),
+            offscreen: Offscreen::new(gpu, SIZE, target).expect("a small target"),
             tick: 0,
         }
     }

@@ -7,20 +7,28 @@ use std::thread::JoinHandle;
 use std::time::Duration;
 
 use clap::{Args, FromArgMatches};
-use glam::Vec3;
+use glam::{UVec2, Vec3};
 use image::RgbaImage;
 use regatta_plugin::FleetName;
 use regatta_plugin::ProducerPorts;
 use regatta_viewer::Options;
 use regatta_viewer::camera::Camera;
+use regatta_viewer::gpu::TargetConfig;
 use regatta_viewer::gpu::device::Gpu;
+use regatta_viewer::gpu::resources::{texture, view_of};
+use regatta_viewer::picture::{FORMAT, Offscreen, PictureError};
 use regatta_viewer::scene::Scene;
+use wgpu::{TextureFormat, TextureUsages};
 
 use crate::Test;
 use crate::fleet::{SIZE, TestRenderer, graph, robot_types, robots};
 
-pub const TESTS: &[(&str, Test)] =
-    &[("a_live_fleet_is_drawn_into_a_screenshot", a_screenshot), ("a_live_fleet_is_recorded", a_recording)];
+pub const TESTS: &[(&str, Test)] = &[
+    ("a_live_fleet_is_drawn_into_a_screenshot", a_screenshot),
+    ("a_live_fleet_is_recorded", a_recording),
+    ("a_picture_without_room_is_refused_with_the_largest_size", a_picture_without_room),
+    ("a_full_memory_is_an_error", a_full_memory),
+];
 
 /// A producer of a stationary fleet, which publishes until it is dropped.
 struct LiveFleet {
@@ -42,12 +50,15 @@ impl LiveFleet {
     }
 
     fn view(&self, args: &[&str]) {
+        self.try_view("320x200", args).expect("pictures are written");
+    }
+
+    fn try_view(&self, size: &str, args: &[&str]) -> Result<(), regatta_plugin::Error> {
         let command = Options::augment_args(clap::Command::new("viewer").no_binary_name(true));
         let fleet = self.name.to_string();
-        let common = ["--headless", "--fleet", &fleet, "--size", "320x200"];
+        let common = ["--headless", "--fleet", &fleet, "--size", size];
         let matches = command.try_get_matches_from(common.iter().chain(args)).expect("arguments");
-        let options = Options::from_arg_matches(&matches).expect("options");
-        regatta_viewer::run(&options).expect("pictures are written");
+        regatta_viewer::run(&Options::from_arg_matches(&matches).expect("options"))
     }
 
     fn path(&self, name: &str) -> String {
@@ -136,4 +147,36 @@ fn a_recording(_: &Gpu) {
         assert_eq!((picture.width(), picture.height()), (SIZE.x, SIZE.y));
     }
     assert_eq!(std::fs::read_dir(&folder).expect("the folder").count(), 5);
+}
+
+fn a_full_memory(_: &Gpu) {
+    // A device of its own, because others can't be used afterwards.
+    let gpu = Gpu::software().expect("an adapter");
+    let huge = || texture(&gpu, UVec2::splat(16384), TextureFormat::Depth32Float, 4, TextureUsages::RENDER_ATTACHMENT);
+    assert!(gpu.allocate(huge).is_none());
+    gpu.check_memory().expect("what was refused leaves the rest usable");
+    // Neither the allocation nor the use of what it returns panics.
+    drop(view_of(&huge()));
+    let error = gpu.check_memory().expect_err("it is full").to_string();
+    assert!(error.contains(&gpu.info.name) && !error.contains('\n'), "{error}");
+}
+
+fn a_picture_without_room(gpu: &Gpu) {
+    let live = LiveFleet::start("room");
+    let path = live.path("shot.png");
+    let limit = gpu.device.limits().max_texture_dimension_2d;
+    // With four samples per pixel this takes 11 GB, and its depth alone more than one allocation may have.
+    let error = live.try_view("16384x16384", &["--screenshot", &path, "--samples", "4"]).expect_err("no room");
+    let message = error.to_string();
+    assert!(message.contains("16384x16384") && message.contains("largest") && !message.contains('\n'), "{message}");
+    assert!(!Path::new(&path).exists());
+    let target = TargetConfig::new(gpu, FORMAT, 4);
+    let largest = match Offscreen::new(gpu, UVec2::splat(16384), target) {
+        Err(PictureError::TooLarge { largest, .. }) => largest,
+        other => panic!("{other:?}"),
+    };
+    assert!(largest.x == largest.y && message.contains(&format!("{0}x{0}", largest.x)), "{message}");
+    assert!(largest.x > 1000 && Offscreen::new(gpu, largest, target).is_ok(), "{largest}");
+    let error = live.try_view("32768x8", &["--screenshot", &path]).expect_err("too wide").to_string();
+    assert!(error.contains(&format!("{limit}x{}", limit * 8 / 32768)), "{error}");
 }

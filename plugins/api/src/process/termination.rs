@@ -1,5 +1,6 @@
 //! Ctrl-C and `SIGTERM` as a flag.
 
+use std::io::{self, IsTerminal};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, OnceLock};
 use std::time::Instant;
@@ -13,6 +14,9 @@ use crate::error::Result;
 pub const PARENT_VARIABLE: &str = "REGATTA_PARENT";
 
 static REQUESTED: OnceLock<Arc<AtomicBool>> = OnceLock::new();
+
+/// Set by `SIGHUP` in a process that [reopens its files](reopen_on_hangup) then.
+static HUNG_UP: OnceLock<Arc<AtomicBool>> = OnceLock::new();
 
 /// The shortest time in milliseconds between two requests of a person.
 const SECOND_REQUEST_MILLIS: u64 = 200;
@@ -34,6 +38,20 @@ fn end_at_second_interrupt() -> Result {
     // number, and ends the process by `_exit`. It takes no lock, allocates nothing and can't panic.
     unsafe { signal_hook::low_level::register(SIGINT, handler)? };
     Ok(())
+}
+
+/// Makes `SIGHUP` set a flag rather than ask this process to end, as a service does that reopens its logs then. To be
+/// called before [`Termination::watch`]. `None` if the process has a terminal: there, `SIGHUP` says that it was closed.
+pub(super) fn reopen_on_hangup() -> io::Result<Option<Arc<AtomicBool>>> {
+    if io::stdin().is_terminal() || io::stdout().is_terminal() || io::stderr().is_terminal() {
+        return Ok(None);
+    }
+    if let Some(flag) = HUNG_UP.get() {
+        return Ok(Some(Arc::clone(flag)));
+    }
+    let flag = Arc::default();
+    signal_hook::flag::register(SIGHUP, Arc::clone(&flag))?;
+    Ok(Some(Arc::clone(HUNG_UP.get_or_init(|| flag))))
 }
 
 /// Whether this process was asked to end: by Ctrl-C, `SIGTERM`, or its terminal being closed.
@@ -60,7 +78,8 @@ impl Termination {
         // A handler is enough to make the write fail. The flag is never read.
         #[cfg(unix)]
         signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::default())?;
-        for signal in [SIGINT, SIGTERM, SIGHUP] {
+        let hangup = HUNG_UP.get().is_none().then_some(SIGHUP);
+        for signal in [SIGINT, SIGTERM].into_iter().chain(hangup) {
             signal_hook::flag::register(signal, Arc::clone(&requested))?;
         }
         let termination = Self(Arc::clone(REQUESTED.get_or_init(|| requested)));

@@ -20,8 +20,10 @@ fn families(page: &str) -> Vec<(&str, &str, &str)> {
     families
 }
 
+const EXPORTER: ExporterState = ExporterState { rows: Some(RowCounts { written: 5, lost: 1 }), commit: Some("c0ffee") };
+
 fn full_page() -> String {
-    page(&testing::snapshot(), Some(RowCounts { written: 5, lost: 1 }))
+    page(&testing::snapshot(), &EXPORTER, Format::Prometheus)
 }
 
 /// Tests the rules of `promtool check metrics`.
@@ -78,11 +80,15 @@ fn values_equal_those_of_the_snapshot() {
         "regatta_collisions_total{fleet=\"default\",level=\"touching\"} 77",
         "regatta_collision_lag_seconds{fleet=\"default\"} 0.01",
         "regatta_frames_skipped_total{fleet=\"default\"} 6",
-        "regatta_process_cpu_seconds_total{fleet=\"default\",name=\"engine\",pid=\"4000000\"} 12.5",
+        "regatta_process_cpu_seconds_total{fleet=\"default\",name=\"engine\"} 12.5",
         "regatta_tick_cost_seconds_bucket{fleet=\"default\",le=\"0.0001\"} 10",
         "regatta_tick_cost_seconds_bucket{fleet=\"default\",le=\"+Inf\"} 100",
         "regatta_tick_cost_seconds_count{fleet=\"default\"} 100",
         "regatta_csv_rows_lost_total{fleet=\"default\"} 1",
+        &format!(
+            "regatta_build_info{{fleet=\"default\",version=\"{}\",commit=\"c0ffee\",contract=\"{CONTRACT_VERSION}\"}} 1",
+            env!("CARGO_PKG_VERSION")
+        ),
     ];
     for line in wanted {
         assert!(page.lines().any(|have| have == line), "{line} in\n{page}");
@@ -91,7 +97,7 @@ fn values_equal_those_of_the_snapshot() {
 
 #[test]
 fn unknown_values_are_left_out() {
-    let text = page(&testing::without_engine(), None);
+    let text = page(&testing::without_engine(), &ExporterState::default(), Format::Prometheus);
     assert!(text.contains("regatta_up{fleet=\"default\"} 0\n"), "{text}");
     for absent in ["regatta_robots", "regatta_ticks", "regatta_collision", "regatta_csv"] {
         assert!(!text.contains(absent), "{absent} in\n{text}");
@@ -99,11 +105,48 @@ fn unknown_values_are_left_out() {
 }
 
 #[test]
-fn a_name_with_quotes_stays_one_label() {
+fn processes_of_the_same_name_share_a_series() {
     let mut snapshot = testing::without_engine();
-    snapshot.processes[0].name = "a\"b\\c\nd".to_owned();
-    let text = page(&snapshot, None);
-    assert!(text.contains(r#"name="a\"b\\c\nd""#), "{text}");
+    snapshot.processes.push(Process { pid: 77, ..snapshot.processes[0].clone() });
+    let text = page(&snapshot, &EXPORTER, Format::Prometheus);
+    assert!(!text.contains("pid="), "{text}");
+    for (name, bytes) in [("engine", 34e6), ("metrics", 68e6)] {
+        let line = format!("regatta_process_resident_memory_bytes{{fleet=\"default\",name=\"{name}\"}} {bytes}\n");
+        assert_eq!(text.matches(&line).count(), 1, "{text}");
+    }
+    // The processor time of a process is already that of all with its name.
+    assert!(text.contains("regatta_process_cpu_seconds_total{fleet=\"default\",name=\"metrics\"} 12.5\n"), "{text}");
+}
+
+/// Tests the rules of OpenMetrics, by which Prometheus parses.
+#[test]
+fn the_page_in_open_metrics_has_the_same_samples() {
+    let (snapshot, prometheus) = (testing::snapshot(), full_page());
+    let text = page(&snapshot, &EXPORTER, Format::OpenMetrics);
+    // The bounds of buckets are spelled differently: 0.00001 and 1e-05, 1 and 1.0.
+    let sample =
+        |line: &str| match line.split_once("le=\"").and_then(|(start, rest)| Some((start, rest.split_once('"')?))) {
+            Some((start, (bound, end))) => format!("{start}{:?}{end}", bound.parse::<f64>().expect("a number")),
+            None => line.to_owned(),
+        };
+    let samples = |text: &str| -> Vec<_> { text.lines().filter(|line| !line.starts_with('#')).map(sample).collect() };
+    assert_eq!(samples(&text), samples(&prometheus));
+    for bound in ["1e-05", "2.5e-05", "0.0001", "0.25", "1.0", "10.0", "+Inf"] {
+        assert!(text.contains(&format!("le=\"{bound}\"")), "{bound}");
+    }
+    assert!(text.ends_with("} 1\n# EOF\n") && text.matches("# EOF").count() == 1, "{text}");
+    let kinds: Vec<_> =
+        families(text.trim_end_matches("# EOF\n")).into_iter().map(|(name, _, kind)| (name, kind)).collect();
+    for (name, kind) in &kinds {
+        let ending = match *kind {
+            "counter" => "_total",
+            "info" => "_info",
+            "histogram" => "_count",
+            _ => "",
+        };
+        assert!(!name.ends_with("_total") && text.contains(&format!("\n{name}{ending}{{")), "{name} is a {kind}");
+    }
+    assert!(kinds.contains(&("regatta_ticks", "counter")) && kinds.contains(&("regatta_build", "info")), "{kinds:?}");
 }
 
 /// Collects the names of metrics in a dashboard's queries.

@@ -1,0 +1,139 @@
+use super::*;
+
+fn load_text(name: &str, text: &str) -> Result<Mesh, MeshFileError> {
+    load_bytes(name, text.as_bytes())
+}
+
+fn load_bytes(name: &str, bytes: &[u8]) -> Result<Mesh, MeshFileError> {
+    let path = std::env::temp_dir().join(format!("regatta-model-{}-{name}", std::process::id()));
+    std::fs::write(&path, bytes).expect("written");
+    let mesh = load(&path, 2.0, 0.5);
+    std::fs::remove_file(&path).expect("removed");
+    mesh
+}
+
+#[test]
+fn a_triangle_of_each_format_is_read_scaled_and_lifted() {
+    let stl = "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid a\n";
+    let obj = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+    // The same triangle, in glTF's axes.
+    let gltf = r#"{"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],
+        "meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],
+        "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,0,1]}],
+        "bufferViews":[{"buffer":0,"byteLength":36}],
+        "buffers":[{"byteLength":36,"uri":"data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAAAAAAAAAAAAAIA/AACAPwAAAAAAAAAA"}]}"#;
+    for (name, text) in [("a.stl", stl), ("a.obj", obj), ("a.gltf", gltf)] {
+        let mesh = load_text(name, text).unwrap_or_else(|error| panic!("{error}"));
+        let corners: Vec<_> = mesh.vertices.iter().map(|vertex| vertex.position).collect();
+        assert_eq!(corners, [[0.0, 0.0, 0.5], [2.0, 0.0, 0.5], [0.0, 2.0, 0.5]], "{name}");
+        assert_eq!(mesh.vertices[0].normal, [0, 0, 127, 0], "{name}");
+    }
+}
+
+/// A glTF file with two nodes, each the other's child.
+const CYCLE: &str = r#"{"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],
+    "nodes":[{"children":[1]},{"children":[0]}]}"#;
+
+#[test]
+fn malformed_files_are_reported_without_a_panic() {
+    let bad = [
+        ("b.stl", "solid"),
+        ("b.stl", ""),
+        ("b.obj", "f 1 2 3\n"),
+        ("b.obj", "v nan 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"),
+        ("b.obj", "v 1e38 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"),
+        ("b.gltf", "{}"),
+        ("b.gltf", CYCLE),
+        ("b.glb", "glTF"),
+        ("b.fbx", "what"),
+    ];
+    for (name, text) in bad {
+        let error = load_text(name, text).map(|_| ()).expect_err(name).to_string();
+        assert!(error.contains("regatta-model") && !error.contains('\n'), "{name}: {error}");
+    }
+}
+
+/// A glTF file that uses everything that is read: an indexed triangle with normals, a colour and a sparse position.
+const RICH: &str = r#"{"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],
+    "nodes":[{"children":[1]},{"mesh":0,"translation":[0,0,1]}],
+    "meshes":[{"primitives":[{"attributes":{"POSITION":0,"NORMAL":1},"indices":2,"material":0,"mode":4}]}],
+    "materials":[{"pbrMetallicRoughness":{"baseColorFactor":[1,0,0,1]}}],
+    "accessors":[
+        {"bufferView":0,"byteOffset":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,0,1],
+         "sparse":{"count":1,"indices":{"bufferView":3,"byteOffset":0,"componentType":5121},"values":{"bufferView":4,"byteOffset":0}}},
+        {"bufferView":1,"componentType":5126,"count":3,"type":"VEC3"},
+        {"bufferView":2,"componentType":5123,"count":3,"type":"SCALAR"}],
+    "bufferViews":[
+        {"buffer":0,"byteOffset":0,"byteLength":36,"byteStride":12},
+        {"buffer":0,"byteOffset":36,"byteLength":36,"byteStride":12},
+        {"buffer":0,"byteOffset":72,"byteLength":6},
+        {"buffer":0,"byteOffset":80,"byteLength":1},
+        {"buffer":0,"byteOffset":84,"byteLength":12}],
+    "buffers":[{"byteLength":96,"uri":"data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAAAAAAAAAAAAAIA/AACAPwAAAAAAAAAAAAAAAAAAgD8AAAAAAAAAAAAAgD8AAAAAAAAAAAAAgD8AAAAAAAABAAIAAAABAAAAAAAAAAAAAAAAAABA"}]}"#;
+
+/// Returns copies of a text, in each of which one of its whole numbers is replaced.
+fn with_another_number<'a>(text: &'a str, number: &'a str) -> impl Iterator<Item = String> + 'a {
+    let is_digit = |i: usize| text.as_bytes().get(i).is_some_and(u8::is_ascii_digit);
+    // Numbers follow a colon, a comma or a bracket; those of the data and of versions don't.
+    let starts = (1..text.len()).filter(move |i| is_digit(*i) && b":,[".contains(&text.as_bytes()[*i - 1]));
+    starts.map(move |start| {
+        let end = (start..).find(|i| !is_digit(*i)).unwrap_or(text.len());
+        [&text[..start], number, &text[end..]].concat()
+    })
+}
+
+#[test]
+fn a_gltf_file_with_any_wrong_number_is_read_or_refused() {
+    let mesh = load_text("rich.gltf", RICH).unwrap_or_else(|error| panic!("{error}"));
+    let corners: Vec<_> = mesh.vertices.iter().map(|vertex| vertex.position).collect();
+    assert_eq!(corners, [[2.0, 0.0, 0.5], [6.0, 0.0, 0.5], [2.0, 2.0, 0.5]]);
+    assert_eq!(mesh.vertices[0].paint, [255, 0, 0, TINT]);
+    let mut refused = 0;
+    for number in ["0", "1", "2", "3", "7", "35", "5121", "5125", "5126", "4294967295", "18446744073709551615", "-1"] {
+        for (index, text) in with_another_number(RICH, number).enumerate() {
+            match load_text("wrong.gltf", &text) {
+                Ok(mesh) => assert!(mesh.vertices.len() <= 300, "{index}: {number}"),
+                Err(error) => {
+                    refused += 1;
+                    let error = error.to_string();
+                    assert!(error.contains("wrong.gltf") && !error.contains('\n'), "{index}: {number}: {error}");
+                }
+            }
+        }
+    }
+    assert!(refused > 150, "{refused}");
+}
+
+#[test]
+fn a_gltf_file_that_lacks_a_part_is_refused() {
+    let missing = RICH.replace("\"POSITION\":0", "\"POSITION\":9");
+    let error = load_text("missing.gltf", &missing).map(|_| ()).expect_err("it names a missing accessor").to_string();
+    assert!(error.contains("accessor 9") && !error.contains('\n'), "{error}");
+    for uri in ["%ff.bin", "no-such-file.bin", "http://a/b.bin", "data:;base64,!!", "data:;base64,AAAA", ""] {
+        let start = RICH.find("data:").expect("an address");
+        let end = start + RICH[start..].find('"').expect("its end");
+        let text = [&RICH[..start], uri, &RICH[end..]].concat();
+        let error = load_text("lacks.gltf", &text).map(|_| ()).expect_err(uri).to_string();
+        assert!(error.contains("lacks.gltf") && !error.contains('\n'), "{uri}: {error}");
+    }
+}
+
+#[test]
+fn a_binary_gltf_file_cut_anywhere_is_refused() {
+    let json = br#"{"asset":{"version":"2.0"},"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],"meshes":[{"primitives":
+        [{"attributes":{"POSITION":0}}]}],"accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3",
+        "min":[0,0,0],"max":[1,0,1]}],"bufferViews":[{"buffer":0,"byteLength":36}],"buffers":[{"byteLength":36}]}   "#;
+    let json = &json[..json.len() / 4 * 4];
+    let positions = [0.0_f32, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0].map(f32::to_le_bytes).concat();
+    let chunk = |kind: &[u8], data: &[u8]| [&(data.len() as u32).to_le_bytes(), kind, data].concat();
+    let chunks = [chunk(b"JSON", json), chunk(b"BIN\0", &positions)].concat();
+    let header = |length: u32| [&b"glTF"[..], &2_u32.to_le_bytes(), &length.to_le_bytes()].concat();
+    let whole = [header(12 + chunks.len() as u32), chunks.clone()].concat();
+    assert_eq!(load_bytes("whole.glb", &whole).map(|mesh| mesh.vertices.len()).map_err(|e| e.to_string()), Ok(3));
+    for length in 0..whole.len() {
+        load_bytes("cut.glb", &whole[..length]).map(|_| ()).expect_err("it is cut");
+    }
+    for length in [0, 11, u32::MAX] {
+        load_bytes("length.glb", &[header(length), chunks.clone()].concat()).map(|_| ()).expect_err("a wrong length");
+    }
+}
