@@ -28,6 +28,11 @@ impl Criteria {
         self.0 != 0
     }
 
+    /// Whether the pair touches, but for the hysteresis.
+    pub(crate) fn may_touch(self) -> bool {
+        self.has(Self::KEEPS_TOUCHING)
+    }
+
     fn has(self, flag: u8) -> bool {
         self.0 & flag != 0
     }

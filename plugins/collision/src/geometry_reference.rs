@@ -95,3 +95,35 @@ pub(crate) fn outline_at(body: &Body, segment: &Segment, elapsed: f64) -> Rounde
     let here = |axis: usize| f64::from(segment.position[axis]) + f64::from(segment.velocity[axis]) * elapsed;
     outline(body, [here(0), here(1)], segment.heading)
 }
+
+/// Returns the centroid of the intersection of two convex polygons that run counter-clockwise, and twice its area as a
+/// part of the square of its perimeter. The first is cut along each side of the second.
+pub(crate) fn intersection_centroid(a: &[Point], b: &[Point]) -> Option<(Point, f64)> {
+    let mut polygon = a.to_vec();
+    for (from, to) in sides(b) {
+        let inside = |point: Point| (to[0] - from[0]) * (point[1] - from[1]) - (to[1] - from[1]) * (point[0] - from[0]);
+        let mut cut = Vec::new();
+        for (start, end) in sides(&polygon) {
+            let (here, there) = (inside(start), inside(end));
+            if here >= 0.0 {
+                cut.push(start);
+            }
+            if here * there < 0.0 {
+                let part = here / (here - there);
+                cut.push([start[0] + part * (end[0] - start[0]), start[1] + part * (end[1] - start[1])]);
+            }
+        }
+        polygon = cut;
+    }
+    let origin = *polygon.first()?;
+    let (mut area, mut moment) = (0.0, [0.0; 2]);
+    for (p, q) in sides(&polygon) {
+        let [p, q] = [p, q].map(|point| [point[0] - origin[0], point[1] - origin[1]]);
+        let cross = p[0] * q[1] - p[1] * q[0];
+        area += 0.5 * cross;
+        moment = [0, 1].map(|axis| moment[axis] + (p[axis] + q[axis]) * cross / 6.0);
+    }
+    let perimeter: f64 = sides(&polygon).map(|(p, q)| (p[0] - q[0]).hypot(p[1] - q[1])).sum();
+    let centroid = [0, 1].map(|axis| origin[axis] + moment[axis] / area);
+    (area > 0.0).then(|| (centroid, 2.0 * area / (perimeter * perimeter)))
+}

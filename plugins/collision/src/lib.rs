@@ -49,7 +49,7 @@
 //! 2. `strip_index` enters the robots into strips of the plane.
 //! 3. The broad phase, `sweep`, finds the robots of a strip whose bounding boxes overlap.
 //! 4. The narrow phase, `narrow_phase`, checks those pairs exactly: now by `body`, and within the horizon by
-//!    `continuous`. `criteria` holds the result.
+//!    `continuous`. `criteria` holds the result, and `overlap` finds where a pair touches.
 //! 5. The `tracker` follows pairs from frame to frame, and adds up the run's `totals`.
 //!
 //! # Cost and limits
@@ -74,6 +74,7 @@ mod grid;
 mod heading;
 mod log;
 mod narrow_phase;
+mod overlap;
 mod plugin;
 mod prediction;
 mod radix;

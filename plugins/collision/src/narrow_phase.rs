@@ -1,9 +1,10 @@
 //! The narrow phase: exact checks of the pairs whose boxes overlap.
 
-use crate::body::{Body, contact_point, relative_speed};
+use crate::body::{Body, nearest_point, relative_speed};
 use crate::continuous::{ALWAYS, closest_proximity};
 use crate::criteria::{Criteria, INFLATION};
 use crate::frame_context::FrameContext;
+use crate::overlap::overlap_centre;
 use crate::settings::{HYSTERESIS, Settings};
 use crate::strip::{PackedRobot, Strip};
 use crate::sweep::Candidates;
@@ -119,7 +120,7 @@ fn push(
     if criteria.any() {
         observations.push(PairObservation {
             robots: [a.id, b.id],
-            position: contact_point(body_a, body_b),
+            position: if criteria.may_touch() { overlap_centre(body_a, body_b) } else { nearest_point(body_a, body_b) },
             relative_speed: relative_speed((body_a, a.speed), (body_b, b.speed)),
             criteria,
         });
