@@ -3,7 +3,7 @@
 use regatta_plugin::contact::ContactLevel;
 
 use crate::body::{Body, gap};
-use crate::continuous::Proximity;
+use crate::relative_motion::Proximity;
 use crate::settings::{HYSTERESIS, Settings};
 
 /// The inflation of both footprints, on all sides, at which a predicted pair stays possible, in metres.

@@ -73,7 +73,8 @@ fn keep_near(context: &FrameContext, strip: &Strip, candidates: Candidates, near
         let is_near =
             approach.is_near(margin + MAX_GAP_BEYOND_MARGIN) | approach.comes_near(2.0 * INFLATION as f32, horizon);
         near[kept] = slots;
-        kept += usize::from(is_near & a.is_first_with(b));
+        // Two ways of one robot are no pair.
+        kept += usize::from(is_near & a.is_first_with(b) & (a.id != b.id));
     }
     near.truncate(kept);
 }
