@@ -42,7 +42,7 @@ pub(crate) use leg_table::{LegTable, TooManyPieces};
 pub(crate) use pieces::{MAX_PIECES, PieceColumn, PieceIndex};
 pub(crate) use profile::{KinematicLimits, UNLIMITED};
 pub use routes::Repeat;
-pub(crate) use routes::{Plans, Route};
+pub(crate) use routes::{Plans, Route, RouteCursor};
 pub(crate) use rows::{LimitRows, Rows, leg_of, split_frame};
 pub(crate) use time_step::TimeStep;
 

@@ -121,6 +121,59 @@ fn a_contact_is_predicted_published_logged_and_summarised() {
     assert_eq!(rotated.lines().collect::<Vec<_>>(), text.lines().take(1).collect::<Vec<_>>(), "it has the header only");
 }
 
+/// A robot comes from the west to a node from which one edge leads on to the east, to a robot that stands there, and one to
+/// the north.
+const FORK: &str = "
+Vertices:
+- {Id: 1, X: 0, Y: 0, Theta: 0}
+- {Id: 2, X: 6, Y: 0, Theta: 0}
+- {Id: 3, X: 7.5, Y: 0, Theta: 0}
+- {Id: 4, X: 6, Y: 6, Theta: 1.5707963267948966}
+Edges:
+- {Id: 10, Origin_ID: 1, Destination_ID: 2, CurveType: linear, VelocityForward: 1}
+- {Id: 11, Origin_ID: 2, Destination_ID: 3, CurveType: linear, VelocityForward: 1}
+- {Id: 12, Origin_ID: 2, Destination_ID: 4, CurveType: linear, VelocityForward: 1}
+";
+
+/// Returns the contact events while a robot drives a route on the fork.
+fn events_on_fork(name: &str, route: &str) -> Vec<ContactEvent> {
+    let folder = tempfile::tempdir().expect("a folder");
+    fs::write(folder.path().join("line.yaml"), FORK).expect("written");
+    let path = folder.path().join("fork.yaml");
+    let scenario = SCENARIO.replace("[{route: [10]}, {route: [11]}]", &format!("[{{route: {route}}}, {{node: 3}}]"));
+    fs::write(&path, scenario).expect("written");
+    let fleet = Fleet::start(name, &path.to_string_lossy(), &["--speed", "0.001"]);
+    let participant = Participant::join(&fleet.name, "test").expect("joined");
+    let mut reader = ContactEventReader::open_on(&participant).expect("opened");
+    let mut column = ColumnReader::open_on(&participant, "collision").expect("opened");
+    let args = ["plugin", "collision", "--margin", "0", "--fleet", &fleet.name.to_string()];
+    let _plugin = Process::start(regatta().args(args));
+    eventually("the first column", || column.latest().expect("readable").map(|_| ()));
+    fleet.control(&["pause"]);
+    fleet.control(&["speed", "max"]);
+    let mut events = Vec::new();
+    for _ in 0..80 {
+        fleet.control(&["step", "10"]);
+        let tick = fleet.tick();
+        eventually("the column of that tick", || {
+            column.latest().expect("readable").filter(|values| values.header.tick == tick).map(|_| ())
+        });
+        append_events(&mut reader, &mut events);
+    }
+    events
+}
+
+#[test]
+fn a_robot_whose_route_turns_away_is_not_predicted_to_hit_and_one_whose_route_turns_towards_is() {
+    assert!(events_on_fork("collision-away", "[10, 12]").is_empty());
+    let events = events_on_fork("collision-towards", "[10, 11]");
+    let [possible, touching] =
+        [ContactLevel::Possible, ContactLevel::Touching].map(|level| time_of(&events, level, ContactChange::Began));
+    // The robots are 1 m long, and the second one's centre is 7.5 m from the start.
+    assert!(possible.is_some_and(|time| (4.4..4.7).contains(&time)), "{events:?}");
+    assert!(touching.is_some_and(|time| (6.4..6.7).contains(&time)), "{events:?}");
+}
+
 #[test]
 fn a_stopped_and_a_killed_checker_cost_no_late_tick_and_another_one_replaces_it() {
     let fleet = Fleet::start("collision-kill", "thirty.yaml", &["--rate", "50"]);

@@ -78,7 +78,9 @@ fn a_route_is_returned_with_its_base_and_its_horizon() {
         panic!("expected as many responses as robots")
     };
     assert_eq!((first.listed, again.listed), (route.listed, route.listed));
-    assert_eq!((lap.legs, random.legs), (8, 1), "a loop is returned as one lap, a random route as its current leg");
+    assert_eq!((lap.legs, lap.drives_on()), (8, true), "a loop is returned as one lap");
+    assert_eq!((random.legs, random.released), (17, 17), "a random route is returned as far as it is drawn");
+    assert!(random.drives_on() && !first.drives_on());
 
     // At the end of its base the robot waits for a release of the horizon.
     orders.resume(0);

@@ -6,6 +6,9 @@ use regatta_plugin::route::RouteResponse;
 use super::{EngineError, Simulation};
 use crate::graph::Gear;
 
+/// The number of legs of a random walk that are reported after the one that the robot is on.
+const WALK_LEGS: usize = 16;
+
 /// The largest number of routes that are reported between two ticks. More requests wait for the next.
 const MAX_ROUTES: usize = 16;
 
@@ -16,8 +19,11 @@ impl Simulation {
         routes.answer(MAX_ROUTES, |request| {
             let response = RouteResponse::unknown(session.run_id(), session.tick(), request.robot);
             let Some(ahead) = fleet.ahead(request.robot) else { return response };
-            let edges = ahead.legs().map(|leg| (leg.edge.0, leg.gear == Gear::Reverse));
-            response.with_legs(ahead.released(), ahead.len(), edges)
+            let walk = fleet.walk_ahead(request.robot).take(WALK_LEGS);
+            let drawn = walk.clone().count();
+            let edges = ahead.legs().chain(walk).map(|leg| (leg.edge.0, leg.gear == Gear::Reverse));
+            let response = response.with_legs(ahead.released() + drawn, ahead.len() + drawn, edges);
+            if fleet.drives_on(request.robot) { response.and_on() } else { response }
         })?;
         Ok(())
     }

@@ -2,7 +2,7 @@
 
 use super::{Fleet, Route};
 use crate::graph::Leg;
-use crate::motion::leg_of;
+use crate::motion::{RouteCursor, leg_of};
 
 /// The legs that a robot has still to drive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -25,6 +25,24 @@ impl Fleet {
         let is_driving = route != Route::PARKED && !self.motion.legs.is_leg_end(piece, self.columns.w[row]);
         let on = leg_of(piece, self.columns.edge[row]).filter(|_| is_driving);
         Some(Ahead { on, base: plans.base(route), horizon: plans.horizon(route) })
+    }
+
+    /// Returns the legs that a random walk takes after the one that the robot is on: they are drawn from the seed. Any
+    /// other route has none.
+    pub fn walk_ahead(&self, robot: u32) -> impl Iterator<Item = Leg> + Clone {
+        let row = self.row(robot).ok().filter(|row| self.columns.route[*row].is_walk());
+        let mut cursor = row.map(|row| RouteCursor {
+            robot,
+            route: self.columns.route[row],
+            node: self.node_ahead(row),
+            leg: leg_of(self.columns.piece.get(row), self.columns.edge[row]),
+        });
+        std::iter::from_fn(move || self.motion.next_leg(cursor.as_mut()?).ok())
+    }
+
+    /// Whether a robot drives on without another order when it has driven all legs [ahead](Self::ahead).
+    pub fn drives_on(&self, robot: u32) -> bool {
+        self.row(robot).is_ok_and(|row| self.motion.plans.is_endless(self.columns.route[row]))
     }
 }
 

@@ -213,7 +213,7 @@ impl Fleet {
     }
 
     /// Returns the node that a robot's leg leads to, or the node that it stands on.
-    fn node_ahead(&self, row: usize) -> NodeIndex {
+    pub(super) fn node_ahead(&self, row: usize) -> NodeIndex {
         let (piece, edge) = (self.columns.piece.get(row), self.columns.edge[row]);
         self.motion.legs.node_ahead(leg_of(piece, edge), piece)
     }

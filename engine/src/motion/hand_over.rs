@@ -171,7 +171,7 @@ impl Motion {
     }
 
     /// Returns the next leg of a route and moves the cursor to its end; or the reason why there is none.
-    pub(super) fn next_leg(&self, cursor: &mut RouteCursor) -> Result<Leg, BaseEnd> {
+    pub(crate) fn next_leg(&self, cursor: &mut RouteCursor) -> Result<Leg, BaseEnd> {
         let leg = self.plans.next(&self.legs, cursor)?;
         cursor.node = self.legs.leg(leg).end;
         cursor.leg = Some(leg);

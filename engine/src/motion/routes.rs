@@ -33,6 +33,10 @@ impl Route {
     pub(crate) const FINISH: Self = Self { plan: u32::MAX - 1, position: 0 };
     /// The start of a random walk.
     pub(crate) const WALK: Self = Self { plan: u32::MAX - 2, position: 0 };
+
+    pub(crate) fn is_walk(self) -> bool {
+        self.plan == Self::WALK.plan
+    }
 }
 
 /// A position on a robot's route from which its next legs can be read, one after the other.
@@ -88,7 +92,7 @@ impl Plans {
         let (leg, place) = match self.plans.get(plan as usize) {
             Some(Plan::Listed { legs, repeat }) => next_listed(legs, *repeat, position)?,
             Some(Plan::Ordered { legs, released }) => next_ordered(legs, *released, position)?,
-            None if plan == Route::WALK.plan => (self.random_leg(table, cursor)?, position),
+            None if cursor.route.is_walk() => (self.random_leg(table, cursor)?, position),
             Some(Plan::Free) | None => return Err(BaseEnd::Done),
         };
         cursor.route.position = place.wrapping_add(1);
@@ -154,6 +158,12 @@ impl Plans {
             Some(Plan::Ordered { legs, released }) => &legs[*released..],
             Some(Plan::Free | Plan::Listed { .. }) | None => &[],
         }
+    }
+
+    /// Whether a route goes on for ever: a loop, or a random walk.
+    pub(crate) fn is_endless(&self, route: Route) -> bool {
+        let plan = self.plans.get(route.plan as usize);
+        route.is_walk() || matches!(plan, Some(Plan::Listed { repeat: Repeat::Loop, .. }))
     }
 
     /// Frees the plan of a robot that gives up its route, if no other robot can share it.

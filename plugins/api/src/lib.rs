@@ -46,7 +46,7 @@ pub use ports::lockstep::{LockstepError, Reporter};
 pub use ports::order_log::{OrderLog, OrderLogReader};
 pub use ports::orders::{OrderError, Orders};
 pub use ports::producer::{FrameLoan, ProducerPorts};
-pub use ports::routes::{RouteClient, RouteError, RouteServer};
+pub use ports::routes::{PendingRoute, RouteClient, RouteError, RouteServer};
 pub use ports::services;
 pub use ports::worlds::WorldReader;
 pub use process::csv_file::{CsvChange, CsvError, CsvFile, RowCounts};

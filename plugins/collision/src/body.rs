@@ -16,7 +16,7 @@ pub(crate) struct Body {
 }
 
 impl Body {
-    fn is_circle(&self) -> bool {
+    pub(crate) fn is_circle(&self) -> bool {
         self.half_width == CIRCLE
     }
 
@@ -68,7 +68,7 @@ pub(crate) fn seen_along([cos, sin]: Vector, [x, y]: Vector) -> Vector {
 }
 
 /// Rotates a vector back from that frame: the inverse of [`seen_along`].
-fn turned_by([cos, sin]: Vector, [x, y]: Vector) -> Vector {
+pub(crate) fn turned_by([cos, sin]: Vector, [x, y]: Vector) -> Vector {
     [x * cos - y * sin, x * sin + y * cos]
 }
 
@@ -135,9 +135,9 @@ pub(crate) fn corners([length, width]: Vector) -> [Vector; 4] {
     [[length, width], [-length, width], [-length, -width], [length, -width]]
 }
 
-/// Returns approximately where two footprints touch or come nearest: between their positions, closer to the smaller
-/// robot in proportion to the sizes.
-pub(crate) fn contact_point(a: &Body, b: &Body) -> [f32; 2] {
+/// Returns approximately where two footprints that don't overlap come nearest: between their positions, closer to the
+/// smaller robot in proportion to the sizes.
+pub(crate) fn nearest_point(a: &Body, b: &Body) -> [f32; 2] {
     let size = |body: &Body| body.half_length + if body.is_circle() { body.half_length } else { body.half_width };
     let (size_a, size_b) = (size(a), size(b));
     let part = if size_a + size_b > 0.0 { size_a / (size_a + size_b) } else { 0.5 };

@@ -5,7 +5,8 @@ use crate::bounds::Bounds;
 use crate::footprint::Footprint;
 use crate::grid::Scale;
 use crate::heading::heading;
-use crate::prediction::Segment;
+use crate::leg_table::LegTable;
+use crate::prediction::{Motion, Predictor, Segment};
 use crate::strip::PackedRobot;
 use crate::swept_path::{SweptPath, segments_of};
 
@@ -28,10 +29,23 @@ pub(crate) struct Chunk {
     east: Column<f32>,
     north: Column<f32>,
     robots: Column<PackedRobot>,
-    /// The robots' swept paths, in the same order; empty without a horizon.
+    /// The robots' swept paths, in the same order; empty without a horizon. Behind them are those of the other ways that
+    /// a robot may take.
     swept_paths: Vec<SweptPath>,
     /// Trajectory segments of all swept paths.
     segments: Vec<Segment>,
+    /// Robots of the swept paths from the number of robots on.
+    other_ways: Vec<u16>,
+    predictor: Predictor,
+    pending: OtherWays,
+}
+
+/// The other ways that robots may take, until the first ways of all robots are complete.
+#[derive(Debug, Default)]
+struct OtherWays {
+    segments: Vec<Segment>,
+    /// The robot of each way, and the end of the way's segments.
+    ends: Vec<(u16, usize)>,
 }
 
 pub(crate) type Column<T> = [T; Chunk::ROBOTS];
@@ -58,6 +72,9 @@ impl Default for Chunk {
             robots: [PackedRobot::default(); Self::ROBOTS],
             swept_paths: Vec::new(),
             segments: Vec::new(),
+            other_ways: Vec::new(),
+            predictor: Predictor::default(),
+            pending: OtherWays::default(),
         }
     }
 }
@@ -81,6 +98,7 @@ impl Chunk {
         self.pack();
         self.segments.clear();
         self.swept_paths.clear();
+        self.other_ways.clear();
     }
 
     /// Fills in the sizes of the footprints by robot type.
@@ -109,19 +127,51 @@ impl Chunk {
         }
     }
 
-    /// Adds the trajectory of the next robot, whose segments `predict` appends.
-    pub(crate) fn add_trajectory(&mut self, predict: impl FnOnce(&Body, &mut Vec<Segment>)) {
-        let (number, first) = (self.swept_paths.len(), self.segments.len());
-        let body = self.body(number);
-        predict(&body, &mut self.segments);
-        let swept_path = SweptPath::new(&body, &self.segments, first, self.bounds(number));
-        (self.west[number], self.east[number]) = (swept_path.bounds.west(), swept_path.bounds.east());
-        (self.south[number], self.north[number]) = (swept_path.bounds.south(), swept_path.bounds.north());
+    /// Predicts the trajectories of all robots until the horizon, in seconds. `motion` returns a robot's motion, given
+    /// its number and its id.
+    pub(crate) fn predict<'frame>(
+        &mut self,
+        table: &LegTable,
+        horizon: f32,
+        motion: impl Fn(usize, &Self) -> Motion<'frame>,
+    ) {
+        let mut predictor = std::mem::take(&mut self.predictor);
+        let mut others = std::mem::take(&mut self.pending);
+        for number in 0..self.len {
+            let (first, body, mut end) = (self.segments.len(), self.body(number), None);
+            let motion = motion(number, self);
+            predictor.predict((&body, &motion), (table, horizon), &mut self.segments, |segments| match end {
+                None => end = Some(segments.len()),
+                Some(end) => others.add(number, segments.drain(end..)),
+            });
+            let swept_path = self.add_way(&body, first, self.bounds(number));
+            (self.west[number], self.east[number]) = (swept_path.bounds.west(), swept_path.bounds.east());
+            (self.south[number], self.north[number]) = (swept_path.bounds.south(), swept_path.bounds.north());
+        }
+        let mut from = 0;
+        for (number, to) in others.ends.drain(..) {
+            let first = self.segments.len();
+            self.segments.extend_from_slice(&others.segments[from..to]);
+            // The first way has the box of the present.
+            self.add_way(&self.body(number.into()), first, Bounds::NOTHING);
+            self.other_ways.push(number);
+            from = to;
+        }
+        others.segments.clear();
+        (self.predictor, self.pending) = (predictor, others);
+    }
+
+    /// Adds the swept path of the segments from `first` on.
+    fn add_way(&mut self, body: &Body, first: usize, now: Bounds) -> SweptPath {
+        let swept_path = SweptPath::new(body, &self.segments, first, now);
         self.swept_paths.push(swept_path);
-        if self.segments.len() == first + 1 {
-            // The swept path already describes a single segment.
+        if let [only] = self.segments[first..]
+            && only.turn_rate == 0.0
+        {
+            // The swept path already describes a single straight segment.
             self.segments.truncate(first);
         }
+        swept_path
     }
 
     fn body(&self, number: usize) -> Body {
@@ -143,7 +193,12 @@ impl Chunk {
         Some((swept_path, segments_of(number, &self.swept_paths, &self.segments)))
     }
 
-    /// Returns the bounding box of all that counts of a robot.
+    /// Returns the other ways that robots may take: the robot's number, and that of the swept path.
+    pub(crate) fn other_ways(&self) -> impl Iterator<Item = (usize, usize)> {
+        self.other_ways.iter().enumerate().map(|(place, number)| (usize::from(*number), self.len + place))
+    }
+
+    /// Returns the bounding box of all that counts of a robot on its first way.
     pub(crate) fn bounds(&self, number: usize) -> Bounds {
         Bounds::new([self.west[number], self.south[number]], [self.east[number], self.north[number]])
     }
@@ -152,12 +207,21 @@ impl Chunk {
     pub(crate) fn all_bounds(&self) -> Bounds {
         let least = |column: &Column<f32>| extreme(&column[..self.len], f32::MAX, |a, b| if a < b { a } else { b });
         let most = |column: &Column<f32>| extreme(&column[..self.len], -f32::MAX, |a, b| if a > b { a } else { b });
-        Bounds::new([least(&self.west), least(&self.south)], [most(&self.east), most(&self.north)])
+        let first_ways = Bounds::new([least(&self.west), least(&self.south)], [most(&self.east), most(&self.north)]);
+        let others = self.swept_paths.get(self.len..).unwrap_or_default();
+        others.iter().fold(first_ways, |all, other| all.join(other.bounds))
     }
 
     /// Returns the strips of the southern and of the northern sides; arbitrary numbers beyond the last robot.
     pub(crate) fn strips(&self, scale: Scale) -> [Column<i32>; 2] {
         [self.south.map(|y| scale.strip(y)), self.north.map(|y| scale.strip(y))]
+    }
+}
+
+impl OtherWays {
+    fn add(&mut self, robot: usize, segments: impl Iterator<Item = Segment>) {
+        self.segments.extend(segments);
+        self.ends.push((robot as u16, self.segments.len()));
     }
 }
 

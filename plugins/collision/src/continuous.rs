@@ -1,36 +1,19 @@
 //! Continuous collision detection: whether the footprints of two predicted robots come to overlap.
 
-use crate::body::{Body, Outline, Vector, between, corners, outside, seen_along, wide};
+use crate::body::{Body, Outline, between, wide};
 use crate::prediction::Segment;
-
-/// The closest proximity of two robots within the horizon.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) enum Proximity {
-    /// They stay apart, even when both are inflated.
-    Apart,
-    /// They overlap only when both are inflated.
-    Near,
-    /// They overlap.
-    Overlap,
-}
-
-impl Proximity {
-    /// Classifies a pair, given whether its footprints overlap when both are inflated by some metres.
-    fn of(inflation: f64, overlap: impl Fn(f64) -> bool) -> Self {
-        match (overlap(0.0), overlap(inflation)) {
-            (true, _) => Self::Overlap,
-            (false, true) => Self::Near,
-            (false, false) => Self::Apart,
-        }
-    }
-}
+use crate::relative_motion::{Proximity, RelativeMotion};
 
 /// The time window of [`closest_proximity`] that covers the whole trajectories, in seconds from now.
 pub(crate) const ALWAYS: [f32; 2] = [0.0, f32::INFINITY];
 
+/// The largest distance between a point of a turning robot and where it is assumed to be, in metres.
+const MAX_TURN_ERROR: f64 = 0.01;
+
 /// Returns the closest proximity of two robots on their trajectories, as they are and with both inflated by some metres
-/// on all sides. The result is exact for these segments, as no instants are sampled. Only segments within the time
-/// window `[from, to]`, in seconds from now, are examined.
+/// on all sides. No instants are sampled: the result is exact for robots that drive straight on, and to
+/// [`MAX_TURN_ERROR`] for turning ones. Only segments within the time window `[from, to]`, in seconds from now, are
+/// examined.
 pub(crate) fn closest_proximity(
     (a, segments_a): (&Body, &[Segment]),
     (b, segments_b): (&Body, &[Segment]),
@@ -51,7 +34,9 @@ pub(crate) fn closest_proximity(
                 b: (segment_b, now - cursor_b.start),
                 seconds: until - now,
             };
-            proximity = proximity.max(pass.proximity((a, b), inflation, reach));
+            if !(pass.is_far(0, reach) | pass.is_far(1, reach)) {
+                proximity = proximity.max(pass.proximity((a, b), inflation));
+            }
             if proximity == Proximity::Overlap {
                 return proximity;
             }
@@ -79,7 +64,8 @@ impl TrajectoryCursor<'_> {
     }
 }
 
-/// The part of two trajectories in which both robots drive straight and without turning.
+/// The part of two trajectories in which both robots drive straight, and turn evenly.
+#[derive(Clone, Copy)]
 struct Pass<'segments> {
     /// Segment of the first robot, and the seconds since it started.
     a: (&'segments Segment, f32),
@@ -90,13 +76,43 @@ struct Pass<'segments> {
 }
 
 impl Pass<'_> {
-    fn proximity(&self, (a, b): (&Body, &Body), inflation: f64, reach: f32) -> Proximity {
-        // Both axes are tested, as a branch on the first would often be mispredicted.
-        if self.is_far(0, reach) | self.is_far(1, reach) {
+    fn proximity(&self, bodies: (&Body, &Body), inflation: f64) -> Proximity {
+        let error = self.turn_error(bodies);
+        if error <= MAX_TURN_ERROR {
+            return self.proximity_without_turn(bodies, inflation);
+        }
+        // With this inflation, the robots hold themselves at all headings of the pass.
+        if self.proximity_without_turn(bodies, inflation + 0.5 * error) == Proximity::Apart {
             return Proximity::Apart;
         }
+        let [first, second] = self.halves();
+        match first.proximity(bodies, inflation) {
+            Proximity::Overlap => Proximity::Overlap,
+            proximity => proximity.max(second.proximity(bodies, inflation)),
+        }
+    }
+
+    /// Returns the largest sum of the distances by which a turn in the pass moves a point of both robots from where it is
+    /// at the mean heading, in metres.
+    fn turn_error(&self, (a, b): (&Body, &Body)) -> f64 {
+        let error = |segment: &Segment, body: &Body| {
+            let radius = if segment.turn_rate == 0.0 || body.is_circle() { 0.0 } else { body.radius() };
+            0.5 * (segment.turn_rate * self.seconds).abs() * radius
+        };
+        f64::from(error(self.a.0, a) + error(self.b.0, b))
+    }
+
+    fn halves(self) -> [Self; 2] {
+        let seconds = 0.5 * self.seconds;
+        let later = |(segment, elapsed)| (segment, elapsed + seconds);
+        [Self { seconds, ..self }, Self { a: later(self.a), b: later(self.b), seconds }]
+    }
+
+    /// Returns the proximity if both keep their mean headings.
+    fn proximity_without_turn(&self, (a, b): (&Body, &Body), inflation: f64) -> Proximity {
         let motion = self.motion();
-        let (heading_a, heading_b) = (wide(self.a.0.heading), wide(self.b.0.heading));
+        let heading = |(segment, elapsed): (&Segment, f32)| segment.heading_after(elapsed + 0.5 * self.seconds);
+        let (heading_a, heading_b) = (wide(heading(self.a)), wide(heading(self.b)));
         match (a.outline(), b.outline()) {
             (Outline::Rectangle(half_a), Outline::Rectangle(half_b)) => {
                 motion.rectangles((half_a, heading_a), (half_b, heading_b), inflation)
@@ -134,111 +150,6 @@ impl Pass<'_> {
             offset: [here(0), here(1)],
             displacement: velocity.map(|speed| speed * f64::from(self.seconds)),
         }
-    }
-}
-
-/// The straight motion of a robot relative to another; both keep their headings.
-#[derive(Clone, Copy, Debug)]
-struct RelativeMotion {
-    /// Position of the second robot relative to the first, in metres.
-    offset: Vector,
-    /// Displacement of the second robot relative to the first over the whole time, in metres.
-    displacement: Vector,
-}
-
-impl RelativeMotion {
-    fn seen_along(self, heading: Vector) -> Self {
-        Self { offset: seen_along(heading, self.offset), displacement: seen_along(heading, self.displacement) }
-    }
-
-    /// Tests by separating axes: two rectangles overlap at a time when their projections overlap on all four axes.
-    /// Without branches, which would often be mispredicted.
-    fn rectangles(
-        self,
-        (half_a, heading_a): (Vector, Vector),
-        (half_b, heading_b): (Vector, Vector),
-        inflation: f64,
-    ) -> Proximity {
-        let [cos, sin] = seen_along(heading_a, heading_b).map(f64::abs);
-        let (from_a, from_b) = (self.seen_along(heading_a), self.seen_along(heading_b));
-        let inflation = inflation * (1.0 + cos + sin);
-        let (mut plain, mut wide) = (Interval::ALL, Interval::ALL);
-        let mut clip = |pass: Self, axis: usize, reach: f64| {
-            let crossing = Crossing::of(pass, axis);
-            plain.clip(&crossing, reach);
-            wide.clip(&crossing, reach + inflation);
-        };
-        clip(from_a, 0, half_a[0] + half_b[0] * cos + half_b[1] * sin);
-        clip(from_a, 1, half_a[1] + half_b[0] * sin + half_b[1] * cos);
-        clip(from_b, 0, half_b[0] + half_a[0] * cos + half_a[1] * sin);
-        clip(from_b, 1, half_b[1] + half_a[0] * sin + half_a[1] * cos);
-        match (plain.is_some(), wide.is_some()) {
-            (true, _) => Proximity::Overlap,
-            (false, true) => Proximity::Near,
-            (false, false) => Proximity::Apart,
-        }
-    }
-
-    /// Whether a circle hits a rectangle at the origin on its way, both inflated by some metres.
-    fn hits_rectangle(self, half: Vector, radius: f64, inflation: f64) -> bool {
-        let (half, radius) = (half.map(|half| half + inflation), radius + inflation);
-        let mut interval = Interval::ALL;
-        interval.clip(&Crossing::of(self, 0), half[0]);
-        interval.clip(&Crossing::of(self, 1), half[1]);
-        let end = [self.offset[0] + self.displacement[0], self.offset[1] + self.displacement[1]];
-        interval.is_some()
-            || outside(half, self.offset) <= radius
-            || outside(half, end) <= radius
-            || corners(half).into_iter().any(|corner| self.distance(corner) <= radius)
-    }
-
-    /// Returns the shortest distance to a point, in metres.
-    fn distance(self, point: Vector) -> f64 {
-        let [x, y] = [self.offset[0] - point[0], self.offset[1] - point[1]];
-        let [u, v] = self.displacement;
-        let square = u * u + v * v;
-        let part = if square > 0.0 { (-(x * u + y * v) / square).clamp(0.0, 1.0) } else { 0.0 };
-        let [x, y] = [x + part * u, y + part * v];
-        (x * x + y * y).sqrt()
-    }
-}
-
-/// The motion along one axis.
-struct Crossing {
-    /// Time at which it crosses the origin, as a fraction of the whole time.
-    middle: f64,
-    /// Time per metre, as a fraction of the whole time.
-    per_metre: f64,
-}
-
-impl Crossing {
-    fn of(motion: RelativeMotion, axis: usize) -> Self {
-        // A displacement of 0 would make the time infinite, and the interval NaN.
-        let displacement = motion.displacement[axis];
-        let per_metre = 1.0 / if displacement.abs() < MIN_DISPLACEMENT { MIN_DISPLACEMENT } else { displacement };
-        Self { middle: -motion.offset[axis] * per_metre, per_metre: per_metre.abs() }
-    }
-}
-
-/// The least displacement that counts, in metres: far below any effect, but with a finite inverse.
-const MIN_DISPLACEMENT: f64 = 1e-30;
-
-/// An interval of time, as fractions of the whole time.
-struct Interval(f64, f64);
-
-impl Interval {
-    const ALL: Self = Self(0.0, 1.0);
-
-    /// Shrinks it to the time in which a crossing is within a distance from the origin.
-    fn clip(&mut self, crossing: &Crossing, reach: f64) {
-        let half = reach * crossing.per_metre;
-        let (from, to) = (crossing.middle - half, crossing.middle + half);
-        self.0 = if from > self.0 { from } else { self.0 };
-        self.1 = if to < self.1 { to } else { self.1 };
-    }
-
-    fn is_some(&self) -> bool {
-        self.0 <= self.1
     }
 }
 

@@ -3,7 +3,7 @@
 use regatta_plugin::contact::ContactLevel;
 
 use crate::body::{Body, gap};
-use crate::continuous::Proximity;
+use crate::relative_motion::Proximity;
 use crate::settings::{HYSTERESIS, Settings};
 
 /// The inflation of both footprints, on all sides, at which a predicted pair stays possible, in metres.
@@ -26,6 +26,11 @@ impl Criteria {
     /// Whether the pair may have a level at all.
     pub(crate) fn any(self) -> bool {
         self.0 != 0
+    }
+
+    /// Whether the pair touches, but for the hysteresis.
+    pub(crate) fn may_touch(self) -> bool {
+        self.has(Self::KEEPS_TOUCHING)
     }
 
     fn has(self, flag: u8) -> bool {

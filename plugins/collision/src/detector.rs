@@ -9,6 +9,7 @@ use regatta_plugin::world::{EdgeRecord, RobotTypeRecord};
 use crate::frame_context::FrameContext;
 use crate::narrow_phase::{check, check_all};
 use crate::radix;
+use crate::routes::Routes;
 use crate::settings::Settings;
 use crate::strip_index::StripIndex;
 use crate::sweep::Limits;
@@ -48,6 +49,7 @@ pub struct FrameInput<'frame> {
 pub struct Detector {
     settings: Settings,
     world: WorldModel,
+    routes: Routes,
     index: StripIndex,
     near: Vec<[u32; 2]>,
     observations: Vec<PairObservation>,
@@ -64,6 +66,7 @@ impl Detector {
         Self {
             settings,
             world: WorldModel::new(&[], &[]),
+            routes: Routes::default(),
             index: StripIndex::default(),
             near: Vec::new(),
             observations: Vec::new(),
@@ -78,6 +81,17 @@ impl Detector {
     /// Replaces the world. Without robot types, every robot is a rectangle of 0.9 m × 0.6 m.
     pub fn set_world(&mut self, edges: &[EdgeRecord], robot_types: &[RobotTypeRecord]) {
         self.world = WorldModel::new(edges, robot_types);
+        self.routes.clear();
+    }
+
+    /// Returns the routes that predictions follow.
+    pub fn routes(&self) -> &Routes {
+        &self.routes
+    }
+
+    /// Returns the routes that predictions follow, to learn others.
+    pub fn routes_mut(&mut self) -> &mut Routes {
+        &mut self.routes
     }
 
     /// Processes a frame.
@@ -85,6 +99,7 @@ impl Detector {
         let &FrameInput { columns, robot_types, .. } = input;
         let robots = columns.x.len();
         self.tracker.begin_frame(FrameTime { run_id: input.run_id, tick: input.tick, nanos: input.sim_time_nanos });
+        self.routes.follow(input.run_id, input.tick, columns.edge);
         self.find_pairs(columns, robot_types);
         let bits = radix::bits_below(robots);
         radix::sort(&mut self.observations, &mut self.scratch, 0..bits, |pair| pair.robots[0].into());
@@ -96,8 +111,8 @@ impl Detector {
     }
 
     fn find_pairs(&mut self, columns: Columns, robot_types: &[f32]) {
-        let Self { settings, world, index, near, observations, tracker, .. } = self;
-        let context = FrameContext { columns, robot_types, world, settings: *settings };
+        let Self { settings, world, routes, index, near, observations, tracker, .. } = self;
+        let context = FrameContext { columns, robot_types, world, settings: *settings, routes };
         let robots = columns.x.len();
         self.invalid_robots = index.fill(&context);
         let mut find = |limits: Limits, max_pairs: usize, observations: &mut Vec<PairObservation>| {

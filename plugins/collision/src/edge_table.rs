@@ -8,6 +8,8 @@ use crate::body::Vector;
 const MAX_TURN: f64 = 0.2;
 /// The largest distance of an edge from a chord, in metres.
 const MAX_DEVIATION: f64 = 0.02;
+/// A turn along a chord from which on it counts as a cusp, in radians.
+const MAX_SMOOTH_TURN: f64 = 1.0;
 /// The number of curve samples that chords are built from. A chord may span a single step even if that turns more, as a
 /// cusp has no smooth heading.
 const STEPS: usize = 32;
@@ -23,6 +25,8 @@ pub(crate) struct Chord {
     pub heading: [f32; 2],
     /// Unit tangent of the edge where the chord starts.
     pub tangent: [f32; 2],
+    /// Turn of the edge along the chord, in radians per metre. At a cusp, which has no smooth heading, it is 0.
+    pub turn: f32,
 }
 
 /// All edges as chords. Before its origin and beyond its destination, an edge continues along its tangent.
@@ -50,6 +54,12 @@ impl EdgeTable {
             (Some(&start), Some(&end)) => &self.chords[start..end],
             _ => &[],
         }
+    }
+
+    /// Returns the distance along an edge at which its last chord ends, in metres; `None` if it has a single chord, or
+    /// none.
+    pub(crate) fn length(&self, edge: u32) -> Option<f32> {
+        if let [.., last, _] = self.chords(edge) { Some(last.end) } else { None }
     }
 }
 
@@ -85,16 +95,24 @@ fn chords(edge: &EdgeRecord) -> Vec<Chord> {
                 step: narrow(step),
                 heading: narrow(heading),
                 tangent: narrow(pair[0].tangent),
+                turn: turn_per_metre(pair, chord * scale),
             });
         }
     }
     chords.push(straight_on(last.tangent, f32::INFINITY));
-    if is_straight(&chords) { vec![Chord { end: f32::INFINITY, ..chords[1] }] } else { chords }
+    if is_straight(&chords) { vec![Chord { end: f32::INFINITY, turn: 0.0, ..chords[1] }] } else { chords }
 }
 
 fn straight_on(tangent: Vector, end: f32) -> Chord {
     let tangent = narrow(tangent);
-    Chord { end, step: tangent, heading: tangent, tangent }
+    Chord { end, step: tangent, heading: tangent, tangent, turn: 0.0 }
+}
+
+/// Returns the turn between two knots that are so many metres apart, in radians per metre.
+fn turn_per_metre(knots: &[Knot], metres: f64) -> f32 {
+    let (from, to) = (knots[0].tangent, knots[1].tangent);
+    let turn = cross(from, to).atan2(dot(from, to));
+    if turn.abs() > MAX_SMOOTH_TURN { 0.0 } else { (turn / metres) as f32 }
 }
 
 fn is_straight(chords: &[Chord]) -> bool {

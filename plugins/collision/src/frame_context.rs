@@ -6,7 +6,8 @@ use regatta_plugin::frame::{Columns, RobotState};
 
 use crate::chunk::Chunk;
 use crate::heading::MAX_HEADING;
-use crate::prediction::{EdgeMotion, MAX_SPEED, predict};
+use crate::prediction::{Intent, MAX_SPEED, Motion};
+use crate::routes::Routes;
 use crate::settings::{HYSTERESIS, Settings};
 use crate::world_model::WorldModel;
 
@@ -22,6 +23,7 @@ pub(crate) struct FrameContext<'frame> {
     pub robot_types: &'frame [f32],
     pub world: &'frame WorldModel,
     pub settings: Settings,
+    pub routes: &'frame Routes,
 }
 
 impl FrameContext<'_> {
@@ -111,14 +113,26 @@ impl FrameContext<'_> {
     fn finish(&self, chunk: &mut Chunk) {
         chunk.finish(self.world.footprints(), self.padding());
         let horizon = self.settings.horizon();
-        let trajectories = if horizon > 0.0 { chunk.len } else { 0 };
-        for number in 0..trajectories {
-            let robot = chunk.id[number] as usize;
-            let is_held = self.columns.state[robot] == RobotState::Held as u8;
-            let speed = if is_held { 0.0 } else { chunk.speed[number] };
-            let motion =
-                EdgeMotion { speed, s: self.columns.s[robot], chords: self.world.chords(self.columns.edge[robot]) };
-            chunk.add_trajectory(|body, segments| predict(body, motion, horizon, segments));
+        if horizon > 0.0 {
+            chunk.predict(self.world.legs(), horizon, |number, chunk| self.motion(number, chunk));
+        }
+    }
+
+    /// Returns the motion of a chunk's robot.
+    fn motion(&self, number: usize, chunk: &Chunk) -> Motion<'_> {
+        let (robot, Columns { s, edge, state, .. }) = (chunk.id[number], self.columns);
+        let row = robot as usize;
+        Motion {
+            speed: chunk.speed[number],
+            s: s[row],
+            edge: edge[row],
+            intent: match RobotState::from_number(state[row]) {
+                RobotState::Driving => Intent::Drive,
+                RobotState::Held => Intent::Hold,
+                _ => Intent::Keep,
+            },
+            limits: self.world.limits(chunk.robot_type[number]),
+            route: self.routes.ahead(robot, edge[row]),
         }
     }
 }

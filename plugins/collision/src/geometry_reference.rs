@@ -93,5 +93,62 @@ pub(crate) fn timed(segments: &[Segment]) -> impl Iterator<Item = (f64, &Segment
 /// Returns the outline of a body some seconds after a segment has started.
 pub(crate) fn outline_at(body: &Body, segment: &Segment, elapsed: f64) -> RoundedPolygon {
     let here = |axis: usize| f64::from(segment.position[axis]) + f64::from(segment.velocity[axis]) * elapsed;
-    outline(body, [here(0), here(1)], segment.heading)
+    outline(body, [here(0), here(1)], segment.heading_after(elapsed as f32))
+}
+
+/// Returns the centroid of the intersection of two convex polygons that run counter-clockwise, and twice its area as a
+/// part of the square of its perimeter. The first is cut along each side of the second.
+pub(crate) fn intersection_centroid(a: &[Point], b: &[Point]) -> Option<(Point, f64)> {
+    let mut polygon = a.to_vec();
+    for (from, to) in sides(b) {
+        let inside = |point: Point| (to[0] - from[0]) * (point[1] - from[1]) - (to[1] - from[1]) * (point[0] - from[0]);
+        let mut cut = Vec::new();
+        for (start, end) in sides(&polygon) {
+            let (here, there) = (inside(start), inside(end));
+            if here >= 0.0 {
+                cut.push(start);
+            }
+            if here * there < 0.0 {
+                let part = here / (here - there);
+                cut.push([start[0] + part * (end[0] - start[0]), start[1] + part * (end[1] - start[1])]);
+            }
+        }
+        polygon = cut;
+    }
+    let origin = *polygon.first()?;
+    let (mut area, mut moment) = (0.0, [0.0; 2]);
+    for (p, q) in sides(&polygon) {
+        let [p, q] = [p, q].map(|point| [point[0] - origin[0], point[1] - origin[1]]);
+        let cross = p[0] * q[1] - p[1] * q[0];
+        area += 0.5 * cross;
+        moment = [0, 1].map(|axis| moment[axis] + (p[axis] + q[axis]) * cross / 6.0);
+    }
+    let perimeter: f64 = sides(&polygon).map(|(p, q)| (p[0] - q[0]).hypot(p[1] - q[1])).sum();
+    let centroid = [0, 1].map(|axis| origin[axis] + moment[axis] / area);
+    (area > 0.0).then(|| (centroid, 2.0 * area / (perimeter * perimeter)))
+}
+
+fn bezier(points: &[[f32; 2]; 4], at: f64) -> Point {
+    let weight = [(1.0 - at).powi(3), 3.0 * at * (1.0 - at).powi(2), 3.0 * at * at * (1.0 - at), at.powi(3)];
+    let sum = |axis: usize| points.iter().zip(weight).map(|(point, weight)| f64::from(point[axis]) * weight).sum();
+    [sum(0), sum(1)]
+}
+
+/// Returns points of a curve with their distances along it.
+pub(crate) fn polyline(points: &[[f32; 2]; 4]) -> Vec<(f64, Point)> {
+    let mut polyline: Vec<(f64, Point)> = vec![(0.0, bezier(points, 0.0))];
+    for step in 1..=4000 {
+        let (next, (s, last)) = (bezier(points, f64::from(step) / 4000.0), polyline[polyline.len() - 1]);
+        polyline.push((s + (next[0] - last[0]).hypot(next[1] - last[1]), next));
+    }
+    polyline
+}
+
+/// Returns the point and the heading at the distance `s` along a curve; beyond the ends along the tangent.
+pub(crate) fn on_polyline(polyline: &[(f64, Point)], s: f64) -> (Point, f64) {
+    let next = polyline.partition_point(|(along, _)| *along < s).clamp(1, polyline.len() - 1);
+    let ((from_s, from), (to_s, to)) = (polyline[next - 1], polyline[next]);
+    let part = (s - from_s) / (to_s - from_s);
+    let position = [from[0] + part * (to[0] - from[0]), from[1] + part * (to[1] - from[1])];
+    (position, (to[1] - from[1]).atan2(to[0] - from[0]))
 }

@@ -10,21 +10,29 @@
 //!
 //! - *touch* if their footprints have a point in common;
 //! - are a *possible* collision if their footprints are at most the margin apart, or will have a point in common at
-//!   some time within the horizon, if both robots continue as they move now.
+//!   some time within the horizon, if both robots continue.
 //!
 //! Distances are computed in `f64` from the frame's `f32`; headings are exact to 2·10⁻⁷.
 //!
-//! **Continuing** means driving along the edge at the published speed, backwards if it is negative, and beyond the edge's
-//! ends along its tangent. A robot that is held stays put, and so does one whose speed is 0 or not a number. Speeds above
-//! 50 m/s count as 50 m/s. A robot without an edge, or with one that the world doesn't have, drives straight on along its
-//! heading. The edge only determines the motion from the present pose: a pose beside the edge stays beside it, and a
-//! heading that differs from the edge's keeps its angle to it.
+//! **Continuing** means driving the route as far as it is released, and stopping where it ends. A robot of a type with
+//! limited acceleration speeds up to the speed of each leg, and brakes in time for what comes, as the engine drives; a held
+//! one brakes to a stop. Without a limit, a held robot stands at once. Robots that neither drive nor are held keep their
+//! speed. Speeds above 50 m/s count as 50 m/s, and those that are not numbers as 0.
+//!
+//! Where a robot's route is not known, or ends with its known part, the robot may take any leg from each node in the same
+//! gear, except straight back if there is another. Of legs that differ in speed, it takes none for which it is already too
+//! fast. A pair is possible if it is on one of the ways. At a node that more than 4 legs leave, after 8 ways, and where no
+//! leg leaves, a robot drives straight on along the tangent.
+//!
+//! A robot without an edge, or with one that the world doesn't have, drives straight on along its heading. The route only
+//! determines the motion from the present pose: a pose beside the edge stays beside it, and a heading that differs from the
+//! edge's keeps its angle to it.
 //!
 //! An edge is approximated by chords, from which it deviates by at most 2 cm and along each of which it turns by at most
-//! 0.2 radians; on each, the heading stays that of the chord. Between the ends of both robots' chords, both move straight
-//! and without turning, and whether such rectangles or circles collide has an exact answer (separating axes over time).
-//! No instants are sampled: however small and fast two robots are, no collision is missed, and none depends on the
-//! times of the frames.
+//! 0.2 radians, evenly. An acceleration is cut into parts of constant speed that deviate by at most 1 cm. In each of these
+//! segments both robots move straight. Whether rectangles or circles that don't turn collide has an exact answer then
+//! (separating axes over time); segments with a turn are cut until no corner is off by more than 1 cm. No instants are
+//! sampled: however small and fast two robots are, no collision is missed, and none depends on the times of the frames.
 //!
 //! **Hysteresis.** A pair reaches a level when the definition holds, and leaves it when it no longer holds with a
 //! tolerance of 2 cm: when the footprints are more than 2 cm apart, or more than the margin and 2 cm apart and on the
@@ -45,11 +53,12 @@
 //! A frame passes through these stages:
 //!
 //! 1. `frame_context` and `chunk` read the frame block by block; with a horizon, `prediction` computes each robot's
-//!    trajectory along the chords of the `edge_table`, and `swept_path` its summary.
+//!    trajectories along its legs in the `leg_table` and their chords in the `edge_table`, and `swept_path` their
+//!    summaries. `routes` knows the routes that `route_requests` has asked for.
 //! 2. `strip_index` enters the robots into strips of the plane.
 //! 3. The broad phase, `sweep`, finds the robots of a strip whose bounding boxes overlap.
 //! 4. The narrow phase, `narrow_phase`, checks those pairs exactly: now by `body`, and within the horizon by
-//!    `continuous`. `criteria` holds the result.
+//!    `continuous`. `criteria` holds the result, and `overlap` finds where a pair touches.
 //! 5. The `tracker` follows pairs from frame to frame, and adds up the run's `totals`.
 //!
 //! # Cost and limits
@@ -72,11 +81,16 @@ mod frame_context;
 mod geometry_reference;
 mod grid;
 mod heading;
+mod leg_table;
 mod log;
 mod narrow_phase;
+mod overlap;
 mod plugin;
 mod prediction;
 mod radix;
+mod relative_motion;
+mod route_requests;
+mod routes;
 mod settings;
 mod skips;
 mod strip;
@@ -91,5 +105,6 @@ mod world_model;
 pub use detector::{Detector, FrameInput};
 pub use log::{HEADER as LOG_HEADER, LogError};
 pub use plugin::{COLUMN, Cli, run_from};
+pub use routes::Routes;
 pub use settings::{HYSTERESIS, MAX_HORIZON, MAX_MARGIN, Settings, SettingsError};
 pub use totals::{RunTotals, Score};

@@ -1,9 +1,10 @@
 //! The narrow phase: exact checks of the pairs whose boxes overlap.
 
-use crate::body::{Body, contact_point, relative_speed};
+use crate::body::{Body, nearest_point, relative_speed};
 use crate::continuous::{ALWAYS, closest_proximity};
 use crate::criteria::{Criteria, INFLATION};
 use crate::frame_context::FrameContext;
+use crate::overlap::overlap_centre;
 use crate::settings::{HYSTERESIS, Settings};
 use crate::strip::{PackedRobot, Strip};
 use crate::sweep::Candidates;
@@ -72,7 +73,8 @@ fn keep_near(context: &FrameContext, strip: &Strip, candidates: Candidates, near
         let is_near =
             approach.is_near(margin + MAX_GAP_BEYOND_MARGIN) | approach.comes_near(2.0 * INFLATION as f32, horizon);
         near[kept] = slots;
-        kept += usize::from(is_near & a.is_first_with(b));
+        // Two ways of one robot are no pair.
+        kept += usize::from(is_near & a.is_first_with(b) & (a.id != b.id));
     }
     near.truncate(kept);
 }
@@ -119,7 +121,7 @@ fn push(
     if criteria.any() {
         observations.push(PairObservation {
             robots: [a.id, b.id],
-            position: contact_point(body_a, body_b),
+            position: if criteria.may_touch() { overlap_centre(body_a, body_b) } else { nearest_point(body_a, body_b) },
             relative_speed: relative_speed((body_a, a.speed), (body_b, b.speed)),
             criteria,
         });

@@ -14,6 +14,7 @@ use regatta_plugin::{
 
 use crate::detector::{Detector, FrameInput};
 use crate::log::ContactLog;
+use crate::route_requests::RouteRequests;
 use crate::settings::Settings;
 use crate::skips::Skips;
 use crate::summary;
@@ -31,10 +32,13 @@ pub struct Cli {
     /// Distance below which two robots are a possible collision, in metres
     #[arg(long, value_name = "METRES", default_value_t = 0.2, allow_negative_numbers = true)]
     pub margin: f32,
-    /// Time within which two robots are a possible collision if they will touch when both continue as they move now, in
+    /// Time within which two robots are a possible collision if they will touch when both continue along their routes, in
     /// seconds; 0 checks only the present
     #[arg(long, value_name = "SECONDS", default_value_t = 2.0, allow_negative_numbers = true)]
     pub horizon: f32,
+    /// Don't ask the engine for routes: any robot may take any way
+    #[arg(long)]
+    pub no_routes: bool,
     /// Append a line for each begin and end of a contact or a warning to this file
     #[arg(long, value_name = "FILE.csv")]
     pub log: Option<PathBuf>,
@@ -76,6 +80,8 @@ struct Ports {
     types: ColumnReader,
     column: ColumnPublisher,
     contacts: ContactPublisher,
+    /// `None` if routes make no difference.
+    routes: Option<RouteRequests>,
 }
 
 /// The collision plugin.
@@ -84,6 +90,7 @@ struct CollisionPlugin {
     ports: Option<Ports>,
     log: Option<ContactLog>,
     summary: bool,
+    asks_for_routes: bool,
     skips: Skips,
     /// Ids of the world's edges, by index.
     edges: Vec<u32>,
@@ -110,6 +117,7 @@ impl CollisionPlugin {
             ports: None,
             log: cli.log.as_deref().map(ContactLog::open).transpose()?,
             summary: cli.summary,
+            asks_for_routes: !cli.no_routes && cli.horizon > 0.0,
             skips: Skips::new(every_frame),
             edges: Vec::new(),
             robot_types: 0,
@@ -122,6 +130,9 @@ impl CollisionPlugin {
     fn begin_run(&mut self, frame: &Frame<'_>) -> Result {
         self.end_run();
         self.reported = Reported::default();
+        if let Some(requests) = self.ports.as_mut().and_then(|ports| ports.routes.as_mut()) {
+            requests.begin_run();
+        }
         if self.robot_types <= 1 {
             // All robots have the same type, for example those of a UDP source whose robots are yet to come.
             return Ok(());
@@ -190,7 +201,8 @@ impl Plugin for CollisionPlugin {
     fn on_start(&mut self, fleet: &Participant) -> Result {
         let column = ColumnPublisher::open_on(fleet, COLUMN)?;
         let contacts = ContactPublisher::open_on(fleet)?;
-        self.ports = Some(Ports { types: ColumnReader::open_on(fleet, "type")?, column, contacts });
+        let routes = self.asks_for_routes.then(|| RouteRequests::open_on(fleet)).transpose()?;
+        self.ports = Some(Ports { types: ColumnReader::open_on(fleet, "type")?, column, contacts, routes });
         Ok(())
     }
 
@@ -211,8 +223,14 @@ impl Plugin for CollisionPlugin {
         let Some(ports) = &mut self.ports else { return Ok(()) };
         ports.types.latest()?;
         let robot_types = ports.types.current()?.map_or(&[][..], |types| types.values);
+        if let Some(requests) = &mut ports.routes {
+            requests.receive(self.detector.routes_mut())?;
+        }
         let (run_id, tick, sim_time_nanos) = (frame.run_id(), frame.tick(), frame.header().sim_time_nanos);
         self.detector.update(&FrameInput { run_id, tick, sim_time_nanos, columns: frame.columns(), robot_types });
+        if let Some(requests) = &mut ports.routes {
+            requests.ask(self.detector.routes(), frame, self.detector.contacts());
+        }
         self.publish(frame)?;
         self.report_limits();
         self.last = Some((run_id, sim_time_nanos));

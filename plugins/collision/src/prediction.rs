@@ -1,17 +1,25 @@
-//! Predicted trajectories: each robot continues along its edge at its present speed.
+//! Predicted trajectories: each robot continues along its route, or along every way that it may take.
 //!
-//! A trajectory is a sequence of straight segments, each driven at a constant velocity and with a constant heading: one
-//! for each chord of the edge that the robot reaches within the horizon. Whether two trajectories collide therefore has
-//! an exact answer, without sampling instants.
+//! A trajectory is a sequence of segments, each driven straight at a constant velocity while the heading turns evenly.
+//! Accelerations and curves are cut into segments so short that the robot is never more than a few centimetres off.
+
+mod path;
+mod speed_profile;
+mod tracer;
 
 use crate::body::Body;
-use crate::edge_table::Chord;
+use crate::heading::heading;
+use crate::leg_table::{Leg, LegTable};
+pub(crate) use path::RouteEnd;
+use path::{PathFinder, PathLeg, Start};
+use speed_profile::SpeedProfile;
+use tracer::Tracer;
 
 /// The highest speed that is predicted, in metres per second: the highest that an edge may allow. Higher speeds count
 /// as this one.
 pub const MAX_SPEED: f32 = 50.0;
 
-/// A straight segment of a trajectory.
+/// A segment of a trajectory.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Segment {
     /// End of the segment, in seconds from now.
@@ -20,8 +28,10 @@ pub(crate) struct Segment {
     pub position: [f32; 2],
     /// Velocity, in metres per second.
     pub velocity: [f32; 2],
-    /// Unit vector along the heading.
+    /// Unit vector along the heading at its start.
     pub heading: [f32; 2],
+    /// Change of the heading, in radians per second.
+    pub turn_rate: f32,
 }
 
 impl Segment {
@@ -30,85 +40,115 @@ impl Segment {
         let time = self.until - start;
         [self.position[0] + self.velocity[0] * time, self.position[1] + self.velocity[1] * time]
     }
+
+    /// Returns the heading, as a unit vector, so many seconds after its start.
+    #[inline]
+    pub(crate) fn heading_after(&self, seconds: f32) -> [f32; 2] {
+        if self.turn_rate == 0.0 { self.heading } else { rotate(heading(self.turn_rate * seconds), self.heading) }
+    }
 }
 
-/// A robot's motion along its edge.
+/// What a robot is going to do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Intent {
+    /// To drive its route, as fast as its legs and its type allow.
+    Drive,
+    /// To brake to a stop, on its route.
+    Hold,
+    /// To keep its speed.
+    Keep,
+}
+
+/// The limits of a robot type.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Limits {
+    /// Metres per second; infinity for no limit.
+    pub max_speed: f32,
+    /// Metres per second squared; infinity if the speed changes at once.
+    pub max_acceleration: f32,
+}
+
+impl Limits {
+    pub(crate) const NONE: Self = Self { max_speed: f32::INFINITY, max_acceleration: f32::INFINITY };
+
+    /// Creates limits of the values of a world, where what is not a positive number is no limit.
+    pub(crate) fn new(max_speed: f32, max_acceleration: f32) -> Self {
+        let limit = |value: f32| if value > 0.0 { value } else { f32::INFINITY };
+        Self { max_speed: limit(max_speed), max_acceleration: limit(max_acceleration) }
+    }
+}
+
+/// The legs after the one that a robot is on.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct EdgeMotion<'edge_table> {
-    /// Speed along the edge, in metres per second, at most [`MAX_SPEED`] either way; 0 if the robot stays put.
+pub(crate) struct RouteAhead<'routes> {
+    /// Whether the robot is in reverse gear, if that is known.
+    pub reverse: Option<bool>,
+    /// The legs that it drives next, without stopping in between.
+    pub legs: &'routes [Leg],
+    /// What comes after them.
+    pub end: RouteEnd,
+}
+
+/// The motion of a robot.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Motion<'routes> {
+    /// Speed along the edge, in metres per second, at most [`MAX_SPEED`]; negative in reverse gear.
     pub speed: f32,
     /// Distance along the edge, in metres.
     pub s: f32,
-    /// Chords of the edge; empty if the robot is on no edge and continues straight along its heading.
-    pub chords: &'edge_table [Chord],
-}
-
-/// Appends a robot's trajectory from now to the horizon, in seconds: at least one segment.
-///
-/// The edge only determines the motion from the present pose: a pose beside the edge stays beside it, and a heading
-/// that differs from the edge's keeps its angle to it.
-pub(crate) fn predict(body: &Body, motion: EdgeMotion, horizon: f32, segments: &mut Vec<Segment>) {
-    let EdgeMotion { speed, s, chords } = motion;
-    let straight = |velocity| Segment { until: horizon, position: body.position, velocity, heading: body.heading };
-    if speed == 0.0 {
-        return segments.push(straight([0.0; 2]));
-    }
-    let straight_on = match chords {
-        [] => Some(body.heading),
-        [only] => Some(only.step),
-        _ => s.is_nan().then_some(body.heading),
-    };
-    if let Some(step) = straight_on {
-        return segments.push(straight(step.map(|part| part * speed)));
-    }
-    let mut at = chords.partition_point(|chord| chord.end <= s).min(chords.len() - 1);
-    let offset = angle_between(body.heading, tangent(chords, at, s));
-    let (mut s, mut now, mut position, mut heading) = (s, 0.0, body.position, body.heading);
-    let seconds_per_metre = 1.0 / speed;
-    loop {
-        let chord = &chords[at];
-        let end = if speed > 0.0 { chord.end } else { before(chords, at) };
-        let until = (now + (end - s) * seconds_per_metre).max(now).min(horizon);
-        let velocity = chord.step.map(|step| step * speed);
-        segments.push(Segment { until, position, velocity, heading });
-        let next = if speed > 0.0 { at + 1 } else { at.wrapping_sub(1) };
-        if until >= horizon || next >= chords.len() {
-            break;
-        }
-        let time = until - now;
-        position = [position[0] + velocity[0] * time, position[1] + velocity[1] * time];
-        (s, now, at) = (end, until, next);
-        heading = rotate(offset, chords[at].heading);
-    }
-    if let Some(last) = segments.last_mut() {
-        last.until = horizon;
-    }
-}
-
-/// Returns the distance along the edge at which a chord starts, in metres.
-fn before(chords: &[Chord], at: usize) -> f32 {
-    at.checked_sub(1).map_or(f32::NEG_INFINITY, |at| chords[at].end)
-}
-
-/// Returns the edge's tangent at the distance `s` along it, which lies on the chord `at`.
-fn tangent(chords: &[Chord], at: usize, s: f32) -> [f32; 2] {
-    let (chord, start) = (&chords[at], before(chords, at));
-    let Some(next) = chords.get(at + 1).filter(|_| start.is_finite()) else { return chord.tangent };
-    let part = (s - start) / (chord.end - start);
-    let mix = |axis: usize| chord.tangent[axis] + part * (next.tangent[axis] - chord.tangent[axis]);
-    let mixed = [mix(0), mix(1)];
-    let length = (mixed[0] * mixed[0] + mixed[1] * mixed[1]).sqrt();
-    if length > 0.5 { mixed.map(|axis| axis / length) } else { chord.heading }
-}
-
-/// Returns the angle from `base` to `heading`, as a unit vector.
-fn angle_between(heading: [f32; 2], base: [f32; 2]) -> [f32; 2] {
-    [heading[0] * base[0] + heading[1] * base[1], heading[1] * base[0] - heading[0] * base[1]]
+    /// Index of the edge.
+    pub edge: u32,
+    pub intent: Intent,
+    pub limits: Limits,
+    /// The robot's route; without one, it may take any way.
+    pub route: Option<RouteAhead<'routes>>,
 }
 
 /// Rotates `base` by an angle given as a unit vector.
 fn rotate(turn: [f32; 2], base: [f32; 2]) -> [f32; 2] {
     [base[0] * turn[0] - base[1] * turn[1], base[0] * turn[1] + base[1] * turn[0]]
+}
+
+/// A predictor of trajectories, with the memory that it needs.
+#[derive(Debug, Default)]
+pub(crate) struct Predictor {
+    path: Vec<PathLeg>,
+    profile: SpeedProfile,
+}
+
+impl Predictor {
+    /// Predicts a robot from now to the horizon, in seconds. Appends each trajectory, of at least one segment, to
+    /// `segments` and calls `finish`: once for a robot whose route is known, else for each way that it may take.
+    ///
+    /// An edge only determines the motion from the present pose: a pose beside the edge stays beside it, and a heading
+    /// that differs from the edge's keeps its angle to it.
+    pub(crate) fn predict(
+        &mut self,
+        (body, motion): (&Body, &Motion),
+        (table, horizon): (&LegTable, f32),
+        segments: &mut Vec<Segment>,
+        mut finish: impl FnMut(&mut Vec<Segment>),
+    ) {
+        let (start, profile) = (Start::new(motion, table), &mut self.profile);
+        if start.top_speed() == 0.0 {
+            Tracer::new(body, start.sign(), horizon, segments).stand();
+            return finish(segments);
+        }
+        let Some(rest) = start.rest().filter(|rest| *rest < start.longest_way(horizon)) else {
+            let mut tracer = Tracer::new(body, start.sign(), horizon, segments);
+            tracer.enter_at(start.chords(), motion.s);
+            profile.drive_on(&start, &mut tracer);
+            tracer.stand();
+            return finish(segments);
+        };
+        let mut finder = PathFinder::new(&start, table, &mut self.path);
+        finder.find(rest, horizon, |path, end| {
+            let mut tracer = Tracer::new(body, start.sign(), horizon, &mut *segments);
+            profile.drive(&start, rest, (path, end), table, &mut tracer);
+            tracer.stand();
+            finish(segments);
+        });
+    }
 }
 
 #[cfg(test)]

@@ -29,7 +29,7 @@ pub enum SettingsError {
 
 impl Settings {
     /// Creates settings. Robots that are at most `margin` metres apart may collide, as may those that will touch within
-    /// `horizon` seconds if both continue as they move now. With 0 for both, only touching counts.
+    /// `horizon` seconds if both continue along their routes. With 0 for both, only touching counts.
     ///
     /// # Errors
     /// [`SettingsError`] unless they are from 0 to [`MAX_MARGIN`] and [`MAX_HORIZON`].

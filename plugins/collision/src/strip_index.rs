@@ -65,6 +65,14 @@ impl StripIndex {
                 strips[(strip & mask) as usize].enter(robot, swept_path, strip, strip == first);
             }
         }
+        for (number, way) in chunk.other_ways() {
+            let Some((swept_path, segments)) = chunk.swept_path(way) else { continue };
+            let [first, last] = [swept_path.bounds.south(), swept_path.bounds.north()].map(|y| scale.strip(y));
+            for strip in first..last + 1 {
+                let way = Some((swept_path, segments));
+                strips[(strip & mask) as usize].enter(&chunk.robots()[number], way, strip, strip == first);
+            }
+        }
     }
 
     /// Passes all pairs of overlapping boxes to `check`. Stops when the limits of the whole frame are exceeded or when

@@ -25,7 +25,9 @@ impl SweptPath {
     pub(crate) fn new(body: &Body, all_segments: &[Segment], first_segment: usize, now: Bounds) -> Self {
         let (segments, first_segment) = (&all_segments[first_segment..], first_segment as u32);
         // A robot that only drives straight on keeps its heading.
-        if let [only] = segments {
+        if let [only] = segments
+            && only.turn_rate == 0.0
+        {
             let swept = padded(around(only.position, only.end(0.0)), body.half_extent(body.heading));
             return Self { bounds: now.join(swept), mean_velocity: only.velocity, deviation: 0.0, first_segment };
         }
@@ -62,7 +64,8 @@ fn padded(path: Bounds, half: [f32; 2]) -> Bounds {
 
 /// Returns the only segment of a robot that drives straight on.
 pub(crate) fn straight_on(body: &Body, swept_path: &SweptPath, horizon: f32) -> Segment {
-    Segment { until: horizon, position: body.position, velocity: swept_path.mean_velocity, heading: body.heading }
+    let (position, velocity, heading) = (body.position, swept_path.mean_velocity, body.heading);
+    Segment { until: horizon, position, velocity, heading, turn_rate: 0.0 }
 }
 
 /// The relative motion of two bounding circles, each of which moves at its robot's mean velocity and is large enough to

@@ -51,8 +51,8 @@ impl ContactTracker {
         self.events.clear();
     }
 
-    /// Updates the list with a frame's observations, sorted by robots; a pair may occur several times. Pairs that had
-    /// no level before get one only while the list is shorter than `max_pairs`. `edges` is the frame's column.
+    /// Updates the list with a frame's observations, sorted by robots; a pair occurs several times if its robots may take
+    /// several ways. Pairs that had no level before get one only while the list is shorter than `max_pairs`. `edges` is the frame's column.
     pub(crate) fn end_frame(&mut self, observations: &[PairObservation], max_pairs: usize, edges: &[u32]) {
         std::mem::swap(&mut self.contacts, &mut self.before);
         self.contacts.clear();
@@ -60,17 +60,14 @@ impl ContactTracker {
         let before = std::mem::take(&mut self.before);
         let (touching, possible) = before.split_at(self.touching);
         let mut previous = PreviousPairs { touching, possible };
-        let mut last = None;
-        for pair in observations {
-            let robots = pair.robots;
-            if last.replace(robots) == Some(robots) {
-                continue;
-            }
+        for ways in observations.chunk_by(|one, other| one.robots == other.robots) {
+            let (pair, robots) = (&ways[0], ways[0].robots);
+            let criteria = ways.iter().fold(Criteria::default(), |all, way| all.or(way.criteria));
             while let Some(old) = previous.next_if(|next| next < robots) {
                 self.end(old);
             }
             let old = previous.next_if(|next| next == robots);
-            let level = pair.criteria.level(old.and_then(|old| ContactLevel::from_number(old.level)));
+            let level = criteria.level(old.and_then(|old| ContactLevel::from_number(old.level)));
             let has_room = old.is_some() || self.contacts.len() + self.possible.len() < max_pairs;
             match (level.filter(|_| has_room), old) {
                 (Some(level), old) => self.add(pair, level, old, edges),

@@ -2,15 +2,18 @@
 
 use regatta_plugin::world::{EdgeRecord, RobotTypeRecord};
 
-use crate::edge_table::{Chord, EdgeTable};
 use crate::footprint::Footprint;
+use crate::leg_table::LegTable;
+use crate::prediction::Limits;
 
-/// The edges that robots drive on, and the footprints of their types.
+/// The edges that robots drive on, and the footprints and limits of their types.
 #[derive(Debug)]
 pub(crate) struct WorldModel {
-    edge_table: EdgeTable,
+    legs: LegTable,
     /// Footprints by robot type; at least one.
     footprints: Vec<Footprint>,
+    /// Limits by robot type.
+    limits: Vec<Limits>,
 }
 
 impl WorldModel {
@@ -19,12 +22,18 @@ impl WorldModel {
         if footprints.is_empty() {
             footprints.push(Footprint::UNKNOWN);
         }
-        Self { edge_table: EdgeTable::new(edges), footprints }
+        let limits =
+            robot_types.iter().map(|robot_type| Limits::new(robot_type.max_speed, robot_type.max_acceleration));
+        Self { legs: LegTable::new(edges), footprints, limits: limits.collect() }
     }
 
-    /// Returns the chords of an edge by its index; empty if there is no such edge, or it isn't a curve.
-    pub(crate) fn chords(&self, edge: u32) -> &[Chord] {
-        self.edge_table.chords(edge)
+    pub(crate) fn legs(&self) -> &LegTable {
+        &self.legs
+    }
+
+    /// Returns the limits of a robot type: none if there is no such type.
+    pub(crate) fn limits(&self, robot_type: u32) -> Limits {
+        self.limits.get(robot_type as usize).copied().unwrap_or(Limits::NONE)
     }
 
     /// Returns the footprints by robot type; at least one.

@@ -270,4 +270,23 @@ fn ahead_is_one_lap_of_a_loop_and_one_leg_of_a_random_walk() {
     let start = Placement::Edge(EdgeIndex(0), 1.0);
     fleet.spawn(start, 0, RouteSource::Random, 0, &mut events()).expect("on the edge");
     assert_eq!(ahead(&fleet), (Some(0), vec![], vec![]));
+    assert!(fleet.drives_on(0));
+}
+
+#[test]
+fn a_random_walk_takes_the_legs_that_are_ahead_of_it() {
+    let mut fleet = fleet(&town(5, 3.0), config(vec![robot_type(f32::INFINITY, f32::INFINITY)]));
+    fleet.spawn(Placement::Edge(EdgeIndex(0), 0.1), 0, RouteSource::Random, 0, &mut events()).expect("on the edge");
+    let drawn: Vec<_> = fleet.walk_ahead(0).take(16).collect();
+    let mut driven = vec![fleet.ahead(0).expect("a robot").on.expect("a leg")];
+    while driven.len() <= drawn.len() {
+        after(&mut fleet, 1);
+        let on = fleet.ahead(0).expect("a robot").on.expect("a leg");
+        if driven.last() != Some(&on) {
+            driven.push(on);
+        }
+    }
+    assert_eq!(driven[1..], drawn);
+    apply(&mut fleet, &[order(OrderKind::Cancel)]);
+    assert_eq!((fleet.walk_ahead(0).count(), fleet.drives_on(0)), (0, false), "it ends its leg");
 }

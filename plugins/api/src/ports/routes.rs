@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use iceoryx2::port::server::Server;
 
-use super::ask::{Asker, NoAnswer};
+use super::ask::{Asked, Asker, NoAnswer};
 use super::error::{OpenError, ReadError};
 use super::full_memory::received;
 use super::services::{self, Ipc};
@@ -120,6 +120,30 @@ impl RouteClient {
         Ok(routes)
     }
 
+    /// Asks for a robot's route without waiting for the answer. At most [`MAX_OPEN_ROUTES`](services::MAX_OPEN_ROUTES)
+    /// answers may be pending at a time.
+    ///
+    /// # Errors
+    /// [`RouteError`].
+    pub fn ask(&self, robot: u32) -> Result<PendingRoute, RouteError> {
+        self.asker
+            .send(RouteRequest::new(robot))
+            .map(PendingRoute)
+            .map_err(|reason| self.failed(reason, Duration::ZERO))
+    }
+
+    /// Returns the answer to [`ask`](Self::ask), once it has come. The producer answers between two ticks.
+    ///
+    /// # Errors
+    /// [`RouteError`]: it will never come.
+    pub fn answer(&self, pending: &PendingRoute) -> Result<Option<RouteResponse>, RouteError> {
+        match self.asker.wait(&pending.0, Duration::ZERO) {
+            Ok(answer) => Ok(Some(answer)),
+            Err(NoAnswer::Timeout) => Ok(None),
+            Err(reason) => Err(self.failed(reason, Duration::ZERO)),
+        }
+    }
+
     fn failed(&self, reason: NoAnswer, timeout: Duration) -> RouteError {
         let fleet = self.fleet.clone();
         match reason {
@@ -128,6 +152,15 @@ impl RouteClient {
             NoAnswer::Timeout => RouteError::Timeout { fleet, timeout },
             NoAnswer::Connection(reason) => RouteError::Connection { fleet, reason },
         }
+    }
+}
+
+/// A route that was asked for with [`RouteClient::ask`].
+pub struct PendingRoute(Asked<RouteRequest, RouteResponse>);
+
+impl core::fmt::Debug for PendingRoute {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str("PendingRoute")
     }
 }
 

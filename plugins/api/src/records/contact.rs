@@ -50,7 +50,7 @@ pub struct ContactRecord {
     pub level: u32,
     /// Index of the first robot's edge in the world, or [`NO_EDGE`](crate::frame::NO_EDGE).
     pub edge: u32,
-    /// Metres east: the point where they touch or come nearest.
+    /// Metres east: the centre of the overlap, or about the point where they are nearest now.
     pub x: f32,
     /// Metres north.
     pub y: f32,

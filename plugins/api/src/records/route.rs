@@ -7,6 +7,9 @@ use iceoryx2::prelude::ZeroCopySend;
 /// The largest number of legs that one answer lists. A longer route is cut; its total length is still reported.
 pub const LISTED_LEGS: usize = 256;
 
+/// The value of [`RouteResponse::found`] for a robot that drives on beyond the listed legs.
+const DRIVES_ON: u32 = 2;
+
 /// The bit of a leg that marks reverse gear: from destination to origin.
 const REVERSE: u32 = 1 << 31;
 
@@ -25,7 +28,7 @@ pub struct RouteRequest {
 ///
 /// The first leg is the one that the robot is on, unless it stands at its end or on a node. For a loop, the response
 /// lists one lap from there; the part up to the end of the route's list is released. For a random walk, it lists the leg
-/// that the robot is on: the next one is chosen at the node. A robot without a route has no legs.
+/// that the robot is on and the next ones, as far as they are drawn. A robot without a route has no legs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
 #[repr(C)]
 #[type_name("regatta_RouteResponse")]
@@ -36,7 +39,8 @@ pub struct RouteResponse {
     pub tick: u64,
     /// The requested robot.
     pub robot: u32,
-    /// 1 if there is such a robot, else 0.
+    /// 0 if there is no such robot; 1 if there is; 2 if it also drives on beyond the listed legs, without another order: on
+    /// a loop or a random walk.
     pub found: u32,
     /// The number of remaining legs.
     pub legs: u32,
@@ -82,6 +86,17 @@ impl RouteResponse {
         response
     }
 
+    /// Turns this into a response for a robot that drives on beyond the listed legs.
+    #[must_use]
+    pub fn and_on(self) -> Self {
+        Self { found: DRIVES_ON, ..self }
+    }
+
+    /// Whether the robot drives all listed legs and then on, without another order: on a loop or a random walk.
+    pub fn drives_on(&self) -> bool {
+        self.found == DRIVES_ON
+    }
+
     /// Whether the robot exists.
     pub fn is_found(&self) -> bool {
         self.found != 0
@@ -117,6 +132,8 @@ mod tests {
         let wanted = [leg(3, false, true), leg(0, true, true), leg(REVERSE - 1, true, false)];
         assert_eq!(response.legs().collect::<Vec<_>>(), wanted);
         assert_eq!((response.robot, response.legs, response.released), (7, 3, 2));
+        assert!(response.is_found() && !response.drives_on());
+        assert!(response.and_on().is_found() && response.and_on().drives_on());
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! Distances and contact points against the polygons of the reference.
+//! Distances and nearest points against the polygons of the reference.
 
 use proptest::prelude::*;
 
@@ -23,8 +23,8 @@ proptest! {
     }
 
     #[test]
-    fn a_contact_point_lies_between_the_positions(a in bodies(), b in bodies()) {
-        let [x, y] = contact_point(&a, &b).map(f64::from);
+    fn a_nearest_point_lies_between_the_positions(a in bodies(), b in bodies()) {
+        let [x, y] = nearest_point(&a, &b).map(f64::from);
         let far = |body: &Body| (x - position(body)[0]).hypot(y - position(body)[1]);
         let [one, other] = [position(&a), position(&b)];
         let whole = (one[0] - other[0]).hypot(one[1] - other[1]);

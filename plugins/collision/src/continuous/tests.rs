@@ -59,7 +59,7 @@ fn trajectory(body: &Body, legs: &Legs) -> Vec<Segment> {
     for (number, (part, velocity, turn)) in legs.iter().enumerate() {
         let until = if number + 1 == legs.len() { HORIZON } else { now + part * (HORIZON - now) };
         let heading = if number == 0 { body.heading } else { heading(theta) };
-        segments.push(Segment { until, position, velocity: *velocity, heading });
+        segments.push(Segment { until, position, velocity: *velocity, heading, turn_rate: turn / HORIZON });
         position = [position[0] + velocity[0] * (until - now), position[1] + velocity[1] * (until - now)];
         (now, theta) = (until, theta + turn);
     }

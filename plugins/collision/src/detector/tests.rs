@@ -1,5 +1,6 @@
 //! Tests of the detector.
 
 mod behaviour;
+mod exact;
 mod fleet;
 mod oracle;

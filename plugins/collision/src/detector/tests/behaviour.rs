@@ -3,6 +3,9 @@
 use std::collections::BTreeMap;
 
 use regatta_plugin::contact::{ContactChange, ContactLevel};
+use regatta_plugin::frame::RobotState;
+use regatta_plugin::route::RouteResponse;
+use regatta_plugin::world::{EdgeRecord, RobotTypeRecord};
 
 use super::fleet::{Robot, robot_types, update};
 use crate::detector::Detector;
@@ -92,6 +95,79 @@ fn held_robots_stay_put_and_reversing_ones_go_backwards() {
     assert_eq!(levels(-1.0, 1), [1.0, 1.0], "backwards into the one behind");
     assert_eq!(levels(1.0, 1), [0.0, 0.0], "away from it");
     assert_eq!(levels(-1.0, 3), [0.0, 0.0], "held");
+}
+
+/// Robots of 0.9 m that brake at 0.8 m/s² on a fork: edge 0 leads 10 m to the east, from there edge 1 on to the east and
+/// edge 2 to the north.
+fn fork() -> Detector {
+    let edge = |origin, destination, control_points: [[f32; 2]; 2]| {
+        let [from, to] = control_points;
+        let at = |part: f32| [0, 1].map(|axis| from[axis] + part * (to[axis] - from[axis]));
+        let control_points = [from, at(0.3), at(0.7), to];
+        EdgeRecord { origin, destination, length: 10.0, velocity_forward: 1.5, control_points, ..EdgeRecord::default() }
+    };
+    let limited = RobotTypeRecord { max_speed: 1.5, max_acceleration: 0.8, ..robot_types()[0] };
+    let mut detector = Detector::new(Settings::new(0.0, 2.0).expect("valid settings"));
+    let middle = [10.0, 0.0];
+    let edges =
+        [edge(0, 1, [[0.0, 0.0], middle]), edge(1, 2, [middle, [20.0, 0.0]]), edge(1, 3, [middle, [10.0, 10.0]])];
+    detector.set_world(&edges, &[limited]);
+    detector
+}
+
+/// Returns a robot at a distance along edge 0 of the fork.
+fn on_fork(x: f32, speed: f32, state: RobotState) -> Robot {
+    Robot { x, s: x, edge: 0, speed, state: state as u8, ..Robot::IDLE }
+}
+
+#[test]
+fn a_held_robot_that_brakes_is_possible_until_it_hits() {
+    // It is held at 1.5 m/s, 0.68 m before another, and needs 1.4 m to stop.
+    let (mut detector, mut x, mut speed) = (fork(), 3.0, 1.5_f32);
+    let standing = on_fork(3.0 + 0.9 + 0.68, 0.0, RobotState::Idle);
+    for tick in 0..100 {
+        update(&mut detector, &[on_fork(x, speed, RobotState::Held), standing], tick);
+        let level = if x + 0.9 < standing.x { 1.0 } else { 2.0 };
+        assert_eq!(detector.levels(), [level; 2], "after {tick} ticks, at {x} m");
+        if level == 2.0 {
+            assert!((1.0..1.2).contains(&speed), "it hits at {speed} m/s");
+            return;
+        }
+        (x, speed) = (x + (speed - 0.004) * 0.01, speed - 0.008);
+    }
+    panic!("it never hits");
+}
+
+#[test]
+fn a_held_robot_that_stops_in_time_is_clear() {
+    let mut detector = fork();
+    let standing = on_fork(3.0 + 0.9 + 1.45, 0.0, RobotState::Idle);
+    for (state, level) in [(RobotState::Held, 0.0), (RobotState::Driving, 1.0)] {
+        update(&mut detector, &[on_fork(3.0, 1.5, state), standing], 0);
+        assert_eq!(detector.levels(), [level; 2], "{state:?}");
+    }
+}
+
+#[test]
+fn a_robot_whose_route_turns_away_is_clear_and_one_whose_route_turns_towards_is_possible() {
+    let driving = on_fork(8.5, 1.5, RobotState::Driving);
+    let in_the_east = Robot { x: 11.5, ..Robot::IDLE };
+    let in_the_north = Robot { x: 10.0, y: 1.5, ..Robot::IDLE };
+    let levels = |legs: Option<&[u32]>, released: usize, other: Robot| {
+        let mut detector = fork();
+        update(&mut detector, &[driving, other], 1);
+        if let Some(legs) = legs {
+            let edges = legs.iter().map(|edge| (*edge, false));
+            let answer = RouteResponse::unknown(1, 1, 0).with_legs(released, legs.len(), edges);
+            detector.routes_mut().learn(&answer);
+        }
+        update(&mut detector, &[driving, other], 2);
+        detector.levels()[0]
+    };
+    assert_eq!([in_the_east, in_the_north].map(|other| levels(Some(&[0, 2]), 2, other)), [0.0, 1.0], "to the north");
+    assert_eq!([in_the_east, in_the_north].map(|other| levels(Some(&[0, 1]), 2, other)), [1.0, 0.0], "to the east");
+    assert_eq!([in_the_east, in_the_north].map(|other| levels(None, 0, other)), [1.0, 1.0], "any way");
+    assert_eq!([in_the_east, in_the_north].map(|other| levels(Some(&[0, 1]), 1, other)), [0.0, 0.0], "not released");
 }
 
 /// Far more robots on one spot than the limits allow, and others far from them.

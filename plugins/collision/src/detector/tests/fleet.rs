@@ -24,9 +24,9 @@ impl Robot {
         Self { x: 0.0, y: 0.0, theta: 0.0, speed: 0.0, s: 0.0, edge: NO_EDGE, state: 0, robot_type: 0.0 };
 }
 
-/// Returns robot types: usual ones, huge and tiny ones, and an invalid one.
+/// Returns robot types, with and without limits: usual ones, huge and tiny ones, and an invalid one.
 pub(super) fn robot_types() -> Vec<RobotTypeRecord> {
-    let robot_type = |shape: Shape, length: f32, width: f32| RobotTypeRecord {
+    let unlimited = |shape: Shape, length: f32, width: f32| RobotTypeRecord {
         name: RobotTypeRecord::padded_name("type"),
         shape: shape as u32,
         length,
@@ -34,23 +34,34 @@ pub(super) fn robot_types() -> Vec<RobotTypeRecord> {
         max_speed: f32::INFINITY,
         max_acceleration: f32::INFINITY,
     };
+    let limited =
+        |max_acceleration: f32, robot_type| RobotTypeRecord { max_speed: 1.5, max_acceleration, ..robot_type };
     vec![
-        robot_type(Shape::Rectangle, 0.9, 0.6),
-        robot_type(Shape::Circle, 0.5, 0.0),
-        robot_type(Shape::Rectangle, 25.0, 8.0),
-        robot_type(Shape::Rectangle, 0.02, 0.01),
-        robot_type(Shape::Circle, 40.0, 0.0),
-        robot_type(Shape::Rectangle, f32::NAN, 1.0),
+        unlimited(Shape::Rectangle, 0.9, 0.6),
+        limited(0.8, unlimited(Shape::Circle, 0.5, 0.0)),
+        limited(0.3, unlimited(Shape::Rectangle, 25.0, 8.0)),
+        limited(9.0, unlimited(Shape::Rectangle, 0.02, 0.01)),
+        unlimited(Shape::Circle, 40.0, 0.0),
+        unlimited(Shape::Rectangle, f32::NAN, 1.0),
     ]
 }
 
+/// Returns edges between three nodes, of which one isn't a curve. Two leave the second node, one in reverse gear.
 pub(super) fn edges() -> Vec<EdgeRecord> {
-    let edge = |control_points: [[f32; 2]; 4], length| EdgeRecord { control_points, length, ..EdgeRecord::default() };
+    let edge = |[origin, destination]: [u32; 2], [forward, backwards]: [f32; 2], control_points, length| EdgeRecord {
+        origin,
+        destination,
+        velocity_forward: forward,
+        velocity_backwards: backwards,
+        control_points,
+        length,
+        ..EdgeRecord::default()
+    };
     vec![
-        edge([[0.0, 0.0], [2.0, 0.0], [4.0, 0.0], [6.0, 0.0]], 6.0),
-        edge([[0.0, 0.0], [1.1, 0.0], [2.0, 0.9], [2.0, 2.0]], 3.2),
-        edge([[0.0, 0.0], [5.0, 0.0], [-5.0, 5.0], [8.0, 5.0]], 13.0),
-        edge([[f32::NAN; 2]; 4], 5.0),
+        edge([0, 1], [1.5, 0.0], [[0.0, 0.0], [2.0, 0.0], [4.0, 0.0], [6.0, 0.0]], 6.0),
+        edge([1, 2], [0.6, 0.3], [[0.0, 0.0], [1.1, 0.0], [2.0, 0.9], [2.0, 2.0]], 3.2),
+        edge([1, 1], [0.0, 0.0], [[0.0, 0.0], [5.0, 0.0], [-5.0, 5.0], [8.0, 5.0]], 13.0),
+        edge([2, 0], [1.0, 1.0], [[f32::NAN; 2]; 4], 5.0),
     ]
 }
 

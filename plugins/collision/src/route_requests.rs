@@ -1,0 +1,138 @@
+//! Requests for routes: which robots' routes the producer is asked for, and when.
+//!
+//! A producer answers a few requests between two ticks, so the robots that may collide come first, and those to which an
+//! order was sent. Nobody waits: until the answer is there, a robot may take any way. In lockstep, the answers to the
+//! requests of a tick are there at the next one.
+
+use std::collections::VecDeque;
+use std::time::Instant;
+
+use regatta_plugin::contact::{ContactLevel, ContactRecord};
+use regatta_plugin::frame::{NO_EDGE, RobotState};
+use regatta_plugin::order::OrderKind;
+use regatta_plugin::{
+    Frame, OpenError, OrderLogReader, Participant, PendingRoute, ReadError, RouteClient, RouteError, services,
+};
+
+use crate::routes::Routes;
+
+/// The largest number of robots that wait for a request after an order.
+const MAX_WAITING: usize = 4096;
+/// The largest number of pairs and of other robots that are looked at for a frame.
+const MAX_LOOKED_AT: usize = 1024;
+
+/// The requests that have no answer yet, and who comes next.
+pub(crate) struct RouteRequests {
+    client: RouteClient,
+    orders: OrderLogReader,
+    pending: Vec<Request>,
+    /// Robots with orders since the last request.
+    ordered: VecDeque<u32>,
+    /// The robot from which to look for others.
+    next: usize,
+}
+
+/// A request that has no answer yet.
+struct Request {
+    robot: u32,
+    route: PendingRoute,
+    sent: Instant,
+    /// Answers from before this tick don't count: an order came later.
+    not_before: u64,
+}
+
+impl RouteRequests {
+    pub(crate) fn open_on(fleet: &Participant) -> Result<Self, OpenError> {
+        Ok(Self {
+            client: RouteClient::open_on(fleet)?,
+            orders: OrderLogReader::open_on(fleet)?,
+            pending: Vec::new(),
+            ordered: VecDeque::new(),
+            next: 0,
+        })
+    }
+
+    /// Drops the requests to the producer of the run before.
+    pub(crate) fn begin_run(&mut self) {
+        self.pending.clear();
+        self.ordered.clear();
+    }
+
+    /// Passes the orders and answers that have come to `routes`.
+    pub(crate) fn receive(&mut self, routes: &mut Routes) -> Result<(), ReadError> {
+        let Self { client, orders, pending, ordered, .. } = self;
+        orders.take(|tick| {
+            if tick.missed > 0 {
+                routes.clear();
+            }
+            for order in tick.records.iter().filter(|order| changes_route(order.kind)) {
+                routes.mark_stale(order.robot, tick.header.tick);
+                let same = pending.iter_mut().filter(|request| request.robot == order.robot);
+                same.for_each(|request| request.not_before = tick.header.tick);
+                if ordered.len() < MAX_WAITING {
+                    ordered.push_back(order.robot);
+                }
+            }
+            Ok::<_, ReadError>(())
+        })?;
+        pending.retain(|request| match client.answer(&request.route) {
+            Ok(None) => request.sent.elapsed() < RouteClient::TIMEOUT,
+            Ok(Some(answer)) => {
+                if answer.tick >= request.not_before {
+                    routes.learn(&answer);
+                }
+                false
+            }
+            Err(_) => false,
+        });
+        Ok(())
+    }
+
+    /// Asks for the routes that are wanted most: those of robots with orders, of pairs that may collide, and of others in
+    /// turn.
+    pub(crate) fn ask(&mut self, routes: &Routes, frame: &Frame<'_>, contacts: &[ContactRecord]) {
+        let drives = |robot: u32| {
+            let state = frame.columns().state.get(robot as usize).copied().map(RobotState::from_number);
+            let on_edge = frame.columns().edge.get(robot as usize).is_some_and(|edge| *edge != NO_EDGE);
+            on_edge && matches!(state, Some(RobotState::Driving | RobotState::Held))
+        };
+        let is_wanted = |robot: &u32| drives(*robot) && routes.is_wanted(*robot);
+        while self.has_room() {
+            let Some(robot) = self.ordered.pop_front() else { break };
+            if is_wanted(&robot) && self.send(robot).is_err() {
+                return;
+            }
+        }
+        let possible = contacts.iter().filter(|contact| contact.level == ContactLevel::Possible as u32);
+        let near = possible.take(MAX_LOOKED_AT).flat_map(|contact| contact.robots);
+        let robots = frame.len();
+        let first = if self.next < robots { self.next } else { 0 };
+        let others = (first..robots).chain(0..first).take(MAX_LOOKED_AT).map(|robot| robot as u32);
+        for (robot, in_turn) in near.map(|robot| (robot, false)).chain(others.map(|robot| (robot, true))) {
+            if !self.has_room() || is_wanted(&robot) && self.send(robot).is_err() {
+                return;
+            }
+            if in_turn {
+                self.next = robot as usize + 1;
+            }
+        }
+    }
+
+    fn has_room(&self) -> bool {
+        self.pending.len() < services::MAX_OPEN_ROUTES
+    }
+
+    /// Sends a request, unless there is one for this robot.
+    fn send(&mut self, robot: u32) -> Result<(), RouteError> {
+        if !self.pending.iter().any(|request| request.robot == robot) {
+            let route = self.client.ask(robot)?;
+            self.pending.push(Request { robot, route, sent: Instant::now(), not_before: 0 });
+        }
+        Ok(())
+    }
+}
+
+/// Whether an order of a kind may change a robot's route.
+fn changes_route(kind: u32) -> bool {
+    [OrderKind::Assign, OrderKind::Extend, OrderKind::Cancel, OrderKind::Remove].iter().any(|own| *own as u32 == kind)
+}
