@@ -23,6 +23,8 @@ const COLOURS: [RGBColor; 7] = [
 
 /// The size of a plot in pixels: two charts side by side.
 const SIZE: (u32, u32) = (1100, 500);
+/// The largest number of labels along x: those of a million robots are long.
+const MAX_LABELS: usize = 8;
 /// A series with at most this many points gets a dot at each.
 const MAX_DOTS: usize = 20;
 
@@ -96,9 +98,7 @@ fn linear_chart(area: &Area<'_>, titles: &Titles, series: &[Series]) -> Result<(
 /// Draws a chart where a metre is as long along x as along y.
 fn equal_chart(area: &Area<'_>, titles: &Titles, series: &[Series]) -> Result<(), Failure> {
     let (mut x_range, mut y_range) = (linear_range(xs(series)), linear_range(ys(series)));
-    // The size of the chart without its labels; the ranges make no difference to it.
-    let chart = builder(area, titles).build_cartesian_2d(x_range.clone(), y_range.clone())?;
-    let (width, height) = chart.plotting_area().dim_in_pixel();
+    let (width, height) = size_without_labels(area, titles)?;
     let length = |range: &Range<f64>| range.end - range.start;
     let metres_per_pixel = (length(&x_range) / f64::from(width)).max(length(&y_range) / f64::from(height));
     for (range, pixels) in [(&mut x_range, width), (&mut y_range, height)] {
@@ -106,6 +106,14 @@ fn equal_chart(area: &Area<'_>, titles: &Titles, series: &[Series]) -> Result<()
         *range = middle - half..middle + half;
     }
     draw(builder(area, titles).build_cartesian_2d(x_range, y_range)?, titles, series)
+}
+
+/// Returns the size in pixels that a chart has for its lines, by building one elsewhere: the ranges make no difference to it.
+fn size_without_labels(area: &Area<'_>, titles: &Titles) -> Result<(u32, u32), Failure> {
+    let mut svg = String::new();
+    let elsewhere = SVGBackend::with_string(&mut svg, area.dim_in_pixel()).into_drawing_area();
+    let chart = builder(&elsewhere, titles).build_cartesian_2d(0.0..1.0, 0.0..1.0)?;
+    Ok(chart.plotting_area().dim_in_pixel())
 }
 
 /// Draws a chart with logarithmic axes. Only positive numbers have a place there.
@@ -165,6 +173,7 @@ where
         .configure_mesh()
         .x_desc(titles.x)
         .y_desc(titles.y)
+        .x_labels(MAX_LABELS)
         .x_label_formatter(&|value| plain(*value))
         .y_label_formatter(&|value| plain(*value))
         .light_line_style(WHITE)
@@ -172,7 +181,7 @@ where
         .draw()?;
     for (number, (line, colour)) in series.iter().zip(COLOURS.iter().cycle()).enumerate() {
         // Lines that others cover are wider, so that they can be seen below those.
-        let wider = (series.len() - 1 - number) as u32;
+        let wider = (series.len() - 1 - number) as u32 / 2;
         chart
             .draw_series(LineSeries::new(line.points.iter().copied(), colour.stroke_width(2 + wider)))?
             .label(&line.name)
@@ -257,6 +266,7 @@ mod tests {
     fn a_metre_is_as_long_along_x_as_along_y() {
         let square = [[0.0, 0.0, 0.0], [10.0, 0.0, 0.0], [10.0, 10.0, 0.0], [0.0, 10.0, 0.0]];
         let svg = path(&[1], &square).expect("a plot");
+        assert_eq!(svg.matches("Driven path").count(), 1, "each title is drawn once");
         let line = svg.split("<polyline").find(|part| part.contains("#0072B2")).expect("the path");
         let points = line.split("points=\"").nth(1).and_then(|rest| rest.split('"').next()).expect("its points");
         let points: Vec<Vec<i32>> = points

