@@ -4,6 +4,7 @@ use std::fs;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
 use std::path::Path;
+use std::process::Command;
 
 use regatta_plugin::contact::ContactHeader;
 use regatta_plugin::{ColumnPublisher, ContactPublisher, FleetName, Participant};
@@ -20,7 +21,10 @@ struct Metrics {
 
 impl Metrics {
     fn start(fleet: &FleetName, args: &[&str]) -> Self {
-        let mut command = regatta();
+        Self::start_with(regatta(), fleet, args)
+    }
+
+    fn start_with(mut command: Command, fleet: &FleetName, args: &[&str]) -> Self {
         command.args(["plugin", "metrics", "--fleet", &fleet.to_string(), "--listen", "127.0.0.1:0"]).args(args);
         let mut process = Process::start(&mut command);
         let mut line = String::new();
@@ -184,6 +188,20 @@ fn scrapes_beside_idle_connections_are_all_answered() {
         assert_eq!(metrics.value("regatta_up", ""), Some(0.0));
     }
     // A client that is still connected doesn't delay the end.
+    assert!(metrics.process.interrupt().status.success());
+    drop(idle);
+}
+
+#[test]
+fn idle_connections_take_no_files_from_shared_memory() {
+    let mut limited = Command::new("sh");
+    limited.args(["-c", "ulimit -n 96; exec \"$0\" \"$@\""]).arg(regatta().get_program());
+    let name = unique("metrics-few-files");
+    let metrics = Metrics::start_with(limited, &name, &[]);
+    let idle: Vec<_> = (0..150).map(|_| TcpStream::connect(&metrics.address).expect("connected")).collect();
+    let _fleet = Fleet::restart(name, "thirty.yaml", &[]);
+    metrics.reaches("regatta_up", "", |up| up == 1.0);
+    metrics.reaches("regatta_frames_read_total", "", |frames| frames > 10.0);
     assert!(metrics.process.interrupt().status.success());
     drop(idle);
 }

@@ -108,7 +108,10 @@ fn stl(path: &Path) -> Result<Vec<Corner>, String> {
 
 fn obj(path: &Path) -> Result<Vec<Corner>, String> {
     let options = tobj::LoadOptions { triangulate: true, single_index: true, ..tobj::LoadOptions::default() };
-    let (models, materials) = tobj::load_obj(path, &options).map_err(|error| error.to_string())?;
+    let mut file = BufReader::new(File::open(path).map_err(|error| error.to_string())?);
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let loaded = tobj::load_obj_buf(&mut file, &options, |name| obj_materials(&folder.join(name)));
+    let (models, materials) = loaded.map_err(|error| error.to_string())?;
     // The material file may be missing; the mesh is usable without it.
     let materials = materials.unwrap_or_default();
     let mut corners = Vec::new();
@@ -124,6 +127,16 @@ fn obj(path: &Path) -> Result<Vec<Corner>, String> {
         }
     }
     Ok(corners)
+}
+
+/// Reads the materials of an OBJ file, except for colours of fewer than three parts, at which the crate `tobj` panics.
+fn obj_materials(path: &Path) -> tobj::MTLLoadResult {
+    let text =
+        files::check_regular(path).and_then(|()| std::fs::read_to_string(path).map_err(|error| error.to_string()));
+    let text = text.map_err(|_| tobj::LoadError::OpenFileFailed)?;
+    let is_whole = |line: &&str| !line.trim_start().starts_with('K') || line.split_whitespace().count() > 3;
+    let lines: Vec<_> = text.lines().filter(is_whole).collect();
+    tobj::load_mtl_buf(&mut lines.join("\n").as_bytes())
 }
 
 fn paint_of(colour: [f32; 3]) -> [u8; 4] {

@@ -2,7 +2,7 @@
 //!
 //! It has a thread of its own with a runtime of one thread, so that clients cost the reader of frames nothing. Clients
 //! can't hold it up either: one that sends no request is closed after [`REQUEST_TIMEOUT`], and when there are
-//! [`MAX_CONNECTIONS`], the oldest connection makes room for the newest.
+//! [`max_connections`], the oldest connection makes room for the newest.
 
 use std::collections::VecDeque;
 use std::io;
@@ -35,7 +35,7 @@ const REQUEST_TIMEOUT: Duration = Duration::from_secs(60);
 const MAX_AGE: Duration = Duration::from_secs(600);
 /// The longest time for responses that are under way when a connection or the process ends.
 const GRACE: Duration = Duration::from_millis(500);
-/// The largest number of concurrent connections.
+/// The largest number of concurrent connections, where the process may open enough files.
 const MAX_CONNECTIONS: usize = 256;
 /// The largest number of bytes in a request.
 const MAX_REQUEST: usize = 16 << 10;
@@ -118,10 +118,23 @@ async fn metrics<P: PageSource>(State(pages): State<Arc<P>>, headers: HeaderMap)
     ([(CONTENT_TYPE, format.content_type()), (VARY, "accept")], pages.metrics(format))
 }
 
+/// Returns the largest number of concurrent connections: at most a quarter of the files that the process may open, because
+/// shared memory needs some.
+fn max_connections() -> usize {
+    #[cfg(unix)]
+    let files = rustix::process::getrlimit(rustix::process::Resource::Nofile).current;
+    #[cfg(not(unix))]
+    let files = None::<u64>;
+    files.map_or(MAX_CONNECTIONS, |files| {
+        usize::try_from(files / 4).unwrap_or(MAX_CONNECTIONS).clamp(1, MAX_CONNECTIONS)
+    })
+}
+
 /// Accepts connections until the sender of `end` is dropped, and then waits for the open ones.
 async fn serve(listener: TcpListener, router: Router, mut end: watch::Receiver<()>) {
     let mut tasks = JoinSet::new();
     let mut connections = VecDeque::new();
+    let limit = max_connections();
     loop {
         let accepted = tokio::select! {
             accepted = listener.accept() => accepted,
@@ -129,7 +142,7 @@ async fn serve(listener: TcpListener, router: Router, mut end: watch::Receiver<(
         };
         while tasks.try_join_next().is_some() {}
         connections.retain(|connection: &tokio::task::AbortHandle| !connection.is_finished());
-        if accepted.is_err() || connections.len() >= MAX_CONNECTIONS {
+        if accepted.is_err() || connections.len() >= limit {
             connections.pop_front().iter().for_each(tokio::task::AbortHandle::abort);
         }
         match accepted {

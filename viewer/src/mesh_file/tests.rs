@@ -137,3 +137,24 @@ fn a_binary_gltf_file_cut_anywhere_is_refused() {
         load_bytes("length.glb", &[header(length), chunks.clone()].concat()).map(|_| ()).expect_err("a wrong length");
     }
 }
+
+#[test]
+fn materials_of_an_obj_file_colour_it_unless_they_are_broken() {
+    let folder = std::env::temp_dir().join(format!("regatta-materials-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).expect("made");
+    let obj = "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl a\nf 1 2 3\n";
+    std::fs::write(folder.join("a.obj"), obj).expect("written");
+    let red = [255, 0, 0, TINT];
+    for (materials, paint) in [
+        ("newmtl a\nKd 1 0 0\n", red),
+        ("newmtl a\nKa 1\n  Ks 1 1\nKd 1 0 0\n", red),
+        ("newmtl a\nKd 0.5\n", PLAIN),
+        ("newmtl a\nKd\n", PLAIN),
+        ("Kd a b c\n", PLAIN),
+    ] {
+        std::fs::write(folder.join("a.mtl"), materials).expect("written");
+        let mesh = load(&folder.join("a.obj"), 1.0, 0.0).unwrap_or_else(|error| panic!("{error}"));
+        assert_eq!(mesh.vertices[0].paint, paint, "{materials}");
+    }
+    std::fs::remove_dir_all(&folder).expect("removed");
+}
