@@ -35,7 +35,7 @@ pub(crate) fn closest_proximity(
                 seconds: until - now,
             };
             if !(pass.is_far(0, reach) | pass.is_far(1, reach)) {
-                proximity = proximity.max(pass.proximity((a, b), inflation));
+                proximity = proximity.max(pass.proximity((a, b), inflation, reach));
             }
             if proximity == Proximity::Overlap {
                 return proximity;
@@ -76,20 +76,27 @@ struct Pass<'segments> {
 }
 
 impl Pass<'_> {
-    fn proximity(&self, bodies: (&Body, &Body), inflation: f64) -> Proximity {
+    fn proximity(&self, bodies: (&Body, &Body), inflation: f64, reach: f32) -> Proximity {
         let error = self.turn_error(bodies);
         if error <= MAX_TURN_ERROR {
-            return self.proximity_without_turn(bodies, inflation);
+            return self.proximity_without_turn(bodies, [0.0, inflation]);
         }
-        // With this inflation, the robots hold themselves at all headings of the pass.
-        if self.proximity_without_turn(bodies, inflation + 0.5 * error) == Proximity::Apart {
-            return Proximity::Apart;
+        // Larger by the error, robots at their mean heading hold themselves at all headings of the pass; smaller, they are
+        // held by themselves.
+        match self.proximity_without_turn(bodies, [-error, inflation + 0.5 * error]) {
+            Proximity::Near => self.proximity_of_halves(bodies, inflation, reach),
+            certain => certain,
         }
-        let [first, second] = self.halves();
-        match first.proximity(bodies, inflation) {
-            Proximity::Overlap => Proximity::Overlap,
-            proximity => proximity.max(second.proximity(bodies, inflation)),
+    }
+
+    fn proximity_of_halves(&self, bodies: (&Body, &Body), inflation: f64, reach: f32) -> Proximity {
+        let mut proximity = Proximity::Apart;
+        for half in self.halves() {
+            if proximity < Proximity::Overlap && !(half.is_far(0, reach) | half.is_far(1, reach)) {
+                proximity = proximity.max(half.proximity(bodies, inflation, reach));
+            }
         }
+        proximity
     }
 
     /// Returns the largest sum of the distances by which a turn in the pass moves a point of both robots from where it is
@@ -108,24 +115,24 @@ impl Pass<'_> {
         [Self { seconds, ..self }, Self { a: later(self.a), b: later(self.b), seconds }]
     }
 
-    /// Returns the proximity if both keep their mean headings.
-    fn proximity_without_turn(&self, (a, b): (&Body, &Body), inflation: f64) -> Proximity {
+    /// Returns the proximity if both keep their mean headings, with the inflations of [`Proximity::of`].
+    fn proximity_without_turn(&self, (a, b): (&Body, &Body), inflations: [f64; 2]) -> Proximity {
         let motion = self.motion();
         let heading = |(segment, elapsed): (&Segment, f32)| segment.heading_after(elapsed + 0.5 * self.seconds);
         let (heading_a, heading_b) = (wide(heading(self.a)), wide(heading(self.b)));
         match (a.outline(), b.outline()) {
             (Outline::Rectangle(half_a), Outline::Rectangle(half_b)) => {
-                motion.rectangles((half_a, heading_a), (half_b, heading_b), inflation)
+                motion.rectangles((half_a, heading_a), (half_b, heading_b), inflations)
             }
-            (Outline::Rectangle(half), Outline::Circle(radius)) => Proximity::of(inflation, |inflation| {
+            (Outline::Rectangle(half), Outline::Circle(radius)) => Proximity::of(inflations, |inflation| {
                 motion.seen_along(heading_a).hits_rectangle(half, radius, inflation)
             }),
-            (Outline::Circle(radius), Outline::Rectangle(half)) => Proximity::of(inflation, |inflation| {
+            (Outline::Circle(radius), Outline::Rectangle(half)) => Proximity::of(inflations, |inflation| {
                 motion.seen_along(heading_b).hits_rectangle(half, radius, inflation)
             }),
             (Outline::Circle(a), Outline::Circle(b)) => {
                 let distance = motion.distance([0.0; 2]);
-                Proximity::of(inflation, |inflation| distance <= a + b + 2.0 * inflation)
+                Proximity::of(inflations, |inflation| distance <= a + b + 2.0 * inflation)
             }
         }
     }

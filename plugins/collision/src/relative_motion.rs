@@ -14,9 +14,10 @@ pub(crate) enum Proximity {
 }
 
 impl Proximity {
-    /// Classifies a pair, given whether its footprints overlap when both are inflated by some metres.
-    pub(crate) fn of(inflation: f64, overlap: impl Fn(f64) -> bool) -> Self {
-        match (overlap(0.0), overlap(inflation)) {
+    /// Classifies a pair, given whether its footprints overlap when both are inflated by so many metres: by the first number
+    /// to overlap, by the second one to be near. A negative inflation makes them smaller.
+    pub(crate) fn of([overlapping, near]: [f64; 2], overlap: impl Fn(f64) -> bool) -> Self {
+        match (overlap(overlapping), overlap(near)) {
             (true, _) => Self::Overlap,
             (false, true) => Self::Near,
             (false, false) => Self::Apart,
@@ -39,27 +40,27 @@ impl RelativeMotion {
     }
 
     /// Tests by separating axes: two rectangles overlap at a time when their projections overlap on all four axes.
-    /// Without branches, which would often be mispredicted.
+    /// Without branches, which would often be mispredicted. The inflations are those of [`Proximity::of`].
     pub(crate) fn rectangles(
         self,
         (half_a, heading_a): (Vector, Vector),
         (half_b, heading_b): (Vector, Vector),
-        inflation: f64,
+        inflations: [f64; 2],
     ) -> Proximity {
         let [cos, sin] = seen_along(heading_a, heading_b).map(f64::abs);
         let (from_a, from_b) = (self.seen_along(heading_a), self.seen_along(heading_b));
-        let inflation = inflation * (1.0 + cos + sin);
-        let (mut plain, mut wide) = (Interval::ALL, Interval::ALL);
+        let [small, large] = inflations.map(|inflation| inflation * (1.0 + cos + sin));
+        let (mut overlapping, mut near) = (Interval::ALL, Interval::ALL);
         let mut clip = |pass: Self, axis: usize, reach: f64| {
             let crossing = Crossing::of(pass, axis);
-            plain.clip(&crossing, reach);
-            wide.clip(&crossing, reach + inflation);
+            overlapping.clip(&crossing, reach + small);
+            near.clip(&crossing, reach + large);
         };
         clip(from_a, 0, half_a[0] + half_b[0] * cos + half_b[1] * sin);
         clip(from_a, 1, half_a[1] + half_b[0] * sin + half_b[1] * cos);
         clip(from_b, 0, half_b[0] + half_a[0] * cos + half_a[1] * sin);
         clip(from_b, 1, half_b[1] + half_a[0] * sin + half_a[1] * cos);
-        match (plain.is_some(), wide.is_some()) {
+        match (overlapping.is_some(), near.is_some()) {
             (true, _) => Proximity::Overlap,
             (false, true) => Proximity::Near,
             (false, false) => Proximity::Apart,
