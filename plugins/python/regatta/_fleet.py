@@ -1,8 +1,8 @@
 """A fleet, as a program has joined it: everything else is opened on it.
 
 This module imports the modules of the classes that are opened on a fleet. Those modules import this one, too, but for
-type annotations only (``TYPE_CHECKING``): objects of these classes refer to their fleet, which is passed to them. At run
-time there is no import circle.
+type annotations only (``TYPE_CHECKING``): objects of these classes refer to their fleet, which is passed to them. At
+run time there is no import circle.
 """
 
 import os

@@ -183,9 +183,9 @@ class Receiver(Generic[SequencedHeader]):
             return self._port.receive()
         except iox.ReceiveError:
             held = self._service.static_config.subscriber_max_borrowed_samples
-            notebook = " (a notebook's Out[] refers to each array that a cell shows)" if "IPython" in sys.modules else ""
+            hint = " (a notebook's Out[] refers to each array that a cell shows)" if "IPython" in sys.modules else ""
             raise HeldError(
-                f"can't read {self._what}: variables or arrays of this program still refer to the last {held}{notebook};"
+                f"can't read {self._what}: variables or arrays of this program still refer to the last {held}{hint};"
                 " keep copies instead, for example frame.copy() or frame.x.copy()"
             ) from None
 

@@ -34,8 +34,9 @@ class World:
     metres per second, the latter 0 if reverse gear is not allowed. A frame's ``edge`` column holds indices into
     these."""
     robot_types: Records
-    """``name`` (a ``str``), ``shape`` (a :class:`Shape <regatta.Shape>`), ``length`` and ``width`` in metres, ``max_speed``
-    and ``max_acceleration`` in SI units, ``inf`` for no limit. The column ``type`` holds indices into these."""
+    """``name`` (a ``str``), ``shape`` (a :class:`Shape <regatta.Shape>`), ``length`` and ``width`` in metres,
+    ``max_speed`` and ``max_acceleration`` in SI units, ``inf`` for no limit. The column ``type`` holds indices into
+    these."""
 
     def __repr__(self) -> str:
         counts = f"{len(self.nodes)} nodes, {len(self.edges)} edges, {len(self.robot_types)} robot types"
