@@ -1,13 +1,14 @@
 //! Progress of work that takes long: nothing for two seconds, then a bar on a terminal, and a line now and then elsewhere.
 
 use std::io::IsTerminal;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{self, RecvTimeoutError};
-use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
+use parking_lot::Mutex;
 
 /// The time until progress is shown.
 const QUIET_TIME: Duration = Duration::from_secs(2);
@@ -52,7 +53,7 @@ impl Progress {
 
     /// Says what the present step does.
     pub fn set_current(&self, current: impl Into<String>) {
-        *self.state.current.lock().unwrap_or_else(PoisonError::into_inner) = current.into();
+        *self.state.current.lock() = current.into();
     }
 }
 
@@ -66,7 +67,7 @@ impl Drop for Progress {
 
 impl State {
     fn current(&self) -> String {
-        self.current.lock().unwrap_or_else(PoisonError::into_inner).clone()
+        self.current.lock().clone()
     }
 
     fn line(&self) -> String {

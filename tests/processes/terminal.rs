@@ -3,8 +3,9 @@
 use std::io::{Read, Write};
 use std::num::NonZeroU16;
 use std::process::ExitStatus;
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 
+use parking_lot::Mutex;
 use pty_process::Size;
 use pty_process::blocking::{Command, Pty, open};
 use rustix::process::Signal;
@@ -47,14 +48,14 @@ impl Terminal {
         std::thread::spawn(move || {
             let mut bytes = [0; 4096];
             while let Ok(count @ 1..) = (&*pty).read(&mut bytes) {
-                parser.lock().expect("drawn").process(&bytes[..count]);
+                parser.lock().process(&bytes[..count]);
             }
         });
     }
 
     /// Returns the text on the screen.
     pub fn text(&self) -> String {
-        self.parser.lock().expect("drawn").screen().contents()
+        self.parser.lock().screen().contents()
     }
 
     /// Waits until the screen shows a text.
@@ -78,7 +79,7 @@ impl Terminal {
     pub fn resize(&self, columns: u16, rows: u16) {
         self.pty.resize(Size::new(rows, columns)).expect("resized");
         let size = |length| NonZeroU16::new(length).expect("a size");
-        self.parser.lock().expect("drawn").screen_mut().set_size(size(rows), size(columns));
+        self.parser.lock().screen_mut().set_size(size(rows), size(columns));
     }
 
     pub fn signal(&self, signal: Signal) {
@@ -89,7 +90,7 @@ impl Terminal {
     pub fn finish(mut self) -> ExitStatus {
         let status = eventually("the program ends", || self.program.0.try_wait().expect("a status"));
         eventually("the terminal is restored", || {
-            let parser = self.parser.lock().expect("drawn");
+            let parser = self.parser.lock();
             (!parser.screen().alternate_screen() && !parser.screen().hide_cursor()).then_some(())
         });
         let modes = tcgetattr(&*self.pty).expect("the modes");

@@ -4,11 +4,12 @@ use std::ffi::OsString;
 use std::io::{self, Write};
 use std::net::{SocketAddr, ToSocketAddrs};
 use std::path::PathBuf;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
 use std::thread;
 use std::time::{Duration, Instant};
 
 use clap::Parser;
+use parking_lot::Mutex;
 use regatta_plugin::{CsvFile, Error, FleetName, Frame, Options, Participant, Plugin, Result};
 
 use crate::aggregator::{Aggregator, wall_time_nanos};
@@ -103,26 +104,22 @@ struct State {
     collisions: Collisions,
 }
 
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
 impl Shared {
     fn snapshot(&self) -> Snapshot {
         // Processes that can't be listed are left out; `regatta doctor` reports why.
         let processes = self.processes.newest().unwrap_or_default();
-        let state = lock(&self.state);
+        let state = self.state.lock();
         state.aggregator.snapshot(self.fleet.clone(), state.collisions.clone(), processes, wall_time_nanos())
     }
 
     fn interval(&self) -> IntervalStats {
-        lock(&self.state).aggregator.take_interval()
+        self.state.lock().aggregator.take_interval()
     }
 }
 
 impl PageSource for Shared {
     fn metrics(&self, format: Format) -> String {
-        page(&self.snapshot(), &lock(&self.exporter), format)
+        page(&self.snapshot(), &self.exporter.lock(), format)
     }
 }
 
@@ -139,13 +136,13 @@ impl Plugin for Exporter {
 
     fn on_frame(&mut self, frame: &Frame<'_>) -> Result {
         let now = wall_time_nanos();
-        lock(&self.shared.state).aggregator.add_frame(frame, now);
+        self.shared.state.lock().aggregator.add_frame(frame, now);
         self.read_collisions(now);
         Ok(())
     }
 
     fn on_idle(&mut self, has_producer: bool) -> Result {
-        lock(&self.shared.state).aggregator.note_idle(has_producer);
+        self.shared.state.lock().aggregator.note_idle(has_producer);
         self.read_collisions(wall_time_nanos());
         Ok(())
     }
@@ -154,7 +151,7 @@ impl Plugin for Exporter {
 impl Exporter {
     fn read_collisions(&mut self, now: u64) {
         if let Some(reader) = &mut self.collisions {
-            let mut state = lock(&self.shared.state);
+            let mut state = self.shared.state.lock();
             reader.update(&mut state.aggregator, now);
             state.collisions = reader.collisions(state.aggregator.newest());
         }
@@ -174,7 +171,7 @@ fn write_rows(mut csv_file: CsvFile, shared: Arc<Shared>) -> Result {
             if let Some(change) = csv_file.append(&format!("{row}\n")) {
                 report(change);
             }
-            lock(&shared.exporter).rows = Some(csv_file.rows());
+            shared.exporter.lock().rows = Some(csv_file.rows());
         }
     })?;
     Ok(())

@@ -2,10 +2,11 @@
 
 use std::collections::BTreeMap;
 use std::io;
-use std::sync::{Arc, Mutex, PoisonError, Weak};
+use std::sync::{Arc, Weak};
 use std::thread;
 use std::time::{Duration, Instant};
 
+use parking_lot::Mutex;
 use regatta_plugin::FleetName;
 use regatta_plugin::health::{self, HealthError, Occupant};
 use sysinfo::{Pid, ProcessRefreshKind, ProcessStatus, ProcessesToUpdate, System};
@@ -42,7 +43,7 @@ impl ProcessMonitor {
     /// # Errors
     /// Returns why the processes can't be listed, in one line.
     pub fn newest(&self) -> ProcessList {
-        self.newest.lock().unwrap_or_else(PoisonError::into_inner).clone()
+        self.newest.lock().clone()
     }
 }
 
@@ -50,7 +51,7 @@ fn sample_repeatedly(fleet: &FleetName, newest: &Weak<Mutex<ProcessList>>) {
     let mut sampler = Sampler::default();
     while let Some(newest) = newest.upgrade() {
         let processes = sampler.sample(fleet);
-        *newest.lock().unwrap_or_else(PoisonError::into_inner) = processes;
+        *newest.lock() = processes;
         drop(newest);
         thread::sleep(PERIOD);
     }

@@ -1,9 +1,11 @@
 //! Receives a visualiser's answers on a separate thread.
 
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
+
+use parking_lot::{Mutex, MutexGuard};
 
 use crate::echo::{EchoCheck, EchoRules};
 use crate::line::{PoseLine, Separator, lines};
@@ -27,7 +29,7 @@ struct Shared {
 impl Shared {
     /// Locks the check. The counts of a thread that panicked are still valid enough to be reported.
     fn lock(&self) -> MutexGuard<'_, (EchoCheck, Faults)> {
-        self.check.lock().unwrap_or_else(PoisonError::into_inner)
+        self.check.lock()
     }
 }
 

@@ -1,8 +1,9 @@
 //! The graphics adapter and its device.
 
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex};
 
+use parking_lot::Mutex;
 use wgpu::{Backends, DeviceType, Features, InstanceDescriptor, InstanceFlags, Limits, PowerPreference};
 
 /// The error of opening a graphics device.
@@ -91,9 +92,7 @@ impl Gpu {
         let lost = Arc::new(Mutex::new(None));
         let lost_reason = Arc::clone(&lost);
         device.set_device_lost_callback(move |reason, message| {
-            if let Ok(mut lost) = lost_reason.lock() {
-                *lost = Some(format!("{reason:?}: {message}"));
-            }
+            *lost_reason.lock() = Some(format!("{reason:?}: {message}"));
         });
         let is_full = Arc::new(AtomicBool::new(false));
         let has_filled = Arc::clone(&is_full);
@@ -122,7 +121,7 @@ impl Gpu {
 
     /// Returns the reason why the device was lost, if it was. All of its resources have to be created anew then.
     pub fn lost(&self) -> Option<String> {
-        self.lost.lock().ok()?.clone()
+        self.lost.lock().clone()
     }
 
     /// Fails if there was no room for something that was created outside of [`allocate`](Self::allocate). Pictures that

@@ -2,9 +2,10 @@
 
 use std::io::{BufRead, BufReader};
 use std::process::{Child, Command, Stdio};
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use parking_lot::Mutex;
 use regatta_plugin::{FleetName, PARENT_VARIABLE};
 
 use crate::interface::view_model::Action;
@@ -102,9 +103,7 @@ fn start(plugin: &str, args: &[&str], fleet: &FleetName) -> std::io::Result<UdpP
         // The thread ends with the child.
         std::thread::Builder::new().name(plugin.into()).spawn(move || {
             for line in BufReader::new(stderr).lines().map_while(Result::ok) {
-                if let Ok(mut last) = last.lock() {
-                    *last = line;
-                }
+                *last.lock() = line;
             }
         })?;
     }
@@ -131,7 +130,7 @@ fn ask_to_end(child: &mut Child) {
 fn remove_ended(process: &mut Option<UdpProcess>) -> Option<String> {
     let ended = process.as_mut()?;
     let status = ended.child.try_wait().ok()??;
-    let line = ended.last_line.lock().map_or(String::new(), |line| line.clone());
+    let line = ended.last_line.lock().clone();
     *process = None;
     let line = line.trim_start_matches("regatta: ");
     (!status.success()).then(|| format!("UDP: {line} ({status})"))
