@@ -183,6 +183,22 @@ fn all_places_can_be_taken_and_the_error_says_by_whom() {
     assert!(Subscriber::open(&name).is_ok(), "another fleet has places of its own");
 }
 
+/// A process that was killed while it created a segment leaves it without a length. iceoryx2 waits for its creator for ever.
+#[test]
+fn a_segment_that_was_never_finished_holds_nobody_up() {
+    let directory = TempDir::new().expect("a folder");
+    let doctor = || {
+        let mut command = regatta();
+        Process::start(command.args(["doctor", "--clean"]).env(RUNTIME_DIR_VARIABLE, directory.path())).finish()
+    };
+    assert!(doctor().status.success());
+    let unfinished = management_segment(directory.path());
+    fs::File::create(&unfinished).expect("emptied");
+    std::thread::sleep(Duration::from_millis(1500));
+    assert!(doctor().status.success());
+    remove_segments(directory.path());
+}
+
 /// Processes that are killed while they join leave files that iceoryx2 doesn't clean up by itself.
 #[test]
 fn what_processes_killed_at_their_start_leave_is_cleaned_up() {

@@ -171,6 +171,11 @@ pub fn orphans() -> Result<Vec<Orphan>, HealthError> {
     Ok(segments()?.into_iter().filter(orphaned).map(|s| Orphan { path: s.path, bytes: s.bytes }).collect())
 }
 
+/// Removes what a process that is joining would wait for in vain.
+pub(super) fn remove_unfinished() {
+    remnants::remove_unfinished();
+}
+
 /// Removes the resources of dead processes, and orphaned segments.
 ///
 /// # Errors
@@ -178,6 +183,7 @@ pub fn orphans() -> Result<Vec<Orphan>, HealthError> {
 pub fn clean() -> Result<Cleaned, HealthError> {
     let before: u64 = segments()?.iter().map(|s| s.bytes).sum();
     let mut cleaned = Cleaned { repaired: management::repair(), ..Cleaned::default() };
+    remnants::remove_unfinished();
     let dead = remnants::dead_nodes()?;
     each_node(|node| {
         if let NodeState::Dead(dead) = node

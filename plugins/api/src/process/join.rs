@@ -5,6 +5,7 @@ use std::rc::Rc;
 use iceoryx2::prelude::*;
 
 use super::domain::config;
+use super::health;
 use super::management;
 use crate::ports::error::OpenError;
 use crate::ports::full_memory::{FULL, guarded};
@@ -45,6 +46,7 @@ impl Participant {
             .config(config)
             .name(&NodeName::new(cut(&node_name, MAX_NODE_NAME_BYTES)).map_err(|e| failed(format!("{e:?}")))?)
             .signal_handling_mode(SignalHandlingMode::Disabled);
+        health::remove_unfinished();
         let (node, missing) = guarded(|| builder.create::<Ipc>());
         if missing.any() {
             return Err(failed(FULL.to_owned()));

@@ -3,12 +3,16 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use iceoryx2::node::NodeState;
 
-use super::segments::{ids, is_settled};
+use super::segments::{age, ids, is_settled};
 use super::{HealthError, each_node};
-use crate::process::domain::config;
+use crate::process::domain::{SHARED_MEMORY, config};
+
+/// Much longer than a segment has no length while it is created.
+const CREATION: Duration = Duration::from_secs(1);
 
 /// Returns the files and folders of dead nodes, by the node's id: of those that iceoryx2 knows to be dead, and of those
 /// that it doesn't know, if they are older than a process takes to join.
@@ -45,6 +49,27 @@ pub(super) fn remove(nodes: &BTreeMap<u128, Vec<PathBuf>>) {
         // What can't be removed stays, and is counted.
         folders.into_iter().for_each(|folder| drop(fs::remove_dir_all(folder)));
         files.into_iter().for_each(|file| drop(fs::remove_file(file)));
+    }
+}
+
+/// Removes segments whose creator was killed before it gave them a length. A process of root that opens one waits for its
+/// creator for ever (a fault of iceoryx2 0.10), until it is removed.
+pub(super) fn remove_unfinished() {
+    let Ok(config) = config() else { return };
+    let prefix = config.global.prefix.to_string();
+    let is_unfinished = |entry: &fs::DirEntry| {
+        entry.file_name().to_string_lossy().starts_with(&prefix)
+            && entry.metadata().is_ok_and(|metadata| metadata.len() == 0 && age(&metadata) > CREATION)
+    };
+    let entries = fs::read_dir(SHARED_MEMORY).into_iter().flatten().flatten();
+    let unfinished: Vec<_> = entries.filter(is_unfinished).map(|entry| entry.path()).collect();
+    if unfinished.is_empty() {
+        return;
+    }
+    let open = open_files();
+    for segment in unfinished.iter().filter(|segment| !open.contains(*segment)) {
+        // One of another user stays.
+        drop(fs::remove_file(segment));
     }
 }
 

@@ -57,8 +57,13 @@ pub(super) fn bytes_elsewhere() -> Result<u64, HealthError> {
 
 /// Whether a file is older than a process takes to start.
 pub(super) fn is_settled(metadata: &fs::Metadata) -> bool {
-    let age = metadata.modified().ok().and_then(|time| SystemTime::now().duration_since(time).ok());
-    age.is_some_and(|age| age > SETTLED)
+    age(metadata) > SETTLED
+}
+
+/// Returns the time since a file was changed last; zero if unknown.
+pub(super) fn age(metadata: &fs::Metadata) -> Duration {
+    let changed = metadata.modified().ok();
+    changed.and_then(|time| SystemTime::now().duration_since(time).ok()).unwrap_or_default()
 }
 
 /// Returns the ids in a file's name. Ids have more than twenty digits; shorter numbers are versions and counts.
