@@ -174,7 +174,7 @@ fn list(occupants: &[&Occupant]) -> String {
         return "none".to_owned();
     }
     let (unnamed, named): (Vec<_>, Vec<_>) = occupants.iter().partition(|occupant| occupant.name.is_empty());
-    let mut entries: Vec<_> = named.into_iter().map(|occupant| describe(occupant)).collect();
+    let mut entries: Vec<_> = named.into_iter().copied().map(describe).collect();
     if !unnamed.is_empty() {
         // The files with their names are already deleted, or belong to another user.
         let bytes = unnamed.iter().map(|occupant| occupant.bytes).sum();

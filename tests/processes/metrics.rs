@@ -195,10 +195,10 @@ fn scrapes_beside_idle_connections_are_all_answered() {
 #[test]
 fn idle_connections_take_no_files_from_shared_memory() {
     let mut limited = Command::new("sh");
-    limited.args(["-c", "ulimit -n 96; exec \"$0\" \"$@\""]).arg(regatta().get_program());
+    limited.args(["-c", "ulimit -n 192; exec \"$0\" \"$@\""]).arg(regatta().get_program());
     let name = unique("metrics-few-files");
     let metrics = Metrics::start_with(limited, &name, &[]);
-    let idle: Vec<_> = (0..150).map(|_| TcpStream::connect(&metrics.address).expect("connected")).collect();
+    let idle: Vec<_> = (0..300).map(|_| TcpStream::connect(&metrics.address).expect("connected")).collect();
     let _fleet = Fleet::restart(name, "thirty.yaml", &[]);
     metrics.reaches("regatta_up", "", |up| up == 1.0);
     metrics.reaches("regatta_frames_read_total", "", |frames| frames > 10.0);

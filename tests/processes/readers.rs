@@ -8,7 +8,7 @@ use crate::fleet::{Fleet, eventually};
 
 /// The number of attempts without a late tick: a busy test machine may cause late ticks itself, but an engine that waits for
 /// a reader is late in every attempt.
-const ATTEMPTS: usize = 6;
+const ATTEMPTS: usize = 12;
 
 /// Runs `disturb` beside an engine, and asserts that it causes no late tick.
 pub fn costs_no_late_tick(test: &str, disturb: impl Fn(&Fleet)) {

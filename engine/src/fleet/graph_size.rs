@@ -41,7 +41,7 @@ mod tests {
         assert!(check_size(&chain(&[(1e6, 1.0)])).is_ok());
         // A hundred million kilometres; in both gears.
         let error = check_size(&chain(&[(1.0, 1.0), (1e11, 1.0)])).expect_err("too long").to_string();
-        assert!(error.starts_with("the route graph compiles to 2500000") && error.contains("in metres?"), "{error}");
+        assert!(error.starts_with("the route graph compiles to 24999999") && error.contains("in metres?"), "{error}");
         assert!(matches!(check_size(&chain(&[(1e300, 1.0)])), Err(FleetError::TooManyPieces { .. })));
     }
 

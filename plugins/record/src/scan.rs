@@ -96,6 +96,11 @@ impl Scan {
                 self.summary.metadata_indexes.push(MetadataIndex { offset, length, name: metadata.name });
                 Ok(())
             }
+            // After a damaged length, anything may look like a record.
+            op::HEADER | op::SCHEMA | op::CHANNEL | op::MESSAGE => {
+                let content = record.read_content(file)?;
+                parse_record(record.opcode, &content).map(drop)
+            }
             // Regatta writes no other records outside of chunks. Those of other programs are left unchanged.
             _ => Ok(()),
         }
