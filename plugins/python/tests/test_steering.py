@@ -305,7 +305,7 @@ def test_a_place_of_a_reader_is_free_again_when_it_closes(engine: Engine) -> Non
     with pytest.raises(regatta.FullError, match="64 places"):
         while True:
             readers.append(fleet.contacts())
-    assert len(readers) == 16
+    assert len(readers) == 64
     readers.pop()
     fleet.contacts()
 
