@@ -41,7 +41,7 @@ impl Overload {
             silence: SILENCE,
             ticks: 0,
             late_before: 0,
-            waited_before: None,
+            waited_before: waited_for_processor(),
         }
     }
 
