@@ -41,6 +41,7 @@ pub enum Command {
     #[command(disable_help_flag = true)]
     Plugin(plugin::PluginArgs),
     /// Show a fleet in 3D, in a window or (with --headless) in pictures.
+    #[cfg(feature = "viewer")]
     Viewer(Box<regatta_viewer::Options>),
     /// Check, describe, generate and draw route graphs.
     #[command(arg_required_else_help = false)]

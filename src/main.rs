@@ -20,6 +20,7 @@ mod scenario;
 mod supervisor;
 mod top;
 mod version;
+#[cfg(feature = "viewer")]
 mod viewer;
 
 use std::process::ExitCode;
@@ -53,6 +54,7 @@ fn dispatch(cli: Cli) -> Result<ExitCode, Failure> {
         Command::Run(args) => run::run(args),
         Command::Engine(args) => engine::run(args),
         Command::Plugin(args) => plugin::run(args),
+        #[cfg(feature = "viewer")]
         Command::Viewer(options) => viewer::run(&options),
         Command::Graph { command } => graph::run(command),
         Command::Pause(target) => control::pause(&target),

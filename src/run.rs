@@ -26,6 +26,8 @@ const STATUS_INTERVAL: Duration = Duration::from_secs(1);
 const ENGINE: &str = "engine";
 /// The name of the viewer's process in messages.
 const VIEWER: &str = "viewer";
+/// Whether this program has a viewer.
+const HAS_VIEWER: bool = cfg!(feature = "viewer");
 
 #[derive(Args, Default)]
 pub struct RunArgs {
@@ -45,6 +47,9 @@ pub struct RunArgs {
 pub fn run(args: RunArgs) -> Result<ExitCode, Failure> {
     let termination = Termination::watch().map_err(plugin_failure)?;
     let (scenario, input) = read_scenario(&args)?;
+    if scenario.viewer == Viewer::On && !HAS_VIEWER {
+        return Err("the scenario requires a viewer, and this program was built without the feature 'viewer'".into());
+    }
     let fleet = &args.options.fleet;
     let plugins = scenario.plugins.iter().map(|plugin| plugin_command(plugin, fleet));
     let plugins = plugins.collect::<Result<Vec<_>, _>>()?;
@@ -61,6 +66,9 @@ pub fn run(args: RunArgs) -> Result<ExitCode, Failure> {
     print_summary(&scenario, &args);
     match scenario.viewer {
         Viewer::Off => {}
+        Viewer::Auto if !HAS_VIEWER => {
+            eprintln!("regatta: built without the feature 'viewer'; the run continues without a viewer");
+        }
         Viewer::Auto if !has_display() => eprintln!("regatta: no display; the run continues without a viewer"),
         Viewer::Auto | Viewer::On => {
             supervisor.start(VIEWER, &mut viewer_command(fleet, &scenario.lights)?)?;
@@ -223,7 +231,7 @@ fn plugin_command(plugin: &PluginCommand, fleet: &FleetName) -> Result<Command, 
     Ok(command)
 }
 
-#[cfg(test)]
+#[cfg(all(test, feature = "viewer"))]
 mod tests {
     use clap::{Args, FromArgMatches};
     use regatta_engine::scenario::Overrides;

@@ -195,6 +195,7 @@ fn scrapes_beside_idle_connections_are_all_answered() {
 #[test]
 fn idle_connections_take_no_files_from_shared_memory() {
     let mut limited = Command::new("sh");
+    // iceoryx2 opens its files without O_CLOEXEC, so the program inherits those of the readers in the tests beside this one.
     limited.args(["-c", "ulimit -n 192; exec \"$0\" \"$@\""]).arg(regatta().get_program());
     let name = unique("metrics-few-files");
     let metrics = Metrics::start_with(limited, &name, &[]);

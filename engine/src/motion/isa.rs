@@ -8,7 +8,7 @@ use std::str::FromStr;
 pub enum Isa {
     /// Row by row in plain Rust: the reference.
     Scalar,
-    /// Four rows at a time with what every machine of this architecture has (SSE2 on x86-64).
+    /// Four rows at a time with what every machine of this architecture has (SSE2 on x86-64, NEON on 64-bit Arm).
     Baseline,
     /// Eight rows at a time.
     Avx2,
@@ -76,8 +76,10 @@ pub(crate) struct SupportedIsa(KernelVariant);
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum KernelVariant {
     Scalar,
-    #[cfg(any(test, not(target_arch = "x86_64")))]
+    #[cfg(any(test, not(any(target_arch = "x86_64", target_arch = "aarch64"))))]
     Portable,
+    #[cfg(target_arch = "aarch64")]
+    Neon,
     #[cfg(target_arch = "x86_64")]
     Sse2,
     #[cfg(target_arch = "x86_64")]
@@ -87,7 +89,7 @@ pub(super) enum KernelVariant {
 }
 
 impl SupportedIsa {
-    /// The variant for machines without SSE2, which runs on every machine.
+    /// The variant for machines with neither SSE2 nor NEON, which runs on every machine.
     #[cfg(test)]
     pub(crate) const PORTABLE: Self = Self(KernelVariant::Portable);
 
@@ -101,7 +103,9 @@ impl SupportedIsa {
             Isa::Avx2 => KernelVariant::Avx2,
             #[cfg(target_arch = "x86_64")]
             Isa::Avx512 => KernelVariant::Avx512,
-            #[cfg(not(target_arch = "x86_64"))]
+            #[cfg(target_arch = "aarch64")]
+            Isa::Baseline | Isa::Avx2 | Isa::Avx512 => KernelVariant::Neon,
+            #[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
             Isa::Baseline | Isa::Avx2 | Isa::Avx512 => KernelVariant::Portable,
         };
         isa.is_supported().then_some(Self(variant))

@@ -39,16 +39,25 @@ kernel!(
     avx512,
     stream_512
 );
-#[cfg(any(test, not(target_arch = "x86_64")))]
-kernel!(portable, stream_portable);
+#[cfg(target_arch = "aarch64")]
+kernel!(
+    #[target_feature(enable = "neon")]
+    neon,
+    store_plainly
+);
+#[cfg(any(test, not(any(target_arch = "x86_64", target_arch = "aarch64"))))]
+kernel!(portable, store_plainly);
 
 /// Calls a stage in the variant of the kernel for an instruction set.
 macro_rules! dispatch {
     ($isa:expr, $scalar:expr, $stage:ident($($argument:expr),*)) => {
         match $isa.variant() {
             KernelVariant::Scalar => $scalar,
-            #[cfg(any(test, not(target_arch = "x86_64")))]
+            #[cfg(any(test, not(any(target_arch = "x86_64", target_arch = "aarch64"))))]
             KernelVariant::Portable => portable::$stage($($argument),*),
+            // SAFETY: every 64-bit Arm machine has NEON.
+            #[cfg(target_arch = "aarch64")]
+            KernelVariant::Neon => unsafe { neon::$stage($($argument),*) },
             // SAFETY: every x86-64 machine has SSE2.
             #[cfg(target_arch = "x86_64")]
             KernelVariant::Sse2 => unsafe { sse2::$stage($($argument),*) },

@@ -22,6 +22,7 @@ pub mod lockstep;
 mod newest;
 pub mod order_log;
 pub mod orders;
+mod places;
 pub mod producer;
 pub mod routes;
 pub mod services;

@@ -89,6 +89,7 @@ stream!(stream_512, "avx512f", __m512, _mm512_stream_ps);
 /// # Safety
 /// None needed; the signature is that of the stores past the cache.
 #[cfg(any(test, not(target_arch = "x86_64")))]
-pub(super) unsafe fn stream_portable(_fence: &StreamFence, to: &mut [f32; 4], value: [f32; 4]) {
+#[inline]
+pub(super) unsafe fn store_plainly<V>(_fence: &StreamFence, to: &mut V, value: V) {
     *to = value;
 }

@@ -9,7 +9,8 @@ use iceoryx2::prelude::*;
 use iceoryx2::service::port_factory::request_response;
 
 use super::error::OpenError;
-use super::services::{self, Ipc};
+use super::places::place;
+use super::services::Ipc;
 
 /// The time between two checks for an answer.
 const POLL: Duration = Duration::from_micros(500);
@@ -58,7 +59,7 @@ where
         limit: usize,
     ) -> Result<Self, OpenError> {
         let create = || service.client_builder().backpressure_strategy(BackpressureStrategy::DiscardData).create();
-        Ok(Self { client: services::place(&service, limit, create)?, service })
+        Ok(Self { client: place(&service, limit, create)?, service })
     }
 
     /// Whether the service has a server. One that was killed counts until another process joins the fleet.

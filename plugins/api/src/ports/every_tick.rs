@@ -8,6 +8,7 @@ use iceoryx2::service::port_factory::publish_subscribe;
 
 use super::error::{OpenError, ReadError};
 use super::full_memory::received;
+use super::places::place;
 use super::services::{self, Ipc};
 use crate::records::sequence::{LostSamples, Sequenced};
 
@@ -45,7 +46,7 @@ where
         service: &publish_subscribe::PortFactory<Ipc, [T], H>,
         what: &'static str,
     ) -> Result<Self, OpenError> {
-        let port = services::place(service, services::MAX_READERS, || service.subscriber_builder().create())?;
+        let port = place(service, services::MAX_READERS, || service.subscriber_builder().create())?;
         Ok(Self { port, lost: LostSamples::default(), what })
     }
 

@@ -6,6 +6,7 @@ use iceoryx2::port::subscriber::Subscriber;
 
 use super::error::{OpenError, ReadError};
 use super::full_memory::received;
+use super::places::place;
 use super::services::{self, Ipc};
 use crate::process::join::Participant;
 use crate::records::control::{ControlRequest, ControlResponse};
@@ -22,7 +23,7 @@ pub(super) struct OrderInbox {
 impl OrderInbox {
     pub(super) fn open(participant: &Participant) -> Result<Self, OpenError> {
         let service = services::orders(participant.node(), participant.fleet())?;
-        Ok(Self { samples: services::place(&service, 1, || service.subscriber_builder().create())? })
+        Ok(Self { samples: place(&service, 1, || service.subscriber_builder().create())? })
     }
 
     /// Passes all orders that have arrived to `each`, sample by sample.

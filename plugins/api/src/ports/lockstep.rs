@@ -15,6 +15,7 @@ use iceoryx2::prelude::*;
 
 use super::error::{OpenError, PublishError, ReadError};
 use super::full_memory::received;
+use super::places::place;
 use super::services::{self, Ipc};
 use super::wake::Wake;
 use crate::process::join::Participant;
@@ -60,7 +61,7 @@ impl DoneReports {
     pub(crate) fn open(participant: &Participant) -> Result<Self, OpenError> {
         let service = services::done(participant.node(), participant.fleet())?;
         Ok(Self {
-            reports: services::place(&service, services::MAX_READERS, || service.subscriber_builder().create())?,
+            reports: place(&service, services::MAX_READERS, || service.subscriber_builder().create())?,
             wake: Wake::open(participant, "done")?,
             finished: Vec::new(),
             left: Vec::new(),
@@ -128,7 +129,7 @@ impl Reporter {
             builder.backpressure_strategy(BackpressureStrategy::DiscardData).create()
         };
         Ok(Self {
-            reports: services::place(&service, services::MAX_READERS, create)?,
+            reports: place(&service, services::MAX_READERS, create)?,
             wake: services::notifier(&services::event(participant.node(), participant.fleet(), "done")?)?,
             name: padded(participant.name()),
         })

@@ -9,6 +9,7 @@ use iceoryx2::service::port_factory::publish_subscribe;
 
 use super::error::{OpenError, ReadError};
 use super::full_memory::received;
+use super::places::place;
 use super::services::{self, Ipc};
 use crate::records::sequence::{LostSamples, Sequenced};
 
@@ -44,7 +45,7 @@ where
         buffer: usize,
     ) -> Result<Self, OpenError> {
         let create = || service.subscriber_builder().buffer_size(buffer).create();
-        let port = services::place(service, services::MAX_READERS, create)?;
+        let port = place(service, services::MAX_READERS, create)?;
         Ok(Self { port, held: None, lost: LostSamples::default(), missed: 0, what })
     }
 

@@ -16,6 +16,7 @@ use iceoryx2::service::port_factory::publish_subscribe;
 
 use super::error::{OpenError, PublishError};
 use super::full_memory::{self, FULL};
+use super::places::{place, publisher_owner};
 use super::services::{self, Ipc};
 
 type Service<T, H> = publish_subscribe::PortFactory<Ipc, [T], H>;
@@ -91,7 +92,7 @@ where
         first_len: usize,
         senders: usize,
     ) -> Result<Self, OpenError> {
-        let publisher = services::place(&service, senders, || create(&service, first_len))?;
+        let publisher = place(&service, senders, || create(&service, first_len))?;
         Ok(Self::of(publisher, service, what))
     }
 
@@ -103,15 +104,15 @@ where
         node: &Node<Ipc>,
         taken: impl FnOnce(String) -> OpenError,
     ) -> Result<Self, OpenError> {
-        let mut created = services::place(&service, 1, || create(&service, first_len));
+        let mut created = place(&service, 1, || create(&service, first_len));
         if matches!(created, Err(OpenError::Full { .. })) {
             // Its owner may have died just now, or another process may be cleaning up after it.
             service.blocking_cleanup_dead_nodes(core::time::Duration::from_secs(1));
-            created = services::place(&service, 1, || create(&service, first_len));
+            created = place(&service, 1, || create(&service, first_len));
         }
         match created {
             Ok(publisher) => Ok(Self::of(publisher, service, what)),
-            Err(OpenError::Full { .. }) => Err(taken(services::publisher_owner(&service, node))),
+            Err(OpenError::Full { .. }) => Err(taken(publisher_owner(&service, node))),
             Err(error) => Err(error),
         }
     }

@@ -1,12 +1,8 @@
 //! Sleeping until another process has news.
 
-use std::os::fd::BorrowedFd;
 use std::time::Duration;
 
 use iceoryx2::port::listener::{Listener, ListenerWaitError};
-use iceoryx2::prelude::*;
-use rustix::event::{PollFd, PollFlags, Timespec, poll};
-use rustix::io::Errno;
 
 use super::error::{OpenError, ReadError, receive_error};
 use super::services::{self, Ipc};
@@ -41,14 +37,30 @@ impl Wake {
     }
 
     /// Sleeps until woken, but no longer than `left` or a [`NAP`]. Returns `false` if a signal ended the sleep.
+    #[cfg(unix)]
     #[expect(unsafe_code, reason = "iceoryx2's descriptor has no safe conversion to the standard library's")]
     pub(super) fn sleep(&self, left: Duration) -> Result<bool, ReadError> {
+        use iceoryx2::prelude::FileDescriptorBased;
+        use rustix::event::{PollFd, PollFlags, Timespec, poll};
+        use rustix::io::Errno;
+        use std::os::fd::BorrowedFd;
+
         // SAFETY: the listener owns the descriptor, and outlives this borrow of it, which ends with the function.
         let socket = unsafe { BorrowedFd::borrow_raw(self.listener.file_descriptor().native_handle()) };
         let timeout = Timespec { tv_sec: 0, tv_nsec: left.min(NAP).as_nanos() as i64 };
         match poll(&mut [PollFd::new(&socket, PollFlags::IN)], Some(&timeout)) {
             Ok(_) => Ok(true),
             Err(Errno::INTR) => Ok(false),
+            Err(error) => Err(wake_error(error)),
+        }
+    }
+
+    /// Sleeps until woken, but no longer than `left` or a [`NAP`]. Returns `false` if a signal ended the sleep.
+    #[cfg(not(unix))]
+    pub(super) fn sleep(&self, left: Duration) -> Result<bool, ReadError> {
+        match self.listener.timed_wait(|_| (), left.min(NAP)) {
+            Ok(_) => Ok(true),
+            Err(ListenerWaitError::InterruptSignal) => Ok(false),
             Err(error) => Err(wake_error(error)),
         }
     }

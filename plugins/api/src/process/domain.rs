@@ -1,11 +1,14 @@
 //! Where the shared memory of this user is: a directory and a file prefix of its own, so that users of one machine, and
 //! containers that share `/dev/shm`, don't meet.
 
+#[cfg(unix)]
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use iceoryx2::prelude::{Config, FileName, FilePath, SemanticString};
+use iceoryx2::prelude::Config;
+#[cfg(unix)]
+use iceoryx2::prelude::{FileName, FilePath, SemanticString};
 
 use super::log::quiet;
 

@@ -124,9 +124,19 @@ pub fn bytes_elsewhere() -> Result<u64, HealthError> {
 ///
 /// # Errors
 /// [`HealthError::Io`] if there is none.
+#[cfg(unix)]
 pub fn space() -> Result<Space, HealthError> {
     let stat = rustix::fs::statvfs(SHARED_MEMORY).map_err(|e| io_error(Path::new(SHARED_MEMORY))(e.into()))?;
     Ok(Space { total: stat.f_blocks * stat.f_frsize, available: stat.f_bavail * stat.f_frsize })
+}
+
+/// Returns how much shared memory there is.
+///
+/// # Errors
+/// [`HealthError::Io`]: this system doesn't say.
+#[cfg(not(unix))]
+pub fn space() -> Result<Space, HealthError> {
+    Err(io_error(Path::new(SHARED_MEMORY))(io::ErrorKind::Unsupported.into()))
 }
 
 /// Checks that this user may create segments: creates one of 4 KiB and removes it.

@@ -73,11 +73,10 @@ impl Priority {
     /// [`SchedulingError::Priority`], if this user has no right to it, for example.
     pub fn apply(self) -> Result<(), SchedulingError> {
         match self {
-            Self::Nice(nice) => {
-                rustix::process::setpriority_process(None, nice).map_err(|e| SchedulingError::Priority(e.into()))
-            }
-            Self::Fifo(priority) => set_fifo(priority).map_err(SchedulingError::Priority),
+            Self::Nice(nice) => set_nice(nice),
+            Self::Fifo(priority) => set_fifo(priority),
         }
+        .map_err(SchedulingError::Priority)
     }
 }
 
@@ -105,6 +104,16 @@ impl FromStr for Priority {
             _ => Err(ParsePriorityError(text.to_owned())),
         }
     }
+}
+
+#[cfg(unix)]
+fn set_nice(nice: i32) -> io::Result<()> {
+    Ok(rustix::process::setpriority_process(None, nice)?)
+}
+
+#[cfg(not(unix))]
+fn set_nice(_nice: i32) -> io::Result<()> {
+    Err(io::ErrorKind::Unsupported.into())
 }
 
 #[cfg(target_os = "linux")]

@@ -1,11 +1,15 @@
 //! Ctrl-C and `SIGTERM` as a flag.
 
-use std::io::{self, IsTerminal};
+use std::io;
+#[cfg(unix)]
+use std::io::IsTerminal;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, OnceLock};
 use std::time::Instant;
 
-use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+#[cfg(unix)]
+use signal_hook::consts::SIGHUP;
+use signal_hook::consts::{SIGINT, SIGTERM};
 
 use crate::error::Result;
 
@@ -16,6 +20,7 @@ pub const PARENT_VARIABLE: &str = "REGATTA_PARENT";
 static REQUESTED: OnceLock<Arc<AtomicBool>> = OnceLock::new();
 
 /// Set by `SIGHUP` in a process that [reopens its files](reopen_on_hangup) then.
+#[cfg(unix)]
 static HUNG_UP: OnceLock<Arc<AtomicBool>> = OnceLock::new();
 
 /// The shortest time in milliseconds between two requests of a person.
@@ -42,6 +47,7 @@ fn end_at_second_interrupt() -> Result {
 
 /// Makes `SIGHUP` set a flag rather than ask this process to end, as a service does that reopens its logs then. To be
 /// called before [`Termination::watch`]. `None` if the process has a terminal: there, `SIGHUP` says that it was closed.
+#[cfg(unix)]
 pub(super) fn reopen_on_hangup() -> io::Result<Option<Arc<AtomicBool>>> {
     if io::stdin().is_terminal() || io::stdout().is_terminal() || io::stderr().is_terminal() {
         return Ok(None);
@@ -52,6 +58,12 @@ pub(super) fn reopen_on_hangup() -> io::Result<Option<Arc<AtomicBool>>> {
     let flag = Arc::default();
     signal_hook::flag::register(SIGHUP, Arc::clone(&flag))?;
     Ok(Some(Arc::clone(HUNG_UP.get_or_init(|| flag))))
+}
+
+/// Other systems have no such signal.
+#[cfg(not(unix))]
+pub(super) fn reopen_on_hangup() -> io::Result<Option<Arc<AtomicBool>>> {
+    Ok(None)
 }
 
 /// Whether this process was asked to end: by Ctrl-C, `SIGTERM`, or its terminal being closed.
@@ -78,7 +90,10 @@ impl Termination {
         // A handler is enough to make the write fail. The flag is never read.
         #[cfg(unix)]
         signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::default())?;
+        #[cfg(unix)]
         let hangup = HUNG_UP.get().is_none().then_some(SIGHUP);
+        #[cfg(not(unix))]
+        let hangup = None;
         for signal in [SIGINT, SIGTERM].into_iter().chain(hangup) {
             signal_hook::flag::register(signal, Arc::clone(&requested))?;
         }

@@ -107,9 +107,19 @@ fn others() -> Vec<String> {
         })
         .collect();
     used.sort_by(|a, b| b.cmp(a));
-    let percent =
-        |ticks: u64| ticks as f64 / rustix::param::clock_ticks_per_second() as f64 / SAMPLE.as_secs_f64() * 100.0;
+    let percent = |ticks: u64| ticks as f64 / clock_ticks_per_second() as f64 / SAMPLE.as_secs_f64() * 100.0;
     used.into_iter().take(NAMED).map(|(ticks, name, pid)| format!("{name} {pid} ({:.0} %)", percent(ticks))).collect()
+}
+
+#[cfg(unix)]
+fn clock_ticks_per_second() -> u64 {
+    rustix::param::clock_ticks_per_second()
+}
+
+/// Other systems have no `/proc`, and no times to convert.
+#[cfg(not(unix))]
+fn clock_ticks_per_second() -> u64 {
+    1
 }
 
 /// Returns the name of each process, and the processor time that it has used, in clock ticks.

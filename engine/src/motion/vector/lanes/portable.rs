@@ -1,4 +1,4 @@
-//! Four lanes in plain Rust, which the compiler vectorises: the baseline of machines without SSE2.
+//! Four lanes in plain Rust, which the compiler vectorises: the baseline of machines with neither SSE2 nor NEON.
 
 use super::ops::ops;
 use crate::graph::arc_length::Piece;

@@ -1,7 +1,6 @@
 //! The files of iceoryx2's shared memory, and their owners.
 
 use std::fs;
-use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime};
 
@@ -33,7 +32,7 @@ pub(super) fn segments() -> Result<Vec<Segment>, HealthError> {
         segments.push(Segment {
             path: entry.path(),
             ids: ids(&name),
-            bytes: metadata.blocks() * 512,
+            bytes: allocated_bytes(&metadata),
             settled: is_settled(&metadata),
         });
     }
@@ -43,16 +42,38 @@ pub(super) fn segments() -> Result<Vec<Segment>, HealthError> {
 /// Returns the size of this user's segments of other directories.
 pub(super) fn bytes_elsewhere() -> Result<u64, HealthError> {
     let folder = Path::new(SHARED_MEMORY);
-    let (ours, user) = (config()?.global.prefix.to_string(), rustix::process::getuid().as_raw());
+    let ours = config()?.global.prefix.to_string();
     let mut bytes = 0;
     for entry in fs::read_dir(folder).map_err(io_error(folder))?.flatten() {
         let name = entry.file_name().to_string_lossy().into_owned();
         let (true, Ok(metadata)) = (name.starts_with(SEGMENT_PREFIX), entry.metadata()) else { continue };
-        if !name.starts_with(&ours) && metadata.uid() == user {
-            bytes += metadata.blocks() * 512;
+        if !name.starts_with(&ours) && is_own(&metadata) {
+            bytes += allocated_bytes(&metadata);
         }
     }
     Ok(bytes)
+}
+
+/// Returns the memory that a file takes; its length may be more.
+#[cfg(unix)]
+fn allocated_bytes(metadata: &fs::Metadata) -> u64 {
+    std::os::unix::fs::MetadataExt::blocks(metadata) * 512
+}
+
+#[cfg(not(unix))]
+fn allocated_bytes(metadata: &fs::Metadata) -> u64 {
+    metadata.len()
+}
+
+/// Whether a file belongs to this user.
+#[cfg(unix)]
+fn is_own(metadata: &fs::Metadata) -> bool {
+    std::os::unix::fs::MetadataExt::uid(metadata) == rustix::process::getuid().as_raw()
+}
+
+#[cfg(not(unix))]
+fn is_own(_metadata: &fs::Metadata) -> bool {
+    true
 }
 
 /// Whether a file is older than a process takes to start.
