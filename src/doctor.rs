@@ -17,6 +17,9 @@ pub struct DoctorArgs {
     /// Remove what dead processes left in shared memory.
     #[arg(long)]
     pub clean: bool,
+    /// Print a line of JSON for each check.
+    #[arg(long)]
+    pub json: bool,
 }
 
 /// Less available shared memory than this gives a warning: the frames of a million robots take about 75 MB.
@@ -34,6 +37,16 @@ enum CheckResult {
 }
 
 use CheckResult::{Failed, Passed, Warning};
+
+impl CheckResult {
+    fn to_json(&self) -> serde_json::Value {
+        match self {
+            Passed(message) => serde_json::json!({"result": "ok", "message": message}),
+            Warning { problem, advice } => serde_json::json!({"result": "warn", "message": problem, "advice": advice}),
+            Failed { problem, advice } => serde_json::json!({"result": "fail", "message": problem, "advice": advice}),
+        }
+    }
+}
 
 impl fmt::Display for CheckResult {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -56,7 +69,7 @@ pub fn run(args: DoctorArgs) -> Result<ExitCode, Failure> {
     results.extend(processes());
     results.extend([versions(), trial(), processor()]);
     for result in &results {
-        println!("{result}");
+        if args.json { println!("{}", result.to_json()) } else { println!("{result}") }
     }
     let any_failed = results.iter().any(|result| matches!(result, Failed { .. }));
     Ok(if any_failed { ExitCode::FAILURE } else { ExitCode::SUCCESS })
@@ -76,7 +89,7 @@ fn cleanup_result(cleaned: Cleaned) -> CheckResult {
         return Passed(message);
     }
     let problem = format!("{message}; can't clean up after {failed} dead processes");
-    Warning { problem, advice: "they may belong to another user: run `regatta doctor --clean` as that user".to_owned() }
+    Warning { problem, advice: "another process may be cleaning up: run `regatta doctor --clean` again".to_owned() }
 }
 
 fn megabytes(bytes: u64) -> String {

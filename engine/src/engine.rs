@@ -140,7 +140,8 @@ impl Simulation {
         } else {
             ports.take_orders(|_, records| apply(records))?;
         }
-        if came && self.fleet.robot_types() != self.robot_types {
+        let left_out = self.robot_types.is_empty();
+        if (came || left_out) && self.fleet.robot_types() != self.robot_types {
             self.publish_types(session)?;
         }
         Ok(())

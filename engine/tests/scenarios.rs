@@ -165,6 +165,7 @@ fn an_error_of_the_yaml_names_line_entry_and_advice_without_words_of_the_program
         ("rate: 5", ": robots is missing: add it"),
         ("rate: 5\nrate: 6\nrobots: [{node: 1}]", "rate is given twice: remove one"),
         ("Vertices: []", "this is a route graph, not a scenario"),
+        ("Handles: b_at_origin", "this is a route graph, not a scenario"),
         ("robots: [", ":3: "),
         ("robots: {", ":2: robots: a map (key: value) is given, but this must be a list"),
     ] {

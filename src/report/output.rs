@@ -13,7 +13,7 @@ use crate::version;
 #[derive(Args)]
 pub struct Output {
     /// Folder for the Markdown file and the plot; created if it doesn't exist
-    #[arg(long, default_value = "out")]
+    #[arg(short = 'o', long = "output", alias = "out", value_name = "FOLDER", default_value = "out")]
     out: PathBuf,
     /// File for the figures as JSON; `NAME.json` in the folder if not given
     #[arg(long, value_name = "FILE")]

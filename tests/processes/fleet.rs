@@ -28,7 +28,8 @@ pub fn regatta() -> Command {
 
 /// Builds an example crate as its user would, and returns its program.
 pub fn build_example(name: &str) -> PathBuf {
-    let target = root().join("target").join(name);
+    // One folder for all examples: their dependencies are built once.
+    let target = root().join("target/built-examples");
     let build = Command::new(env!("CARGO"))
         .args(["build", "--offline", "--manifest-path"])
         .arg(root().join("examples").join(name).join("Cargo.toml"))

@@ -71,6 +71,15 @@ fn ten_readers_that_start_and_end_cause_no_late_tick() {
 }
 
 #[test]
+fn waiting_without_a_limit_ends_with_the_next_frame() {
+    let fleet = Fleet::start("wait-for-ever", "thirty.yaml", &[]);
+    let mut reader = fleet.subscriber();
+    for _ in 0..2 {
+        assert!(reader.wait(Duration::MAX).expect("readable").is_some());
+    }
+}
+
+#[test]
 fn a_late_joiner_gets_the_world_and_the_last_frame_of_a_paused_fleet() {
     let fleet = Fleet::start("late-joiner", "thirty.yaml", &[]);
     fleet.let_ticks_pass(10);

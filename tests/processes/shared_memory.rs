@@ -6,7 +6,9 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::time::Duration;
 
-use regatta_plugin::{Control, OpenError, Participant, RUNTIME_DIR_VARIABLE, Subscriber, health, services};
+use regatta_plugin::{
+    Control, OpenError, Orders, Participant, RUNTIME_DIR_VARIABLE, RouteClient, Subscriber, health, services,
+};
 use tempfile::TempDir;
 
 use crate::fleet::{Fleet, Process, eventually, graphs, regatta, unique};
@@ -85,6 +87,44 @@ fn full_memory_leaves_frames_out_and_the_engine_goes_on() {
 }
 
 #[test]
+fn answers_and_growing_columns_in_full_memory_do_not_end_an_engine() {
+    if std::env::var(ROLE).is_err() {
+        let test = "shared_memory::answers_and_growing_columns_in_full_memory_do_not_end_an_engine";
+        return assert_passed(with_small_memory(test, "64m"));
+    }
+    let fleet = Fleet::start("full-answers", "warehouse-1000.yaml", &["--rate", "50"]);
+    let participant = Participant::join(&fleet.name, "test").expect("joined");
+    let mut control = Control::open(&fleet.name).expect("opened");
+    let mut routes = RouteClient::open_on(&participant).expect("opened");
+    let mut orders = Orders::open_on(&participant).expect("opened");
+    let from = control.status().expect("answered").tick;
+    assert!(routes.route(1).expect("answered").is_found());
+    // The order's chunk has memory from here on.
+    for _ in 0..200 {
+        orders.spawn_at_node(0, u32::MAX);
+    }
+    orders.send().expect("sent");
+
+    let filler = fill();
+    // Answers need chunks that haven't been used yet, and the engine's column `type` one for more robots.
+    for _ in 0..4 {
+        let _ = routes.routes(&(0..30).collect::<Vec<_>>(), Duration::from_millis(200));
+    }
+    for _ in 0..200 {
+        orders.spawn_at_node(0, 1);
+    }
+    let _ = orders.send();
+    eventually("more ticks", || (control.status().expect("answered").tick >= from + 100).then_some(()));
+    fs::remove_file(filler).expect("removed");
+
+    // All works again.
+    let robots: Vec<_> = (0..30).collect();
+    assert_eq!(routes.routes(&robots, Duration::from_secs(5)).expect("answered").len(), 30);
+    let output = fleet.engine.interrupt();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+}
+
+#[test]
 fn an_engine_that_memory_is_too_small_for_says_how_much_it_needs() {
     if std::env::var(ROLE).is_err() {
         let test = "shared_memory::an_engine_that_memory_is_too_small_for_says_how_much_it_needs";
@@ -135,6 +175,9 @@ fn a_damaged_management_segment_is_reported_and_repaired() {
     assert!(message.contains("is damaged; `regatta doctor --clean` repairs it"), "{message}");
     let (healthy, printed) = doctor(&["--clean"]);
     assert!(healthy && printed.contains("removed the damaged management segment"), "{printed}");
+    let (healthy, printed) = doctor(&["--json"]);
+    let mut results = printed.lines().map(|line| serde_json::from_str::<serde_json::Value>(line).expect("JSON"));
+    assert!(healthy && results.any(|result| result["result"] == "ok" && result["message"].is_string()), "{printed}");
     remove_segments(directory.path());
 }
 

@@ -48,6 +48,7 @@ struct HeadlessViewer<'a> {
 /// # Errors
 /// If there is no graphics adapter, the fleet can't be read, or a picture can't be written.
 pub fn run(options: &Options) -> Result {
+    check_output(options)?;
     let termination = Termination::watch()?;
     let gpu = Gpu::offscreen()?;
     let target = TargetConfig::new(&gpu, FORMAT, options.look.samples.unwrap_or(4));
@@ -65,6 +66,20 @@ pub fn run(options: &Options) -> Result {
         (None, Some(path)) => viewer.record(path),
         (None, None) => Err(Error::new("--headless needs --screenshot FILE, --record FOLDER or --bench N")),
     }
+}
+
+/// Returns an error if pictures would replace others without `--force`.
+fn check_output(options: &Options) -> Result {
+    let output = options.screenshot.as_deref().or(options.record.as_deref());
+    match output.filter(|path| !options.force && is_taken(path)) {
+        Some(path) => Err(Error::new(format!("{}: this exists; --force replaces it", path.display()))),
+        None => Ok(()),
+    }
+}
+
+/// Whether there is a file, or a folder with something in it.
+fn is_taken(path: &Path) -> bool {
+    path.read_dir().map_or_else(|_| path.is_file(), |mut entries| entries.next().is_some())
 }
 
 impl HeadlessViewer<'_> {

@@ -35,6 +35,9 @@ pub struct Options {
     /// Record PNG files into this folder, or a video into this file if it ends in .mp4 (requires the program ffmpeg)
     #[arg(long, value_name = "PATH", requires = "headless", conflicts_with = "screenshot")]
     pub record: Option<PathBuf>,
+    /// Replace files that exist
+    #[arg(long, requires = "headless")]
+    pub force: bool,
     /// Recorded pictures per second
     #[arg(long, value_name = "N", default_value_t = 30, requires = "record",
         value_parser = clap::value_parser!(u32).range(1..=240))]

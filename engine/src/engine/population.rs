@@ -1,5 +1,6 @@
 //! The number of robots, and the world and types that the engine publishes.
 
+use regatta_plugin::PublishError;
 use regatta_plugin::producer::Session;
 use regatta_plugin::world::{EdgeRecord, NodeRecord, RobotTypeRecord};
 
@@ -59,8 +60,12 @@ impl Simulation {
         self.robot_types.extend_from_slice(self.fleet.robot_types());
         let types: Vec<f32> = self.robot_types.iter().map(|&robot_type| f32::from(robot_type)).collect();
         let tick = session.tick();
-        session.ports().publish_column("type", tick, &types)?;
-        Ok(())
+        let published = session.ports().publish_column("type", tick, &types);
+        if matches!(published, Err(PublishError::MemoryFull { .. })) {
+            // They are published when there is room again.
+            self.robot_types.clear();
+        }
+        Ok(session.unless_full(published)?)
     }
 }
 

@@ -35,8 +35,9 @@ def _directory() -> Path:
     try:
         if given:
             directory.mkdir(parents=True, exist_ok=True)
-            return directory.resolve()
-        directory.mkdir(mode=0o700, exist_ok=True)
+            directory = directory.resolve()
+        else:
+            directory.mkdir(mode=0o700, exist_ok=True)
         status = directory.lstat()
     except OSError as error:
         raise _unusable(directory, error.strerror) from None
@@ -45,7 +46,7 @@ def _directory() -> Path:
         raise _unusable(directory, "it is not a directory")
     if status.st_uid != os.getuid():
         raise _unusable(directory, f"it belongs to user {status.st_uid}")
-    if status.st_mode & 0o022:
+    if not given and status.st_mode & 0o022:
         raise _unusable(directory, "other users may write to it")
     return directory
 

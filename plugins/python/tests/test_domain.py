@@ -30,3 +30,11 @@ def test_a_directory_that_cannot_be_used_is_an_error_in_one_line(
     with pytest.raises(regatta.OpenError, match="set REGATTA_RUNTIME_DIR") as caught:
         regatta.join("nobody")
     assert "\n" not in str(caught.value)
+
+
+def test_the_directory_of_another_user_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("REGATTA_RUNTIME_DIR", str(tmp_path))
+    owner = tmp_path.stat().st_uid
+    monkeypatch.setattr("os.getuid", lambda: owner + 1)
+    with pytest.raises(regatta.OpenError, match=f"it belongs to user {owner}"):
+        iceoryx2_config()

@@ -52,6 +52,7 @@ pub use schema::Topic;
 pub use sink::SinkError;
 pub use topics::TopicSet;
 
+use output::path_parser;
 use recorder::{Recorder, Settings};
 use sink::{Division, Sink};
 
@@ -61,7 +62,7 @@ pub struct RecordArgs {
     #[command(flatten)]
     options: Options,
     /// The file to write [default: the fleet's name and the date and time, with .mcap]
-    #[arg(short, long, value_name = "FILE")]
+    #[arg(short, long, value_name = "FILE", value_parser = path_parser())]
     output: Option<PathBuf>,
     /// Overwrite the file if it exists
     #[arg(long)]

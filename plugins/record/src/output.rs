@@ -4,7 +4,17 @@ use std::fs::{self, File, OpenOptions};
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
+use clap::builder::{PathBufValueParser, TypedValueParser};
 use mcap::MAGIC;
+
+/// Parses the path of an option. Recordings, pictures and tables are files that are complete or not there, so standard output
+/// is none of them.
+pub(crate) fn path_parser() -> impl TypedValueParser<Value = PathBuf> {
+    PathBufValueParser::new().try_map(|path| match path.as_os_str() == "-" {
+        true => Err("this command can't write to standard output; give a path"),
+        false => Ok(path),
+    })
+}
 
 /// A file that is being written, and is removed unless it is committed.
 #[derive(Debug)]

@@ -13,7 +13,7 @@ use std::time::Duration;
 
 use clap::Args;
 
-use crate::output::Draft;
+use crate::output::{Draft, path_parser};
 use crate::progress::{Interrupted, Progress};
 use crate::reading::{ReadingError, Recording};
 use crate::recorded::Row;
@@ -30,7 +30,7 @@ pub struct PlotArgs {
     #[arg(long, value_name = "ID")]
     robot: u32,
     /// The picture to write: a .png or .svg file
-    #[arg(short, long, value_name = "FILE")]
+    #[arg(short, long, value_name = "FILE", value_parser = path_parser())]
     output: PathBuf,
     /// Overwrite the picture if it exists
     #[arg(long)]

@@ -111,7 +111,7 @@ fn a_screenshot(gpu: &Gpu) {
     let path = live.path("shot.png");
     let screenshot = |hidden: &[&str]| {
         let camera = ["--camera", "4,-4,6,1.5,0.9", "--samples", "4"];
-        live.view(&[&["--screenshot", &path, "--at", "200ms"][..], &camera, hidden].concat());
+        live.view(&[&["--screenshot", &path, "--force", "--at", "200ms"][..], &camera, hidden].concat());
         image::open(Path::new(&path)).expect("a picture").into_rgba8()
     };
     let actual = screenshot(&["--no-ids", "--no-legend"]);
@@ -141,7 +141,10 @@ fn a_screenshot(gpu: &Gpu) {
 fn a_recording(_: &Gpu) {
     let live = LiveFleet::start("recording");
     let folder = live.path("recording");
-    live.view(&["--record", &folder, "--fps", "10", "--for", "500ms"]);
+    let record = ["--record", &folder, "--fps", "10", "--for", "500ms"];
+    live.view(&record);
+    let error = live.try_view("320x200", &record).expect_err("a folder with pictures").to_string();
+    assert!(error.ends_with("this exists; --force replaces it"), "{error}");
     for number in 0..5 {
         let picture = image::open(Path::new(&folder).join(format!("{number:06}.png"))).expect("a picture");
         assert_eq!((picture.width(), picture.height()), (SIZE.x, SIZE.y));

@@ -9,6 +9,7 @@ use iceoryx2::prelude::*;
 use iceoryx2::service::port_factory::request_response;
 
 use super::error::OpenError;
+use super::full_memory::{loan_record, unless_full};
 use super::places::place;
 use super::services::Ipc;
 
@@ -72,7 +73,9 @@ where
         if !self.has_server() {
             return Err(NoAnswer::NoServer);
         }
-        self.client.send_copy(request).map(Asked).map_err(|e| NoAnswer::Connection(e.to_string()))
+        let loaned = loan_record(|| self.client.loan_uninit(), |loaned| loaned.payload_mut());
+        let sent = loaned.and_then(|loaned| unless_full(|| loaned.write_payload(request).send()));
+        sent.map(Asked).map_err(NoAnswer::Connection)
     }
 
     /// Waits for the answer.
@@ -82,7 +85,7 @@ where
         loop {
             // Checked before receiving, so that an answer given just before the end is not missed.
             let connected = asked.0.is_connected();
-            if let Some(answer) = asked.0.receive().map_err(|e| NoAnswer::Connection(e.to_string()))? {
+            if let Some(answer) = unless_full(|| asked.0.receive()).map_err(NoAnswer::Connection)? {
                 return Ok(*answer.payload());
             }
             if !connected {

@@ -89,6 +89,21 @@ pub enum PublishError {
         /// The sample that was to be published.
         what: &'static str,
     },
+    /// `/dev/shm` has too little room for samples of this size. Nothing was published, and a later attempt may succeed.
+    #[error(
+        "no shared memory for {what} ({:.1} MB are left and {:.1} MB are needed: make /dev/shm larger, by `mount -o \
+         remount,size=…` or `docker run --shm-size=…`); `regatta doctor` shows how much there is",
+        *available_bytes as f64 * 1e-6,
+        *needed_bytes as f64 * 1e-6
+    )]
+    NoRoom {
+        /// The sample that was to be published.
+        what: &'static str,
+        /// The room that is left.
+        available_bytes: u64,
+        /// The room that is needed.
+        needed_bytes: u64,
+    },
     /// Shared memory has no room for the sample.
     #[error("no shared memory for {what} ({reason}); `regatta doctor` shows how much there is")]
     Loan {

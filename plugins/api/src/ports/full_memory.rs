@@ -16,6 +16,8 @@ pub(crate) use linux::{guarded, release, reserve, restore};
 #[cfg(not(target_os = "linux"))]
 pub(crate) use other::{guarded, release, reserve, restore};
 
+use core::mem::MaybeUninit;
+
 use super::error::{ReadError, receive_error};
 
 /// The pages that were missing during a [`guarded`] call.
@@ -55,6 +57,32 @@ pub(super) fn received<T: Default, E: core::fmt::Display>(
         return Ok(received.unwrap_or_default());
     }
     received.map_err(|error| receive_error(what, error))
+}
+
+/// Calls an operation of iceoryx2's, of which full memory is an error. What it wrote to is shared again afterwards, so that a
+/// later attempt can succeed.
+pub(super) fn unless_full<T, E: core::fmt::Display>(operation: impl FnOnce() -> Result<T, E>) -> Result<T, String> {
+    let (result, missing) = guarded(operation);
+    if !missing.any() {
+        return result.map_err(|error| error.to_string());
+    }
+    drop(result);
+    if !restore(&missing) {
+        tracing::warn!("a part of shared memory is lost to this process: {FULL}");
+    }
+    Err(FULL.to_owned())
+}
+
+/// Loans a chunk for one record: an answer, a request or a report. It has memory, so that the record can be sent.
+pub(super) fn loan_record<L, T, E: core::fmt::Display>(
+    loan: impl FnOnce() -> Result<L, E>,
+    record: impl FnOnce(&mut L) -> &mut MaybeUninit<T>,
+) -> Result<L, String> {
+    let mut loaned = unless_full(loan)?;
+    match reserve(core::slice::from_mut(record(&mut loaned))) {
+        true => Ok(loaned),
+        false => Err(FULL.to_owned()),
+    }
 }
 
 #[cfg(target_os = "linux")]

@@ -1,11 +1,14 @@
 //! The producer's side of orders and of the control service.
 
+use core::fmt::Debug;
+
 use iceoryx2::active_request::ActiveRequest;
 use iceoryx2::port::server::Server;
 use iceoryx2::port::subscriber::Subscriber;
+use iceoryx2::prelude::ZeroCopySend;
 
 use super::error::{OpenError, ReadError};
-use super::full_memory::received;
+use super::full_memory::{loan_record, received, unless_full};
 use super::places::place;
 use super::services::{self, Ipc};
 use crate::process::join::Participant;
@@ -69,9 +72,19 @@ impl RequestInbox {
     /// Answers a request. A client that has gone away, or is stopped, misses its answer; the producer doesn't wait.
     pub(super) fn answer(&mut self, ticket: u64, response: ControlResponse) {
         for (_, request) in self.waiting.extract_if(.., |(waiting, _)| *waiting == ticket) {
-            if let Err(error) = request.send_copy(response) {
+            if let Err(error) = reply(&request, response) {
                 tracing::debug!(%error, "answering a control request");
             }
         }
     }
+}
+
+/// Answers a request. It is an error if shared memory is full.
+pub(super) fn reply<Q, A>(request: &ActiveRequest<Ipc, Q, (), A, ()>, response: A) -> Result<(), String>
+where
+    Q: Debug + ZeroCopySend,
+    A: Debug + ZeroCopySend,
+{
+    let loaned = loan_record(|| request.loan_uninit(), |loaned| loaned.payload_mut())?;
+    unless_full(|| loaned.write_payload(response).send())
 }

@@ -14,7 +14,7 @@ use iceoryx2::port::update_connections::UpdateConnections;
 use iceoryx2::prelude::*;
 
 use super::error::{OpenError, PublishError, ReadError};
-use super::full_memory::received;
+use super::full_memory::{loan_record, received, unless_full};
 use super::places::place;
 use super::services::{self, Ipc};
 use super::wake::Wake;
@@ -140,9 +140,10 @@ impl Reporter {
     /// # Errors
     /// [`PublishError`] if the report can't be delivered.
     pub fn done(&self, run_id: u64, tick: u64) -> Result<(), PublishError> {
-        self.reports
-            .send_copy(Done { run_id, tick, name: self.name })
-            .map_err(|e| PublishError::Send { what: "a lockstep report", reason: e.to_string() })?;
+        let done = Done { run_id, tick, name: self.name };
+        let loaned = loan_record(|| self.reports.loan_uninit(), |loaned| loaned.payload_mut());
+        let sent = loaned.and_then(|loaned| unless_full(|| loaned.write_payload(done).send()));
+        sent.map_err(|reason| PublishError::Send { what: "a lockstep report", reason })?;
         if let Err(error) = self.wake.notify() {
             tracing::debug!(%error, "waking the producer");
         }
@@ -161,7 +162,7 @@ impl Reporter {
     /// Gives the last report to readers that have joined since and come after this one. To be called every now and then
     /// while no frame comes.
     pub fn update(&self) {
-        if let Err(error) = self.reports.update_connections() {
+        if let Err(error) = unless_full(|| self.reports.update_connections()) {
             tracing::debug!(%error, "connecting readers of lockstep reports");
         }
     }

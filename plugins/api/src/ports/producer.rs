@@ -136,7 +136,8 @@ impl ProducerPorts {
     /// segment when the fleet has outgrown the last.)
     ///
     /// # Errors
-    /// [`PublishError::Loan`] when shared memory is full, or while another loan is alive.
+    /// [`PublishError::NoRoom`] or [`PublishError::MemoryFull`] if shared memory is full, [`PublishError::Loan`] while another loan is
+    /// alive.
     pub fn loan(&self, robots: usize) -> Result<FrameLoan, PublishError> {
         self.check_room(robots)?;
         let mut sample = self.frames.loan(frame_lines(robots))?;
@@ -154,7 +155,7 @@ impl ProducerPorts {
     /// have, and kills the process that writes to it (`SIGBUS`): hence the check before the first frame of a size.
     ///
     /// # Errors
-    /// [`PublishError::Loan`] says how much is missing.
+    /// [`PublishError::NoRoom`] says how much is missing.
     pub fn check_room(&self, robots: usize) -> Result<(), PublishError> {
         let lines = frame_lines(robots);
         if lines <= self.roomy_lines.get() {
@@ -164,14 +165,7 @@ impl ProducerPorts {
         // If the system doesn't say how much there is, there is nothing to check.
         let available = health::space().map_or(u64::MAX, |space| space.available);
         if available < needed {
-            let [needed, available] = [needed, available].map(|bytes| bytes as f64 * 1e-6);
-            return Err(PublishError::Loan {
-                what: "a frame",
-                reason: format!(
-                    "{available:.1} MB are left and {needed:.1} MB are needed: make /dev/shm larger, by `mount -o \
-                     remount,size=…` or `docker run --shm-size=…`"
-                ),
-            });
+            return Err(PublishError::NoRoom { what: "a frame", available_bytes: available, needed_bytes: needed });
         }
         self.roomy_lines.set(lines);
         Ok(())

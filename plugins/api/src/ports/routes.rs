@@ -7,6 +7,7 @@ use iceoryx2::port::server::Server;
 use super::ask::{Asked, Asker, NoAnswer};
 use super::error::{OpenError, ReadError};
 use super::full_memory::received;
+use super::inbox::reply;
 use super::services::{self, Ipc};
 use crate::process::join::Participant;
 use crate::records::name::FleetName;
@@ -194,7 +195,8 @@ impl RouteServer {
         for _ in 0..most {
             let Some(request) = received("route requests", || self.server.receive())? else { break };
             // A client that has gone away, or is stopped, misses its answer; nobody waits for it.
-            if let Err(error) = request.send_copy(answer(request.payload())) {
+            let response = answer(request.payload());
+            if let Err(error) = reply(&request, response) {
                 tracing::debug!(%error, "answering a route request");
             }
         }

@@ -18,6 +18,7 @@ use super::error::{OpenError, PublishError};
 use super::full_memory::{self, FULL};
 use super::places::{place, publisher_owner};
 use super::services::{self, Ipc};
+use crate::process::health;
 
 type Service<T, H> = publish_subscribe::PortFactory<Ipc, [T], H>;
 
@@ -140,6 +141,9 @@ where
     /// Loans a chunk that has memory.
     fn loan_uninit(&self, len: usize) -> Result<SampleMutUninit<Ipc, [MaybeUninit<T>], H>, PublishError> {
         let full = PublishError::MemoryFull { what: self.what };
+        if len > self.reserved.borrow().longest && !has_room(len * size_of::<T>()) {
+            return Err(full);
+        }
         let (loaned, missing) = full_memory::guarded(|| self.publisher.loan_slice_uninit(len));
         if missing.any() {
             // iceoryx2 has written the chunk's header. Other chunks are whole, and this one is from here on.
@@ -181,6 +185,16 @@ where
     fn loan_error(&self, error: impl core::fmt::Display) -> PublishError {
         PublishError::Loan { what: self.what, reason: error.to_string() }
     }
+}
+
+/// The memory in bytes that a new segment takes beside its chunks, at most.
+const SEGMENT_MANAGEMENT: u64 = 256 << 10;
+
+/// Whether there is memory for a new segment, and a chunk of this size in it. A segment without memory for its management data
+/// could not be repaired later.
+fn has_room(bytes: usize) -> bool {
+    // If the system doesn't say how much there is, there is nothing to check.
+    health::space().map_or(true, |space| space.available >= bytes as u64 + SEGMENT_MANAGEMENT)
 }
 
 /// Sends a sample, and returns how many readers have it.

@@ -104,15 +104,25 @@ pub(crate) const SEGMENT_PREFIX: &str = "regatta_";
 #[cfg(unix)]
 fn directory() -> Result<PathBuf, DomainError> {
     let given = std::env::var_os(RUNTIME_DIR_VARIABLE).filter(|path| !path.is_empty());
-    let Some(given) = given else {
-        let uid = rustix::process::getuid().as_raw();
-        let own = PathBuf::from(format!("/tmp/regatta-{uid}"));
-        return private(&own, uid).map(|()| own);
-    };
-    let given = PathBuf::from(given);
-    let failed = |e: std::io::Error| DomainError { path: given.display().to_string(), reason: e.to_string() };
-    std::fs::create_dir_all(&given).map_err(failed)?;
-    given.canonicalize().map_err(failed)
+    let uid = rustix::process::getuid().as_raw();
+    match given {
+        Some(given) => owned(Path::new(&given), uid),
+        None => {
+            let own = PathBuf::from(format!("/tmp/regatta-{uid}"));
+            private(&own, uid).map(|()| own)
+        }
+    }
+}
+
+/// Creates a directory, or checks that it is this user's: segments belong to one user, so the processes of others, even of
+/// root, could join its fleets only halfway, and would hold them up.
+#[cfg(unix)]
+fn owned(directory: &Path, uid: u32) -> Result<PathBuf, DomainError> {
+    let failed = |reason: String| DomainError { path: directory.display().to_string(), reason };
+    std::fs::create_dir_all(directory).map_err(|e| failed(e.to_string()))?;
+    let directory = directory.canonicalize().map_err(|e| failed(e.to_string()))?;
+    let owner = std::os::unix::fs::MetadataExt::uid(&directory.metadata().map_err(|e| failed(e.to_string()))?);
+    if owner == uid { Ok(directory) } else { Err(failed(format!("it belongs to user {owner}"))) }
 }
 
 /// Creates a directory that only this user may use, or checks that it is one: in `/tmp`, another user may have created it.
@@ -161,6 +171,16 @@ mod tests {
         assert!(private(&root.join("link"), uid).is_err(), "a link");
         std::fs::set_permissions(&own, PermissionsExt::from_mode(0o777)).expect("changed");
         assert!(private(&own, uid).is_err(), "others may write");
+        std::fs::remove_dir_all(&root).expect("removed");
+    }
+
+    #[test]
+    fn a_given_directory_of_another_user_is_refused() {
+        let uid = rustix::process::getuid().as_raw();
+        let root = std::env::temp_dir().join(format!("regatta-domain-given-{}", std::process::id()));
+        assert_eq!(owned(&root, uid), Ok(root.canonicalize().expect("created")));
+        let error = owned(&root, uid + 1).expect_err("another user's");
+        assert!(error.to_string().contains(&format!("it belongs to user {uid}")), "{error}");
         std::fs::remove_dir_all(&root).expect("removed");
     }
 }

@@ -286,7 +286,9 @@ impl Session {
     /// The outcome's.
     pub fn unless_full(&mut self, outcome: Result<(), PublishError>) -> Result<(), PublishError> {
         match outcome {
-            Err(error @ PublishError::MemoryFull { .. }) if self.has_begun && !self.is_lockstep() => {
+            Err(error @ (PublishError::MemoryFull { .. } | PublishError::NoRoom { .. }))
+                if self.has_begun && !self.is_lockstep() =>
+            {
                 if self.full_since.is_none() {
                     self.full_since = Some(Instant::now());
                     crate::tell!("{error}");

@@ -6,6 +6,7 @@ use clap::{ArgGroup, Args, ValueEnum};
 use regatta_plugin::ColumnName;
 
 use super::ExportError;
+use crate::output::path_parser;
 use crate::robot_ids::RobotIds;
 
 /// Options of `regatta export`.
@@ -16,7 +17,7 @@ pub struct ExportArgs {
     /// The recording
     pub(super) file: PathBuf,
     /// Write this file, if its name ends with .csv or .parquet, or else files in this folder
-    #[arg(short, long, value_name = "PATH")]
+    #[arg(short, long, value_name = "PATH", value_parser = path_parser())]
     output: Option<PathBuf>,
     /// The format of files in a folder
     #[arg(long, value_enum, value_name = "FORMAT", default_value_t = Format::Csv)]
