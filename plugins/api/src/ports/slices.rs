@@ -187,7 +187,8 @@ where
     }
 }
 
-/// The memory in bytes that a new segment takes beside its chunks, at most.
+/// The allowance in bytes for what a new segment takes beside its chunks: ten times the 24 KiB that the one with the most chunks
+/// (4161, of events) was measured to take.
 const SEGMENT_MANAGEMENT: u64 = 256 << 10;
 
 /// Whether there is memory for a new segment, and a chunk of this size in it. A segment without memory for its management data
