@@ -78,9 +78,10 @@ class Lockstep:
 
     def close(self) -> None:
         """Leaves the lockstep, and frees the places at the services."""
-        if self._leave is not None:
-            self._leave()
-            atexit.unregister(self._leave)
+        leave, self._leave = self._leave, None
+        if leave is not None:
+            leave()
+            atexit.unregister(leave)
         for port in (self._reporter, self._reports):
             if port is not None:
                 port.close()
