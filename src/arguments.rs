@@ -1,10 +1,12 @@
 //! Types of arguments that several commands have.
 
+use std::path::PathBuf;
 use std::str::FromStr;
 use std::time::Duration;
 
+use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
-use regatta_engine::graph::Handles;
+use regatta_engine::graph::{Format, Handles, LengthUnit, Millimetres, ReadOptions};
 use regatta_engine::motion::Isa;
 
 /// A duration: a number of seconds, or a number with a unit.
@@ -35,6 +37,84 @@ impl FromStr for Time {
 /// Returns the parser of `--isa`, which also names the values for completions.
 pub fn isa_parser() -> impl TypedValueParser<Value = Isa> {
     PossibleValuesParser::new(Isa::ALL.map(Isa::name)).try_map(|name| name.parse::<Isa>())
+}
+
+/// How to read a layout.
+#[derive(Args, Clone, Debug, Default)]
+#[command(next_help_heading = "Layout")]
+pub struct LayoutArgs {
+    /// Handle length at an edge's origin instead of the file's setting
+    #[arg(long, value_parser = handles_parser())]
+    pub handles: Option<Handles>,
+    /// Format of the layout; told by its content if not given
+    #[arg(long, value_parser = format_parser())]
+    pub format: Option<Format>,
+    /// Level (floor) or layout to read; all if not given
+    #[arg(long, value_name = "NAME")]
+    pub level: Option<String>,
+    /// Vehicle type of a LIF layout whose speeds and headings are used; the first if not given
+    #[arg(long, value_name = "NAME")]
+    pub vehicle_type: Option<String>,
+    /// Layer of a drawing whose lines are edges, the others are background; repeat it for several
+    #[arg(long = "layer", value_name = "NAME")]
+    pub layers: Vec<String>,
+    /// Unit of a drawing instead of its own
+    #[arg(long, value_parser = unit_parser())]
+    pub units: Option<LengthUnit>,
+    /// Length in metres of the side of a grid map's cells; 1 if not given
+    #[arg(long, value_name = "METRES")]
+    pub cell_size: Option<Millimetres>,
+    /// ROS map (YAML) whose walls are drawn behind the layout
+    #[arg(long, value_name = "MAP", value_hint = clap::ValueHint::FilePath)]
+    pub background: Option<PathBuf>,
+    /// Make a roadmap of a map that has no graph, for robots of this width in metres
+    #[arg(long, value_name = "METRES")]
+    pub skeleton: Option<Millimetres>,
+}
+
+impl LayoutArgs {
+    /// Returns the options of the reader.
+    pub fn options(&self) -> ReadOptions {
+        ReadOptions {
+            handles: self.handles,
+            format: self.format,
+            level: self.level.clone(),
+            vehicle_type: self.vehicle_type.clone(),
+            layers: self.layers.clone(),
+            units: self.units,
+            skeleton: self.skeleton,
+            cell_size: self.cell_size,
+            background: self.background.clone(),
+        }
+    }
+
+    /// Converts the options to command-line arguments for a child process.
+    pub fn to_args(&self) -> Vec<String> {
+        let handles = self.handles.map(|handles| format!("--handles={}", handles.name()));
+        let format = self.format.map(|format| format!("--format={format}"));
+        let level = self.level.as_ref().map(|level| format!("--level={level}"));
+        let vehicle_type = self.vehicle_type.as_ref().map(|name| format!("--vehicle-type={name}"));
+        let cell_size = self.cell_size.map(|length| format!("--cell-size={length}"));
+        let background = self.background.as_ref().map(|map| format!("--background={}", map.display()));
+        let units = self.units.map(|unit| format!("--units={}", unit.name()));
+        let skeleton = self.skeleton.map(|width| format!("--skeleton={width}"));
+        let layers = self.layers.iter().map(|layer| format!("--layer={layer}"));
+        [handles, format, level, vehicle_type, cell_size, background, units, skeleton]
+            .into_iter()
+            .flatten()
+            .chain(layers)
+            .collect()
+    }
+}
+
+/// Returns the parser of `--format`, which also names the values for completions.
+pub fn format_parser() -> impl TypedValueParser<Value = Format> {
+    PossibleValuesParser::new(Format::ALL.map(Format::name)).try_map(|name| name.parse::<Format>())
+}
+
+/// Returns the parser of `--units`, which also names the values for completions.
+fn unit_parser() -> impl TypedValueParser<Value = LengthUnit> {
+    PossibleValuesParser::new(LengthUnit::ALL.map(LengthUnit::name)).try_map(|name| name.parse::<LengthUnit>())
 }
 
 /// Returns the parser of `--handles`, which also names the values for completions.

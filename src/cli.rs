@@ -43,12 +43,14 @@ pub enum Command {
     /// Show a fleet in 3D, in a window or (with --headless) in pictures.
     #[cfg(feature = "viewer")]
     Viewer(Box<regatta_viewer::Options>),
-    /// Check, describe, generate and draw route graphs.
+    /// Check, describe, generate, draw, convert and compare layouts of any format.
     #[command(arg_required_else_help = false)]
     Graph {
         #[command(subcommand)]
         command: graph::GraphCommand,
     },
+    /// Make a folder with a scenario and a README for a layout of any format.
+    New(crate::new::NewArgs),
     /// Pause the clock of a running fleet.
     Pause(Target),
     /// Resume the clock of a paused fleet.

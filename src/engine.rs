@@ -5,19 +5,18 @@ use std::process::ExitCode;
 
 use clap::Args;
 use regatta_engine::engine::{Engine, Options};
-use regatta_engine::graph::Handles;
 use regatta_engine::motion::Isa;
 use regatta_engine::scenario::{Overrides, RobotCount};
 use regatta_plugin::producer::{LockstepOptions, Speed};
 use regatta_plugin::{FleetName, SchedulingOptions, Termination};
 
-use crate::arguments::{handles_parser, isa_parser};
+use crate::arguments::{LayoutArgs, isa_parser};
 use crate::failure::{Failure, plugin_failure};
 use crate::scenario;
 
 #[derive(Args)]
 pub struct EngineArgs {
-    /// Scenario file, - for standard input; the built-in demo if not given.
+    /// Scenario or layout file, - for standard input; the built-in demo if not given.
     #[arg(value_hint = clap::ValueHint::FilePath)]
     pub scenario: Option<PathBuf>,
     #[command(flatten)]
@@ -57,9 +56,8 @@ pub struct EngineOptions {
     /// Instruction set of the motion kernel; the best available if not given.
     #[arg(long, value_parser = isa_parser())]
     pub isa: Option<Isa>,
-    /// Handle length at an edge's origin instead of the graph's setting.
-    #[arg(long, value_parser = handles_parser())]
-    pub handles: Option<Handles>,
+    #[command(flatten)]
+    pub layout: LayoutArgs,
     #[command(flatten)]
     pub scheduling: SchedulingOptions,
     #[command(flatten)]
@@ -80,7 +78,8 @@ pub fn parse_threads(text: &str) -> Result<usize, String> {
 
 impl EngineOptions {
     pub fn overrides(&self) -> Overrides {
-        Overrides { handles: self.handles, rate: self.rate, publish_rate: self.publish_rate, seed: self.seed }
+        let (rate, publish_rate, seed) = (self.rate, self.publish_rate, self.seed);
+        Overrides { layout: self.layout.options(), rate, publish_rate, seed }
     }
 
     /// Converts the options to command-line arguments for a child process.
@@ -96,7 +95,7 @@ impl EngineOptions {
         args.extend(pair("seed", &self.seed));
         args.extend(pair("threads", &self.threads));
         args.extend(pair("isa", &self.isa));
-        args.extend(pair("handles", &self.handles.map(Handles::name)));
+        args.extend(self.layout.to_args());
         args.extend(self.scheduling.priority.map(|priority| format!("--priority={priority}")));
         args.extend(self.scheduling.pin.iter().map(|core| format!("--pin={core}")));
         args.extend(["--lockstep-timeout".to_owned(), self.lockstep.timeout.as_secs_f64().to_string()]);

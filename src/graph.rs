@@ -1,6 +1,7 @@
 //! `regatta graph`: checks, describes, generates and draws route graphs.
 
 mod check;
+mod convert;
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -8,12 +9,12 @@ use std::process::ExitCode;
 use clap::{Args, Subcommand};
 use regatta_engine::graph::generate::{Grid, Warehouse};
 use regatta_engine::graph::info::Info;
-use regatta_engine::graph::{self, GraphError, Handles, ReadOptions, RouteGraph, draw};
+use regatta_engine::graph::{self, Format, GraphError, ReadOptions, RouteGraph, draw};
 use regatta_engine::scenario::is_scenario;
 
-use crate::arguments::handles_parser;
+use crate::arguments::{LayoutArgs, format_parser};
 use crate::failure::Failure;
-use crate::output::{Destination, Force, STANDARD_STREAM};
+use crate::output::{Destination, Force, STANDARD_STREAM, write_file};
 use crate::progress::Progress;
 
 /// A subcommand of `regatta graph`.
@@ -26,6 +27,11 @@ pub enum GraphCommand {
         /// Print JSON
         #[arg(long)]
         json: bool,
+        /// Write a copy in which angles in degrees, repeated edges and ends that nearly meet are mended
+        #[arg(long, value_name = "FILE", conflicts_with = "json")]
+        fix: Option<Destination>,
+        #[command(flatten)]
+        force: Force,
     },
     /// Print counts, length, bounding box, speeds and components
     Info {
@@ -41,27 +47,48 @@ pub enum GraphCommand {
         #[command(subcommand)]
         generator: Generator,
     },
-    /// Draw a map as SVG
+    /// Draw a map as SVG or PNG
     Draw {
         #[command(flatten)]
         file: FileArgs,
-        /// SVG file to write; - for standard output
-        #[arg(short, long, value_name = "SVG")]
+        /// SVG or PNG file to write; - for SVG on standard output
+        #[arg(short, long, value_name = "FILE")]
         output: Destination,
         #[command(flatten)]
         force: Force,
+    },
+    /// Write a layout in another format: ours, LIF, Nav2 or openTCS
+    Convert {
+        #[command(flatten)]
+        file: FileArgs,
+        /// File to write; - for standard output
+        #[arg(short, long, value_name = "FILE")]
+        output: Destination,
+        /// Format to write; told by the ending (.yaml, .json, .geojson, .xml) if not given
+        #[arg(long, value_name = "FORMAT", value_parser = format_parser())]
+        to: Option<Format>,
+        #[command(flatten)]
+        force: Force,
+    },
+    /// List the differences between two layouts; exit code 1 if there are any
+    Diff {
+        /// First layout
+        #[arg(value_hint = clap::ValueHint::FilePath)]
+        first: PathBuf,
+        /// Second layout
+        #[arg(value_hint = clap::ValueHint::FilePath)]
+        second: PathBuf,
     },
 }
 
 /// A route graph file and how to read it.
 #[derive(Debug, Args)]
 pub struct FileArgs {
-    /// Route graph file (YAML); - for standard input
+    /// Route graph or layout file of any format; - for standard input
     #[arg(value_hint = clap::ValueHint::FilePath)]
     file: PathBuf,
-    /// Handle length at an edge's origin instead of the file's setting
-    #[arg(long, value_parser = handles_parser())]
-    handles: Option<Handles>,
+    #[command(flatten)]
+    layout: LayoutArgs,
 }
 
 /// A generator of route graphs, with its parameters.
@@ -116,10 +143,13 @@ pub struct Output {
 /// Returns an error if a file can't be read or written, if a route graph is invalid, or if an argument is out of range.
 pub fn run(command: GraphCommand) -> Result<ExitCode, Failure> {
     match command {
-        GraphCommand::Check { file, json } => return check::run(&file, json),
+        GraphCommand::Check { file, fix: Some(output), force, .. } => convert::fix(&file, &output, force)?,
+        GraphCommand::Check { file, json, .. } => return check::run(&file, json),
         GraphCommand::Info { file, json } => info(&file, json)?,
         GraphCommand::Generate { generator } => generate(&generator)?,
         GraphCommand::Draw { file, output, force } => draw(&file, &output, force)?,
+        GraphCommand::Convert { file, output, to, force } => convert::run(&file, &output, to, force)?,
+        GraphCommand::Diff { first, second } => return diff(&first, &second),
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -146,23 +176,36 @@ fn generate(generator: &Generator) -> Result<(), Failure> {
 }
 
 fn draw(file: &FileArgs, output: &Destination, force: Force) -> Result<(), Failure> {
-    if let Destination::File(path) = output
-        && path.extension().is_none_or(|extension| !extension.eq_ignore_ascii_case("svg"))
-    {
-        return Err(format!("{}: a map is drawn as SVG; give a file that ends in .svg", path.display()).into());
-    }
+    let has_ending = |path: &Path, ending| path.extension().is_some_and(|found| found.eq_ignore_ascii_case(ending));
+    let png = match output {
+        Destination::File(path) if has_ending(path, "png") => Some(path),
+        Destination::File(path) if !has_ending(path, "svg") => {
+            let name = path.display();
+            return Err(format!("{name}: a map is drawn as SVG or PNG; give a file that ends in .svg or .png").into());
+        }
+        _ => None,
+    };
     output.check(force)?;
     let progress = Progress::start(format!("reading {}", file.name()), 0);
     let graph = file.read()?;
     progress.set_current("drawing");
     let map = draw::svg(&graph);
-    drop(progress);
-    output.write(&map, force)
+    match png {
+        None => output.write(&map, force),
+        Some(path) => write_file(path, &regatta_record::png(&map)?, force),
+    }
+}
+
+fn diff(first: &Path, second: &Path) -> Result<ExitCode, Failure> {
+    let read = |path: &Path| Ok::<_, Failure>(graph::read(path, &ReadOptions::default())?.0);
+    let differences = graph::diff::diff(&read(first)?, &read(second)?);
+    differences.iter().for_each(|difference| println!("{difference}"));
+    Ok(if differences.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
 impl FileArgs {
     fn options(&self) -> ReadOptions {
-        ReadOptions { handles: self.handles }
+        self.layout.options()
     }
 
     /// Returns the name of the file in messages.

@@ -9,6 +9,7 @@ mod engine;
 mod failure;
 mod fleets;
 mod graph;
+mod new;
 mod output;
 mod output_error;
 mod plugin;
@@ -57,6 +58,7 @@ fn dispatch(cli: Cli) -> Result<ExitCode, Failure> {
         #[cfg(feature = "viewer")]
         Command::Viewer(options) => viewer::run(&options),
         Command::Graph { command } => graph::run(command),
+        Command::New(args) => new::run(&args).map(|()| ExitCode::SUCCESS),
         Command::Pause(target) => control::pause(&target),
         Command::Resume(target) => control::resume(&target),
         Command::Step { ticks, target } => control::step(ticks, &target),

@@ -31,7 +31,7 @@ const HAS_VIEWER: bool = cfg!(feature = "viewer");
 
 #[derive(Args, Default)]
 pub struct RunArgs {
-    /// Scenario file, - for standard input; the built-in demo if not given.
+    /// Scenario or layout file, - for standard input; the built-in demo if not given.
     #[arg(value_hint = clap::ValueHint::FilePath)]
     scenario: Option<PathBuf>,
     #[command(flatten)]
@@ -100,6 +100,11 @@ fn read_scenario(args: &RunArgs) -> Result<(Scenario, Option<File>), Failure> {
 }
 
 fn print_summary(scenario: &Scenario, args: &RunArgs) {
+    if scenario.is_made_up && !args.json {
+        println!(
+            "this is a layout without a scenario: robots on random routes are made up; `regatta new` writes them to a file"
+        );
+    }
     let fleet = &args.options.fleet;
     let robots = args.options.robots.map_or_else(|| scenario.robots(), |count| count.0);
     let edges = scenario.graph.edges().len();

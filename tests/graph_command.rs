@@ -194,3 +194,113 @@ fn check_prints_json() {
     let json: serde_json::Value = serde_json::from_slice(&scenario.stdout).expect("JSON");
     assert_eq!((&json["kind"], &json["valid"]), (&"scenario".into(), &true.into()));
 }
+
+fn succeeds(args: &[&str], folder: &Path) -> String {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_regatta"));
+    let output = command.args(args).current_dir(folder).output().expect("regatta starts");
+    assert!(output.status.success(), "{args:?}: {}", text(&output.stderr));
+    text(&output.stdout)
+}
+
+#[test]
+fn a_layout_is_converted_there_and_back_without_a_difference() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let porto = graphs("porto.yaml");
+    let porto = porto.to_str().expect("a path");
+    for file in ["porto.lif.json", "porto.geojson", "porto.xml"] {
+        succeeds(&["graph", "convert", porto, "-o", file], folder.path());
+        let back = format!("{file}.yaml");
+        succeeds(&["graph", "convert", file, "-o", &back], folder.path());
+        succeeds(&["graph", "check", &back], folder.path());
+    }
+    succeeds(&["graph", "convert", porto, "-o", "same.yaml"], folder.path());
+    assert_eq!(succeeds(&["graph", "diff", porto, "same.yaml"], folder.path()), "");
+    let mut command = Command::new(env!("CARGO_BIN_EXE_regatta"));
+    let warehouse = graphs("warehouse.yaml");
+    let output = command.args(["graph", "diff", porto]).arg(&warehouse).output().expect("regatta starts");
+    assert!(output.status.code() == Some(1) && text(&output.stdout).contains("+ node "));
+    let refused = regatta_graph(&["convert", "-o", "map.dxf"], Some(&warehouse));
+    assert!(!refused.status.success() && text(&refused.stderr).contains("--to regatta"), "{}", text(&refused.stderr));
+}
+
+#[test]
+fn layouts_of_all_formats_are_told_by_their_content() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for name in [
+        "csv/depot-edges.csv",
+        "dxf/depot.dxf",
+        "lif/ex_10_12.lif.json",
+        "movingai/empty-8-8.map",
+        "nav2/aws_graph.geojson",
+        "open-rmf/office/0.yaml",
+        "open-rmf/office.building.yaml",
+        "opentcs/Demo-01.xml",
+    ] {
+        let file = graphs("imported").join(name);
+        let file = file.to_str().expect("a path");
+        assert!(succeeds(&["graph", "check", file], folder.path()).contains("can be driven"), "{name}");
+        let drawn = folder.path().join("map.png");
+        succeeds(&["graph", "draw", file, "-o", "map.png", "--force"], folder.path());
+        assert!(std::fs::read(&drawn).expect("readable").starts_with(b"\x89PNG"), "{name}");
+    }
+    let map = graphs("imported/ros-map/turtlebot3_world.yaml");
+    let map = map.to_str().expect("a path");
+    let refused = regatta_graph(&["check", map], None);
+    assert!(!refused.status.success() && text(&refused.stdout).contains("--skeleton"), "{}", text(&refused.stdout));
+    assert!(succeeds(&["graph", "check", map, "--skeleton", "0.3"], folder.path()).contains("can be driven"));
+    let walls = succeeds(&["graph", "draw", &porto(), "--background", map, "-o", "-"], folder.path());
+    assert!(walls.contains("#b9c0c8"), "the walls are drawn");
+}
+
+fn porto() -> String {
+    graphs("porto.yaml").to_str().expect("a path").to_owned()
+}
+
+#[test]
+fn a_mended_copy_is_written() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let edge = "Id: 7, Origin_ID: 1, Destination_ID: 2, CurveType: Linear, VelocityForward: 1";
+    let nodes = "Vertices:\n- {Id: 1, X: 0, Y: 0, Theta: 90}\n- {Id: 2, X: 0, Y: 5, Theta: 90}\n";
+    let file = folder.path().join("bad.yaml");
+    std::fs::write(&file, format!("{nodes}Edges:\n- {{{edge}}}\n- {{{edge}}}\n")).expect("written");
+    assert!(!regatta_graph(&["check"], Some(&file)).status.success());
+    succeeds(&["graph", "check", "bad.yaml", "--fix", "good.yaml"], folder.path());
+    assert!(succeeds(&["graph", "check", "good.yaml"], folder.path()).contains("1 edges, 2 nodes"));
+    let refused = regatta_graph(&["check", "--fix", file.to_str().expect("a path")], Some(&file));
+    assert!(text(&refused.stderr).contains("--force"), "{}", text(&refused.stderr));
+}
+
+#[test]
+fn a_folder_for_a_layout_can_be_run() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let map = graphs("imported/ros-map/turtlebot3_world.yaml");
+    let tables = graphs("imported/csv/depot-nodes.csv");
+    for (layout, name, options) in [(map, "turtlebot3_world", &["--skeleton", "0.3"][..]), (tables, "depot-nodes", &[])]
+    {
+        let layout = layout.to_str().expect("a path");
+        let printed = succeeds(&[&["new", layout], options].concat(), folder.path());
+        assert!(printed.contains(&format!("regatta run {name}/scenario.yaml")), "{printed}");
+        let scenario = format!("{name}/scenario.yaml");
+        let fleet = format!("new-{name}-{}", std::process::id());
+        let digest = succeeds(
+            &["engine", &scenario, "--ticks", "50", "--speed", "max", "--digest", "--fleet", &fleet],
+            folder.path(),
+        );
+        assert_eq!(digest.trim().len(), 32, "{digest}");
+        let mut command = Command::new(env!("CARGO_BIN_EXE_regatta"));
+        let again = command.args(["new", layout]).args(options).current_dir(folder.path()).output().expect("it starts");
+        assert!(text(&again.stderr).contains("--force"), "{}", text(&again.stderr));
+    }
+}
+
+#[test]
+fn a_layout_and_a_benchmark_are_run_as_they_are() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for name in ["lif/ex_10_17.lif.json", "movingai/random-32-32-10-random-1.scen"] {
+        let file = graphs("imported").join(name);
+        let fleet = format!("layout-{}-{}", name.len(), std::process::id());
+        let file = file.to_str().expect("a path");
+        let args = ["engine", file, "--ticks", "50", "--speed", "max", "--digest", "--fleet", &fleet];
+        assert_eq!(succeeds(&args, folder.path()).trim().len(), 32, "{name}");
+    }
+}

@@ -47,6 +47,8 @@ impl World {
             width: 0.7,
             max_speed: f32::INFINITY,
             max_acceleration,
+            max_rotation_speed: 0.0,
+            max_rotation_acceleration: f32::INFINITY,
         };
         let config = FleetConfig {
             types: vec![robot_type],

@@ -23,10 +23,12 @@ use self::columns::FleetColumns;
 pub use self::graph_size::check_size;
 pub use self::spawn::{Placement, RouteSource};
 use self::step_pool::StepPool;
-use crate::graph::RouteGraph;
 use crate::graph::arc_length::Tracks;
+use crate::graph::{Orientation, RouteGraph};
+use crate::motion::{
+    EdgeHeadings, Isa, KinematicLimits, LegTable, Motion, Plans, Route, SupportedIsa, TimeStep, TooManyPieces,
+};
 pub use crate::motion::{EventBuffer, Repeat};
-use crate::motion::{Isa, KinematicLimits, LegTable, Motion, Plans, Route, SupportedIsa, TimeStep, TooManyPieces};
 
 /// A type of robot, with everything that its robots have in common.
 #[derive(Clone, Debug, PartialEq)]
@@ -43,6 +45,10 @@ pub struct RobotType {
     pub max_speed: f32,
     /// Metres per second squared, > 0; infinity if the speed changes at once.
     pub max_acceleration: f32,
+    /// Radians per second, ≥ 0; 0 if it can't turn on the spot.
+    pub max_rotation_speed: f32,
+    /// Radians per second squared, > 0; infinity if the rotation speed changes at once.
+    pub max_rotation_acceleration: f32,
 }
 
 /// The error of setting up a fleet.
@@ -60,7 +66,7 @@ pub enum FleetError {
         tick: Duration,
     },
     /// A robot type has a limit that is not a positive number.
-    #[error("robot type {name:?}: max speed and max acceleration must be more than 0; leave them out for no limit")]
+    #[error("robot type {name:?}: limits of speed and acceleration must be more than 0; leave them out for no limit")]
     BadLimit {
         /// Name of the type.
         name: String,
@@ -161,9 +167,12 @@ impl Fleet {
             _ => Some(StepPool::new(threads).ok_or(FleetError::Threads(threads))?),
         };
         let legs = LegTable::new(graph, tracks)?;
-        let columns = FleetColumns::new(legs.pieces().len(), limited);
+        let oriented = limits.iter().any(KinematicLimits::can_turn)
+            || legs.graph().edges().iter().any(|edge| edge.orientation != Orientation::Tangential);
+        let columns = FleetColumns::new(legs.pieces().len(), limited, oriented);
         let time_step = TimeStep::new(tick_period.as_secs_f64());
-        let motion = Motion { legs, plans: Plans::new(seed), limits, time_step, isa };
+        let headings = oriented.then(|| EdgeHeadings::new(&legs));
+        let motion = Motion { legs, plans: Plans::new(seed), headings, limits, time_step, isa };
         Ok(Self { motion, types, columns, robots: 0, free: BTreeSet::new(), most_robots, pool })
     }
 
@@ -202,12 +211,11 @@ impl Fleet {
         &self.columns.state[..self.robots()]
     }
 
-    /// Number of robots by state: idle, driving, waiting, held, faulted. Reads one byte per robot.
-    pub fn robots_by_state(&self) -> [u32; 5] {
+    /// Number of robots by [`RobotState`]; absent ones aren't counted. Reads one byte per robot.
+    pub fn robots_by_state(&self) -> [u32; RobotState::COUNT] {
         let mut by_state = [0; 256];
         self.states().iter().for_each(|&state| by_state[usize::from(state)] += 1);
-        [RobotState::Idle, RobotState::Driving, RobotState::Waiting, RobotState::Held, RobotState::Faulted]
-            .map(|state| by_state[state as usize])
+        std::array::from_fn(|state| by_state[state])
     }
 
     /// Bytes of memory per robot, without frames and ordered routes.
@@ -254,14 +262,24 @@ fn check_frame(columns: &ColumnsMut, robots: usize) {
 }
 
 fn kinematic_limits(robot_type: &RobotType) -> KinematicLimits {
-    KinematicLimits { max_speed: robot_type.max_speed, max_acceleration: robot_type.max_acceleration }
+    KinematicLimits {
+        max_speed: robot_type.max_speed,
+        max_acceleration: robot_type.max_acceleration,
+        max_rotation_speed: robot_type.max_rotation_speed,
+        max_rotation_acceleration: robot_type.max_rotation_acceleration,
+    }
 }
 
 fn check_config(graph: &RouteGraph, config: &FleetConfig) -> Result<(), FleetError> {
     if config.types.len() > usize::from(u16::MAX) {
         return Err(FleetError::TooManyTypes(config.types.len()));
     }
-    let has_limits = |robot_type: &RobotType| robot_type.max_speed > 0.0 && robot_type.max_acceleration > 0.0;
+    let has_limits = |robot_type: &RobotType| {
+        robot_type.max_speed > 0.0
+            && robot_type.max_acceleration > 0.0
+            && robot_type.max_rotation_speed >= 0.0
+            && robot_type.max_rotation_acceleration > 0.0
+    };
     if let Some(bad) = config.types.iter().find(|robot_type| !has_limits(robot_type)) {
         return Err(FleetError::BadLimit { name: bad.name.clone() });
     }

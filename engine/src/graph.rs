@@ -6,22 +6,35 @@
 pub mod arc_length;
 pub mod bezier;
 pub mod components;
+pub mod diff;
 pub mod draw;
 pub mod finding;
+pub mod fix;
+pub mod format;
 pub mod generate;
 pub mod info;
 mod item;
+mod layout;
 mod line_index;
 mod lint;
+pub mod nurbs;
+pub mod path;
 mod read;
 mod route_graph;
 pub mod spline;
+pub mod tags;
 pub mod validate;
 mod value;
 mod yaml;
 
 pub use bezier::CubicBezier;
 pub use finding::{Finding, Findings, Severity, Subject};
-pub use read::{GraphError, MAX_FILE_BYTES, ReadOptions, parse, read, read_file, read_stream};
+pub use format::Format;
+pub use lint::SMOOTH_TURN;
+pub use path::Path;
+pub use read::{
+    GraphError, LengthUnit, MAX_FILE_BYTES, Millimetres, ReadOptions, parse, parse_fixed, read, read_file, read_stream,
+};
 pub use route_graph::{Edge, EdgeIndex, Gear, Leg, Node, NodeIndex, RouteGraph};
 pub use spline::Handles;
+pub use tags::{Orientation, Role, Rotation, Station, Tags};

@@ -5,7 +5,7 @@
 //!
 //! 1. advance: `w += speed · Δt` in fixed point. Blocks with a robot whose type limits its acceleration also get new
 //!    speeds (`profile.rs` has the equations). Rows that reach the end of their piece are listed.
-//! 2. hand-over of the listed rows, one by one: they are few.
+//! 2. hand-over of the listed rows, one by one: they are few. Then the rows that turn on the spot (`turning.rs`).
 //! 3. poses of the whole block, written into the frame.
 //!
 //! Stages 1 and 3 exist as a plain reference (`scalar.rs`) and as vector code (`vector.rs`). Both do the same operations
@@ -23,6 +23,7 @@ mod atan2;
 mod block;
 mod events;
 mod hand_over;
+mod headings;
 mod isa;
 mod leg_table;
 mod pieces;
@@ -31,11 +32,13 @@ mod routes;
 mod rows;
 mod scalar;
 mod time_step;
+mod turning;
 mod vector;
 
 pub(crate) use aligned_vec::{AlignedVec, ROW_GROUP};
 pub(crate) use block::BLOCK;
 pub use events::EventBuffer;
+pub(crate) use headings::EdgeHeadings;
 pub(crate) use isa::SupportedIsa;
 pub use isa::{Isa, ParseIsaError};
 pub(crate) use leg_table::{LegTable, TooManyPieces};
@@ -43,12 +46,12 @@ pub(crate) use pieces::{MAX_PIECES, PieceColumn, PieceIndex};
 pub(crate) use profile::{KinematicLimits, UNLIMITED};
 pub use routes::Repeat;
 pub(crate) use routes::{Plans, Route, RouteCursor};
-pub(crate) use rows::{LimitRows, Rows, leg_of, split_frame};
+pub(crate) use rows::{HeadingRows, LimitRows, Rows, leg_of, split_frame};
 pub(crate) use time_step::TimeStep;
 
 use regatta_plugin::frame::ColumnsMut;
 
-use self::block::BlockLists;
+use self::block::{BlockLists, RowList};
 use self::vector::{Cached, StoreMode, StreamFence};
 
 /// Frames (or a thread's part of one) with at least this many rows are stored past the cache: their lines would evict
@@ -60,6 +63,8 @@ const ROWS_PAST_CACHE: usize = 1 << 17;
 pub(crate) struct Motion {
     pub legs: LegTable,
     pub plans: Plans,
+    /// `None` if every robot's heading is that of its edge.
+    pub headings: Option<EdgeHeadings>,
     /// By robot type.
     pub limits: Vec<KinematicLimits>,
     pub time_step: TimeStep,
@@ -113,6 +118,7 @@ impl Motion {
     }
 
     fn step_block(&self, block: &mut Rows, events: &mut EventBuffer) {
+        let turning = self.turning_rows(block);
         let mut lists = BlockLists::new();
         if block.limits.as_ref().is_some_and(LimitRows::any) {
             self.accelerate(block, &mut lists);
@@ -125,5 +131,6 @@ impl Motion {
         self.next_pieces(block, &mut lists.arrived);
         self.prefetch(block, &lists.arrived);
         lists.arrived.rows().for_each(|row| self.hand_over(block, row, events));
+        turning.iter().flat_map(RowList::rows).for_each(|row| self.turn(block, row, events));
     }
 }

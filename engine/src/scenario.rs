@@ -2,6 +2,7 @@
 
 mod count;
 mod explain;
+mod made_up;
 mod read;
 mod resolve;
 mod suggest;
@@ -12,9 +13,10 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use crate::fleet::{Repeat, RobotType};
-use crate::graph::{GraphError, Handles, Leg, NodeIndex, RouteGraph};
+use crate::graph::{GraphError, Leg, NodeIndex, ReadOptions, RouteGraph};
 pub use count::{ParseRobotCountError, RobotCount};
 pub use explain::YamlProblem;
+pub use made_up::made_up_scenario;
 pub use read::is_scenario;
 pub use suggest::closest;
 pub use yaml::{LegName, LightEntry, PluginCommand, Viewer};
@@ -49,6 +51,8 @@ pub struct Scenario {
     pub lights: Vec<LightEntry>,
     /// Warnings about the scenario and its graph, one line each.
     pub warnings: Vec<String>,
+    /// Whether the file was a layout, for which the rest was made up.
+    pub is_made_up: bool,
 }
 
 /// Robots of one type that start in the same way.
@@ -81,8 +85,8 @@ pub enum Start {
 /// Settings of a command line that override those of the scenario.
 #[derive(Clone, Debug, Default)]
 pub struct Overrides {
-    /// The handle convention of the route graph.
-    pub handles: Option<Handles>,
+    /// How to read the layout; what isn't set here is as in the scenario.
+    pub layout: ReadOptions,
     /// The number of ticks per simulated second.
     pub rate: Option<f64>,
     /// The number of frames per simulated second.

@@ -51,6 +51,16 @@ fn the_small_graph_has_no_findings() {
 }
 
 #[test]
+fn a_graph_far_from_the_origin_gets_an_origin_of_its_own() {
+    let far = format!("{NODES}{EDGES}").replace("X: ", "X: 50000").replace("Y: 0", "Y: -3000000");
+    let (graph, findings) = graph::parse(&far, "g", &ReadOptions::default()).expect("a graph");
+    assert_eq!((graph.origin().x, graph.origin().y, findings.as_slice().len()), (500_000.0, -3_000_000.0, 0));
+    assert_eq!((graph.nodes()[0].position.x, graph.nodes()[1].position.x), (0.0, 5.0));
+    let near = graph::parse(&format!("{NODES}{EDGES}"), "g", &ReadOptions::default()).expect("a graph").0;
+    assert_eq!((near.origin().x, near.edges()), (0.0, graph.edges()));
+}
+
+#[test]
 fn duplicate_ids_are_reported() {
     let edge = "Id: 10, Origin_ID: 1, Destination_ID: 2, CurveType: Linear, VelocityForward: 1";
     assert_only(&check(&with_edge(edge)), "6 error edge 10: ", "the edge in line 5 has the same Id");
@@ -91,7 +101,7 @@ fn numbers_that_are_not_finite_or_out_of_range_are_reported() {
         (".nan", "X is NaN"),
         ("-.inf", "X is -inf"),
         ("1e999", "X is `1e999`"),
-        ("8001", "X is 8001 m, beyond"),
+        ("16001", "X is 16001 m, beyond"),
         ("[1]", "X is a list"),
         ("{a: 1}", "X is a map"),
         ("true", "X is `true`"),
@@ -133,7 +143,11 @@ fn edges_without_length_are_reported() {
 #[test]
 fn invalid_curve_types_and_handles_are_reported() {
     let edge = |curve: &str| with_edge(&format!("Id: 11, Origin_ID: 1, Destination_ID: 2, {curve} VelocityForward: 1"));
-    assert_only(&check(&edge("CurveType: arc,")), "6 error edge 11: ", "CurveType is `arc`: use Spline or Linear");
+    assert_only(
+        &check(&edge("CurveType: arc,")),
+        "6 error edge 11: ",
+        "CurveType is `arc`: use Spline, Linear or Bezier",
+    );
     assert_only(&check(&edge("CurveType: 3,")), "6 error edge 11: ", "CurveType is 3");
     assert_only(&check(&edge("")), "6 error edge 11: ", "has no CurveType");
     assert_only(&check(&edge("CurveType: spline, ParamF: 1,")), "6 error edge 11: ", "has no ParamB");
@@ -215,10 +229,10 @@ fn swapped_handles_are_suspected() {
     let text = "Edges:\n- {Id: 1, Origin_ID: 1, Destination_ID: 2, CurveType: Spline, ParamB: 9, ParamF: 1, \
                 VelocityForward: 1, VelocityBackwards: 1}\nVertices:\n- {Id: 1, X: 0, Y: 0, Theta: 0}\n- {Id: 2, X: 2, Y: 9, Theta: 1.57}\n";
     assert_only(&check(text), "1 warning file: ", "with `Handles: f_at_origin`: if the latter is meant");
-    let options = ReadOptions { handles: Some(Handles::FAtOrigin) };
+    let options = ReadOptions { handles: Some(Handles::FAtOrigin), ..ReadOptions::default() };
     assert_eq!(check_with(text, &options), [""; 0]);
     assert_eq!(check(&format!("{text}Handles: f_at_origin\n")), [""; 0]);
-    let options = ReadOptions { handles: Some(Handles::BAtOrigin) };
+    let options = ReadOptions { handles: Some(Handles::BAtOrigin), ..ReadOptions::default() };
     assert_eq!(check_with(&format!("{text}Handles: f_at_origin\n"), &options).len(), 1);
 }
 
@@ -301,7 +315,7 @@ fn texts_that_are_not_route_graphs_are_rejected() {
     assert_rejected("*nowhere", "anchor");
     assert_rejected(&"[".repeat(100_000), "nested brackets");
     assert_rejected(&"- ".repeat(7_000_000), "too large");
-    assert_rejected(&"a".repeat(65 << 20), "too large");
+    assert_rejected(&"a".repeat(257 << 20), "too large");
 }
 
 #[test]
@@ -335,7 +349,7 @@ fn files_that_can_not_be_read_are_rejected() {
     assert!(read("utf16").to_string().contains("UTF-16"));
     // A sparse file: it takes no space on the disk, and must take none in memory.
     std::fs::File::create(folder.path().join("large")).unwrap().set_len(2 << 30).unwrap();
-    assert!(read("large").to_string().contains("too large: at most 64 MiB"));
+    assert!(read("large").to_string().contains("too large: at most 256 MiB"));
     assert!(matches!(
         graph::read(std::path::Path::new("/dev/zero"), &ReadOptions::default()),
         Err(GraphError::TooLarge { .. })
@@ -365,4 +379,37 @@ fn a_straight_edge_needs_no_handles_but_invalid_ones_are_reported() {
     assert_eq!(check(&edge("")), [""; 0]);
     assert_eq!(check(&edge(", ParamF: 1, ParamB: 2")), [""; 0]);
     assert_eq!(check(&edge(", ParamF: .nan, ParamB: hello")).len(), 2);
+}
+
+/// A graph in flow style that is large enough to be read part by part.
+fn large() -> String {
+    let graph =
+        graph::generate::Grid { columns: 60, rows: 60, spacing: 20, one_way: false }.generate().expect("a graph");
+    assert!(graph.len() > 1 << 20, "{} bytes", graph.len());
+    graph
+}
+
+#[test]
+fn a_large_file_is_read_as_a_small_one() {
+    let text = large();
+    let parts = graph::parse(&text, "g", &ReadOptions::default()).expect("a graph").0;
+    // An ampersand may be an anchor, with which a file is read as a whole.
+    let whole = graph::parse(&format!("# &\n{text}"), "g", &ReadOptions::default()).expect("a graph").0;
+    assert!(parts.nodes() == whole.nodes() && parts.edges() == whole.edges());
+}
+
+#[test]
+fn findings_in_a_large_file_have_their_lines() {
+    let text = large();
+    let line = 20_500;
+    assert!(text.lines().count() > line);
+    let replaced = |new: &str| {
+        let lines = (1..).zip(text.lines()).map(|(number, old)| if number == line { new } else { old });
+        lines.flat_map(|line| [line, "\n"]).collect::<String>()
+    };
+    let found = check(&replaced("- {Id: no, Origin_ID: 1, Destination_ID: 2, CurveType: Linear, VelocityForward: 1}"));
+    assert!(found.iter().any(|finding| finding.starts_with(&format!("{line} error "))), "{found:#?}");
+    let error =
+        graph::parse(&replaced("- {Id: 1, : :}"), "g", &ReadOptions::default()).expect_err("no YAML").to_string();
+    assert!(error.starts_with(&format!("g:{line}: not a route graph")), "{error}");
 }

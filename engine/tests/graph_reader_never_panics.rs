@@ -3,12 +3,12 @@
 use proptest::prelude::*;
 use regatta_engine::graph::generate::{Grid, Warehouse};
 use regatta_engine::graph::info::Info;
-use regatta_engine::graph::{GraphError, Handles, ReadOptions, draw, parse, read};
+use regatta_engine::graph::{GraphError, Handles, ReadOptions, RouteGraph, draw, parse, read};
 
 /// Reads a text; an accepted graph must be usable.
 fn check(text: &str) {
     for handles in [None, Some(Handles::BAtOrigin), Some(Handles::FAtOrigin)] {
-        match parse(text, "input.yaml", &ReadOptions { handles }) {
+        match parse(text, "input.yaml", &ReadOptions { handles, ..ReadOptions::default() }) {
             Ok((graph, findings)) => {
                 assert_eq!(findings.errors(), 0);
                 let info = Info::of(&graph);
@@ -102,7 +102,11 @@ fn both_spellings_of_the_format_are_read() {
     let (one, _) = parse(dissertation, "g", &ReadOptions::default()).unwrap();
     let (other, findings) = parse(navigation_stack, "g", &ReadOptions::default()).unwrap();
     assert_eq!(findings.as_slice(), []);
-    assert_eq!(one.nodes(), other.nodes());
-    assert_eq!(one.edges()[0].curve, other.edges()[0].curve);
+    let poses =
+        |graph: &RouteGraph| graph.nodes().iter().map(|node| (node.id, node.position, node.theta)).collect::<Vec<_>>();
+    assert_eq!(poses(&one), poses(&other));
+    let tags = other.nodes()[0].tags.as_ref().expect("a label and more");
+    assert_eq!((tags.name.as_deref(), tags.properties["ThetaHolomonic"].as_ref()), (Some("pass"), "3.01"));
+    assert_eq!(one.edges()[0].path, other.edges()[0].path);
     assert_eq!((one.edges()[0].velocity_backwards, other.edges()[0].velocity_backwards), (None, Some(0.5)));
 }

@@ -43,7 +43,7 @@ pub fn run(file: &FileArgs, json: bool) -> Result<ExitCode, Failure> {
 }
 
 fn check_scenario(text: &str, file: &FileArgs) -> Result<Checked, Failure> {
-    let overrides = Overrides { handles: file.handles, ..Overrides::default() };
+    let overrides = Overrides { layout: file.options(), ..Overrides::default() };
     let checked = Checked { kind: "scenario", ..Checked::route_graph(None, Findings::default()) };
     match Scenario::from_text(text, Path::new(&file.name()), &overrides) {
         Ok(scenario) => {

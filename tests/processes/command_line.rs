@@ -24,7 +24,7 @@ fn an_error_is_one_line_that_names_the_mistake() {
     assert!(error_line(&["run", "no-such-file.yaml"]).contains("no-such-file.yaml"));
     assert!(error_line(&["engine", "graphs"]).contains("graphs"));
     assert!(error_line(&["engine", "Cargo.toml"]).contains("Cargo.toml"));
-    assert!(error_line(&["engine", "graphs/porto.yaml"]).contains("porto.yaml"));
+    assert!(error_line(&["engine", "graphs/imported/movingai/SOURCE.md"]).contains("SOURCE.md"));
     assert!(error_line(&["plugin", "nonsense"]).contains("hello"));
     assert!(error_line(&["graph", "check", "no-such-file.yaml"]).contains("no-such-file.yaml"));
     assert!(error_line(&["plugin"]).contains("hello"));
@@ -210,10 +210,8 @@ fn a_plugin_that_fails_is_named_and_the_run_fails_at_its_end() {
     let message = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(!output.status.success() && message.contains("broken failed"), "{message}");
     let text = String::from_utf8_lossy(&output.stdout).into_owned();
-    assert!(
-        text.lines().any(|line| line.starts_with("t 0.9") || line.starts_with("t 1.")),
-        "the run continued: {text}"
-    );
+    // A status each second: the first says 0 s.
+    assert!(text.lines().filter(|line| line.starts_with("t ")).count() >= 2, "the run continued: {text}");
 }
 
 #[test]

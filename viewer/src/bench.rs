@@ -103,8 +103,7 @@ impl Bench<'_> {
     fn synthetic(&self, robots: usize, view: &str) {
         let fleet = SyntheticFleet::new(robots);
         let mut renderer = self.renderer();
-        let (nodes, edges) = fleet.graph();
-        renderer.set_graph(&nodes, &edges);
+        renderer.set_graph(&fleet.graph().view(1, 1));
         let scene = Scene { colouring: Colouring::Speed, ..self.scene() };
         let legend = scene.colouring.legend(Theme::Dark, &[], Some((0.0, 2.0)));
         let camera = self.camera(view, fleet.bounds());

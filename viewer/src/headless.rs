@@ -141,7 +141,7 @@ impl HeadlessViewer<'_> {
     /// Updates the ids of nodes and edges after a new world.
     fn update_labels(&mut self, news: News) {
         if let Some(world) = self.stage.feed.world().filter(|_| news.world) {
-            self.caption.labels = Labels::new(world.nodes(), world.edges());
+            self.caption.labels = Labels::new(&world);
         }
     }
 

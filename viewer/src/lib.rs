@@ -7,6 +7,7 @@
 mod bench;
 pub mod camera;
 mod caption;
+pub mod curves;
 pub mod feed;
 mod files;
 pub mod floor_picture;

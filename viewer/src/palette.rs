@@ -189,6 +189,7 @@ fn states(theme: Theme) -> Scale {
         (RobotState::Waiting, ORANGE),
         (RobotState::Held, PURPLE),
         (RobotState::Faulted, VERMILLION),
+        (RobotState::Turning, GREEN),
     ];
     Scale::Categories(states.map(|(state, colour)| (format!("{state:?}").to_lowercase(), colour)).to_vec())
 }

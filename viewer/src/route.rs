@@ -3,11 +3,12 @@
 use std::time::{Duration, Instant};
 
 use bytemuck::{Pod, Zeroable};
-use glam::Vec2;
 use regatta_plugin::frame::RobotState;
-use regatta_plugin::route::RouteResponse;
+use regatta_plugin::route::{LegAhead, RouteResponse};
 use regatta_plugin::world::EdgeRecord;
-use regatta_plugin::{Frame, OpenError, Participant, RouteClient, RouteError};
+use regatta_plugin::{Frame, OpenError, Participant, RouteClient, RouteError, World};
+
+use crate::curves::place_at;
 
 /// The most robots whose routes are polled.
 pub const MAX_ROBOTS: usize = 8;
@@ -15,16 +16,14 @@ pub const MAX_ROBOTS: usize = 8;
 const POLL_EVERY: Duration = Duration::from_millis(250);
 /// The number of legs among which a robot's current one is searched: robots pass fewer of them between two polls.
 const NEXT_LEGS: usize = 8;
-/// The number of chords that approximate a curve to measure its length.
-const CHORDS: u32 = 32;
 
-/// The part of an edge that belongs to a route: an instance of routes.wgsl.
+/// The part of an edge's curve that belongs to a route: an instance of routes.wgsl.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct RouteSegment {
-    /// Index of the edge in the world.
-    pub edge: u32,
-    /// The curve parameters of the segment's start and end: 0 at the edge's origin, 1 at its destination.
+    /// Index of the curve in the world.
+    pub curve: u32,
+    /// The curve parameters of the segment's start and end: 0 towards the edge's origin, 1 towards its destination.
     pub range: [f32; 2],
     /// 1 if the edge is released, 0 if it is only planned.
     pub released: u32,
@@ -52,11 +51,7 @@ pub struct RouteLength {
 
 /// Returns the rest of a route, from the robot's position in a frame on: the segments to draw, and their length. There is
 /// nothing left if the robot is idle or absent, or frame and route belong to different runs.
-pub fn remaining_route(
-    route: &RouteResponse,
-    frame: &Frame<'_>,
-    edges: &[EdgeRecord],
-) -> (Vec<RouteSegment>, Remaining) {
+pub fn remaining_route(route: &RouteResponse, frame: &Frame<'_>, world: &World<'_>) -> (Vec<RouteSegment>, Remaining) {
     let row = route.robot as usize;
     let state = frame.state_of(row);
     let mut remaining = Remaining::default();
@@ -70,12 +65,15 @@ pub fn remaining_route(
         RobotState::Waiting => (route.released as usize).min(route.legs().len()),
         _ => route.legs().take(NEXT_LEGS).position(|leg| is_current(leg.edge)).unwrap_or(0),
     };
-    let mut segments = Vec::with_capacity(route.legs().len() - driven);
+    let mut all = Vec::with_capacity(route.legs().len() - driven);
     for (index, leg) in route.legs().enumerate().skip(driven) {
-        let Some(edge) = edges.get(leg.edge as usize) else { break };
+        let Some(edge) = world.edges().get(leg.edge as usize) else { break };
         let has_robot = index == driven && is_current(leg.edge);
-        let [from, to] = if leg.reverse { [1.0, 0.0] } else { [0.0, 1.0] };
-        let start = if has_robot { parameter_at(edge, s) } else { from };
+        let place = match (has_robot, leg.reverse) {
+            (true, _) => place_at(world.curves(edge), edge.length, s),
+            (false, true) => ((edge.curves as usize).saturating_sub(1), 1.0),
+            (false, false) => (0, 0.0),
+        };
         let metres = match (has_robot, leg.reverse) {
             (true, false) => (edge.length - s).max(0.0),
             (true, true) => s.max(0.0),
@@ -83,41 +81,34 @@ pub fn remaining_route(
         };
         let length = if leg.released { &mut remaining.released } else { &mut remaining.planned };
         (length.edges, length.metres) = (length.edges + 1, length.metres + metres);
-        segments.push(RouteSegment { edge: leg.edge, range: [start, to], released: leg.released.into() });
+        all.extend(segments(world, edge, leg, place));
     }
     let released = route.released.saturating_sub(driven as u32);
     let planned = route.legs.saturating_sub(route.released.max(driven as u32));
     for (length, edges) in [(&mut remaining.released, released), (&mut remaining.planned, planned)] {
         (length.is_partial, length.edges) = (length.edges < edges, edges);
     }
-    (segments, remaining)
+    (all, remaining)
 }
 
-/// Returns the point of an edge's curve at a parameter from 0 to 1, by de Casteljau's algorithm.
-pub fn curve_point(edge: &EdgeRecord, parameter: f32) -> Vec2 {
-    let [a, b, c, d] = edge.control_points.map(Vec2::from);
-    let points = [a.lerp(b, parameter), b.lerp(c, parameter), c.lerp(d, parameter)];
-    points[0].lerp(points[1], parameter).lerp(points[1].lerp(points[2], parameter), parameter)
-}
-
-/// Returns the parameter of the point of an edge's curve that is `s` metres from its origin.
-fn parameter_at(edge: &EdgeRecord, s: f32) -> f32 {
-    let ends = |chord: u32| [chord, chord + 1].map(|number| number as f32 / CHORDS as f32);
-    let lengths = (0..CHORDS).map(|chord| {
-        let [from, to] = ends(chord);
-        curve_point(edge, from).distance(curve_point(edge, to))
-    });
-    // The chords together are a little shorter than the curve, so `s` is scaled to their length.
-    let total: f32 = lengths.clone().sum();
-    let mut rest = s / edge.length.max(1e-6) * total;
-    for (chord, length) in (0..CHORDS).zip(lengths) {
-        if rest < length {
-            let [from, to] = ends(chord);
-            return from + (to - from) * (rest / length).max(0.0);
-        }
-        rest -= length;
-    }
-    1.0
+/// Returns the segments of a leg, in the order in which they are driven, from a place on: the number of a curve of the edge, and
+/// a parameter of that curve.
+fn segments(
+    world: &World<'_>,
+    edge: &EdgeRecord,
+    leg: LegAhead,
+    (first, parameter): (usize, f32),
+) -> impl Iterator<Item = RouteSegment> + use<> {
+    let count = world.curves(edge).len();
+    let numbers = if leg.reverse { 0..(first + 1).min(count) } else { first..count };
+    let (first_curve, released) = (edge.first_curve, leg.released.into());
+    let [from, to] = if leg.reverse { [1.0, 0.0] } else { [0.0, 1.0] };
+    let segment = move |number: usize| {
+        let start = if number == first { parameter } else { from };
+        RouteSegment { curve: first_curve + number as u32, range: [start, to], released }
+    };
+    let (start, end) = (numbers.start, numbers.end);
+    numbers.map(move |number| segment(if leg.reverse { start + end - 1 - number } else { number }))
 }
 
 /// Polls the routes of some robots.
@@ -179,17 +170,25 @@ impl RoutePoller {
 #[cfg(test)]
 mod tests {
     use regatta_plugin::frame::{ColumnsMut, FrameHeader, Line, frame_lines, stride_lines};
+    use regatta_plugin::world::{CurveRecord, WorldData};
 
     use super::*;
 
-    /// Returns three consecutive edges of ten metres each: a straight one, a bend, a straight one.
-    fn edges() -> [EdgeRecord; 3] {
-        let edge = |control_points| EdgeRecord { length: 10.0, control_points, ..EdgeRecord::default() };
-        [
-            edge([[0.0, 0.0], [1.0, 0.0], [9.0, 0.0], [10.0, 0.0]]),
-            edge([[10.0, 0.0], [14.0, 0.0], [16.37, 2.37], [16.37, 6.37]]),
-            edge([[16.37, 6.37], [16.37, 9.0], [16.37, 13.0], [16.37, 16.37]]),
-        ]
+    /// Returns four consecutive edges of ten metres each: a straight one, a bend, a straight one, and one of two straight
+    /// curves of four and six metres.
+    fn world() -> WorldData {
+        let mut world = WorldData::default();
+        for control_points in [
+            [[0.0, 0.0], [1.0, 0.0], [9.0, 0.0], [10.0, 0.0]],
+            [[10.0, 0.0], [14.0, 0.0], [16.37, 2.37], [16.37, 6.37]],
+            [[16.37, 6.37], [16.37, 9.0], [16.37, 13.0], [16.37, 16.37]],
+        ] {
+            world.add_edge(EdgeRecord { length: 10.0, ..EdgeRecord::default() }, [CurveRecord { control_points }]);
+        }
+        let line = CurveRecord::straight;
+        let corner = [line([16.37, 16.37], [12.37, 16.37]), line([12.37, 16.37], [12.37, 22.37])];
+        world.add_edge(EdgeRecord { length: 10.0, ..EdgeRecord::default() }, corner);
+        world
     }
 
     fn remaining(edge: u32, s: f32, state: RobotState, route: &RouteResponse) -> (Vec<RouteSegment>, Remaining) {
@@ -198,7 +197,7 @@ mod tests {
         let mut lines = vec![Line::default(); frame_lines(1)];
         let columns = ColumnsMut::split(&mut lines, 1);
         (columns.edge[0], columns.s[0], columns.state[0]) = (edge, s, state as u8);
-        remaining_route(route, &Frame::new(&header, &lines).expect("a frame"), &edges())
+        remaining_route(route, &Frame::new(&header, &lines).expect("a frame"), &world().view(5, 1))
     }
 
     fn route(released: usize, legs: &[(u32, bool)]) -> RouteResponse {
@@ -228,6 +227,23 @@ mod tests {
         let (segments, left) = remaining(2, 4.0, RobotState::Driving, &route(2, &[(2, true), (1, true)]));
         assert_eq!((left.released.edges, left.released.metres), (2, 14.0));
         assert_eq!((segments[0].range[1], segments[1].range), (0.0, [1.0, 0.0]));
+    }
+
+    #[test]
+    fn every_curve_of_an_edge_has_a_segment() {
+        let curves = |segments: Vec<RouteSegment>| -> Vec<(u32, [f32; 2])> {
+            let rounded = |range: [f32; 2]| range.map(|end| (end * 1000.0).round() / 1000.0);
+            segments.into_iter().map(|segment| (segment.curve, rounded(segment.range))).collect()
+        };
+        let (segments, left) = remaining(2, 10.0, RobotState::Driving, &route(2, &[(2, false), (3, false)]));
+        assert_eq!((segments.len(), left.released.metres), (3, 10.0));
+        assert_eq!(curves(segments)[1..], [(3, [0.0, 1.0]), (4, [0.0, 1.0])]);
+        let (segments, _) = remaining(0, 0.0, RobotState::Driving, &route(2, &[(0, false), (3, true)]));
+        assert_eq!(curves(segments)[1..], [(4, [1.0, 0.0]), (3, [1.0, 0.0])]);
+        let (segments, left) = remaining(3, 7.0, RobotState::Driving, &route(1, &[(3, false)]));
+        assert_eq!((curves(segments), left.released.metres), (vec![(4, [0.5, 1.0])], 3.0));
+        let (segments, left) = remaining(3, 7.0, RobotState::Driving, &route(1, &[(3, true)]));
+        assert_eq!((curves(segments), left.released.metres), (vec![(4, [0.5, 0.0]), (3, [1.0, 0.0])], 7.0));
     }
 
     #[test]

@@ -5,16 +5,16 @@ use std::time::Instant;
 
 use glam::{UVec2, Vec2};
 use regatta_plugin::route::RouteResponse;
-use regatta_plugin::world::EdgeRecord;
 use regatta_plugin::{Frame, Participant, Result, World};
 use wgpu::{CommandEncoder, TextureView};
 
 use crate::camera::{Bounds, Camera};
+use crate::curves::curve_point;
 use crate::feed::{Feed, News};
 use crate::gpu::renderer::{Picture, Renderer};
 use crate::palette::{Colouring, Legend};
 use crate::playhead::Playhead;
-use crate::route::{Remaining, curve_point, remaining_route};
+use crate::route::{Remaining, remaining_route};
 use crate::scene::Scene;
 
 /// The number of rows that are sampled to find the range of a column's values.
@@ -129,7 +129,7 @@ impl Stage {
         let mut all = Vec::new();
         if let (Some(frame), Some(world)) = (self.feed.frame(), self.feed.world()) {
             for answer in self.routes.iter().filter(|answer| answer.is_found()) {
-                let (segments, remaining) = remaining_route(answer, &frame, world.edges());
+                let (segments, remaining) = remaining_route(answer, &frame, &world);
                 all.extend(segments);
                 self.remaining.push((answer.robot, remaining));
             }
@@ -238,8 +238,8 @@ impl Stage {
 }
 
 fn bounds_of_graph(world: &World<'_>) -> Option<Bounds> {
-    let points = |edge: &EdgeRecord| [0.0, 0.25, 0.5, 0.75, 1.0].map(|parameter| curve_point(edge, parameter));
-    Bounds::from_points(world.edges().iter().flat_map(points))
+    let points = |curve| [0.0, 0.25, 0.5, 0.75, 1.0].map(|parameter| curve_point(curve, parameter));
+    Bounds::from_points(world.all_curves().iter().flat_map(points))
         .or_else(|| Bounds::from_points(world.nodes().iter().map(|node| Vec2::new(node.x, node.y))))
 }
 

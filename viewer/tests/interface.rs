@@ -7,7 +7,7 @@ use glam::Vec2;
 use regatta_plugin::contact::{ContactHeader, ContactRecord};
 use regatta_plugin::control::{ControlKind, ControlResponse};
 use regatta_plugin::frame::{ClockState, ColumnsMut, FrameHeader, Line, RobotState, frame_lines, stride_lines};
-use regatta_plugin::world::{EdgeRecord, NodeRecord};
+use regatta_plugin::world::{CurveRecord, EdgeRecord, NodeRecord, WorldData};
 use regatta_plugin::{Contacts, Frame};
 use regatta_viewer::camera::{Bounds, Camera};
 use regatta_viewer::feed::Counts;
@@ -26,8 +26,7 @@ struct Fixture {
     interface: Interface,
     header: FrameHeader,
     lines: Vec<Line>,
-    nodes: Vec<NodeRecord>,
-    edges: Vec<EdgeRecord>,
+    world: WorldData,
     labels: Labels,
     pairs: Vec<ContactRecord>,
     route: Option<Remaining>,
@@ -37,6 +36,19 @@ struct Fixture {
     timing: Timing,
     legend: Legend,
     actions: Vec<Action>,
+}
+
+/// An edge between two nodes.
+fn world() -> WorldData {
+    let mut world = WorldData::default();
+    let (name, level) = (world.texts.add("dock 1"), world.texts.add("ground floor"));
+    world.nodes = vec![
+        NodeRecord { id: 7, x: 1.0, y: 2.0, name, level, ..NodeRecord::default() },
+        NodeRecord { id: 8, ..NodeRecord::default() },
+    ];
+    let edge = EdgeRecord { id: 34, origin: 0, destination: 1, length: 5.0, ..EdgeRecord::default() };
+    world.add_edge(edge, [CurveRecord::straight([1.0, 2.0], [0.0, 0.0])]);
+    world
 }
 
 impl Fixture {
@@ -59,11 +71,7 @@ impl Fixture {
             interface: Interface::new(Settings::default(), CameraController::new(Camera::default(), true)),
             header,
             lines,
-            nodes: vec![
-                NodeRecord { id: 7, x: 1.0, y: 2.0, theta: 0.0 },
-                NodeRecord { id: 8, ..NodeRecord::default() },
-            ],
-            edges: vec![EdgeRecord { id: 34, origin: 0, destination: 1, length: 5.0, ..EdgeRecord::default() }],
+            world: world(),
             labels: Labels::default(),
             pairs: Vec::new(),
             route: None,
@@ -85,10 +93,8 @@ impl Fixture {
             status: self.status.as_ref(),
             frame: (self.engine != EngineState::Awaited)
                 .then(|| Frame::new(&self.header, &self.lines).expect("a frame")),
-            nodes: &self.nodes,
-            edges: &self.edges,
+            world: self.world.view(1, 1),
             labels: &self.labels,
-            robot_types: &[],
             robot_type_column: None,
             contacts: Some(Contacts { header: &contact_header, pairs: &self.pairs, missed: 0 }),
             legend: &self.legend,

@@ -4,7 +4,7 @@ use std::f32::consts::{FRAC_PI_2, PI, TAU};
 
 use regatta_collision::FrameInput;
 use regatta_plugin::frame::Columns;
-use regatta_plugin::world::{EdgeRecord, RobotTypeRecord, Shape};
+use regatta_plugin::world::{CurveRecord, EdgeRecord, RobotTypeRecord, Shape, WorldData};
 
 /// Area per robot, in square metres.
 const AREA: f32 = 4.0;
@@ -29,8 +29,7 @@ pub const WIDTH: f32 = 0.6;
 /// Robots at random positions in a square, three in five on straight edges, the others on curves of 1 to 6 m radius.
 /// One robot in ten stands, the others drive at 0.5 to 1.5 m/s.
 pub struct Fleet {
-    pub edges: Vec<EdgeRecord>,
-    pub types: Vec<RobotTypeRecord>,
+    pub world: WorldData,
     robot_type_column: Vec<f32>,
     frames: Vec<Frame>,
     next: usize,
@@ -68,13 +67,13 @@ impl Arc {
     }
 
     /// Returns the arc as a Bézier curve, exact to a thousandth up to a quarter of a circle.
-    fn record(&self, id: u32) -> EdgeRecord {
+    fn record(&self) -> CurveRecord {
         let (end_heading, end) = self.at(self.length);
         let turn = self.curvature * self.length;
         let handle = if turn == 0.0 { self.length / 3.0 } else { 4.0 / 3.0 * (turn / 4.0).tan() / self.curvature };
         let first = [handle * self.heading.cos(), handle * self.heading.sin()];
         let second = [end[0] - handle * end_heading.cos(), end[1] - handle * end_heading.sin()];
-        EdgeRecord { id, length: self.length, control_points: [[0.0; 2], first, second, end], ..EdgeRecord::default() }
+        CurveRecord { control_points: [[0.0; 2], first, second, end] }
     }
 }
 
@@ -95,7 +94,11 @@ impl Fleet {
     pub fn new(robots: usize, types: usize) -> Self {
         let mut random = Random(1);
         let arcs: Vec<_> = (0..EDGES).map(|_| arc(&mut random)).collect();
-        let edges = (0..).zip(&arcs).map(|(id, arc)| arc.record(id)).collect();
+        let robot_types = TYPES[..types].iter().map(robot_type).collect();
+        let mut world = WorldData { robot_types, ..WorldData::default() };
+        for (id, arc) in (0..).zip(&arcs) {
+            world.add_edge(EdgeRecord { id, length: arc.length, ..EdgeRecord::default() }, [arc.record()]);
+        }
         let side = (robots as f32 * AREA).sqrt();
         let mut frames: Vec<Frame> = Vec::new();
         frames.resize_with(FRAMES, Frame::default);
@@ -109,7 +112,7 @@ impl Fleet {
             }
         }
         let robot_type_column = (0..robots).map(|robot| (robot % types) as f32).collect();
-        Self { edges, types: TYPES[..types].iter().map(robot_type).collect(), robot_type_column, frames, next: 0 }
+        Self { world, robot_type_column, frames, next: 0 }
     }
 
     /// Returns the next frame. After the last frame, the frames run backwards.
@@ -128,14 +131,7 @@ impl Fleet {
 }
 
 fn robot_type(&(shape, length, width): &(Shape, f32, f32)) -> RobotTypeRecord {
-    RobotTypeRecord {
-        name: RobotTypeRecord::padded_name("type"),
-        shape: shape as u32,
-        length,
-        width,
-        max_speed: f32::INFINITY,
-        max_acceleration: f32::INFINITY,
-    }
+    RobotTypeRecord { shape: shape as u32, ..RobotTypeRecord::new("type", length, width) }
 }
 
 fn arc(random: &mut Random) -> Arc {

@@ -28,7 +28,7 @@ fn frames(criterion: &mut Criterion) {
         for robots in SIZES {
             let mut fleet = Fleet::new(robots, types);
             let mut detector = Detector::new(settings);
-            detector.set_world(&fleet.edges, &fleet.types);
+            detector.set_world(&fleet.world.view(1, 1));
             group.throughput(Throughput::Elements(robots as u64));
             group.bench_function(BenchmarkId::from_parameter(robots), |bencher| {
                 bencher.iter(|| detector.update(&fleet.input()));

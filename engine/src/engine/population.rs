@@ -2,11 +2,11 @@
 
 use regatta_plugin::PublishError;
 use regatta_plugin::producer::Session;
-use regatta_plugin::world::{EdgeRecord, NodeRecord, RobotTypeRecord};
+use regatta_plugin::world::{self, CurveRecord, EdgeRecord, NodeRecord, RobotTypeRecord, Texts, WorldData};
 
 use super::{EngineError, Simulation};
 use crate::fleet::{Placement, RobotType, RouteSource};
-use crate::graph::EdgeIndex;
+use crate::graph::{CubicBezier, Edge, EdgeIndex, Node, Orientation, RouteGraph, Tags};
 use crate::scenario::Start;
 
 impl Simulation {
@@ -45,12 +45,10 @@ impl Simulation {
 
     /// Publishes the graph and the robot types.
     pub(super) fn publish_world(&mut self, session: &mut Session) -> Result<(), EngineError> {
-        let graph = &self.scenario.graph;
-        let nodes: Vec<_> = graph.nodes().iter().map(node_record).collect();
         let lengths = (0..).map(|index| self.tracks.edge_length(EdgeIndex(index)) as f32);
-        let edges: Vec<_> = graph.edges().iter().zip(lengths).map(|(edge, length)| edge_record(edge, length)).collect();
-        let types: Vec<_> = self.scenario.robot_types.iter().map(robot_type_record).collect();
-        session.ports().publish_world(&nodes, &edges, &types)?;
+        let mut world = world_of(&self.scenario.graph, lengths);
+        world.robot_types = self.scenario.robot_types.iter().map(robot_type_record).collect();
+        session.ports().publish_world(&world)?;
         Ok(())
     }
 
@@ -77,22 +75,57 @@ fn mix(value: u64) -> u64 {
     z ^ (z >> 31)
 }
 
-fn node_record(node: &crate::graph::Node) -> NodeRecord {
-    let [x, y] = node.position.as_vec2().to_array();
-    NodeRecord { id: node.id, x, y, theta: node.theta as f32 }
+/// Returns a graph as a world without robot types. `lengths` are those of the edges, in metres.
+fn world_of(graph: &RouteGraph, lengths: impl Iterator<Item = f32>) -> WorldData {
+    let mut world = WorldData { origin: graph.origin().to_array(), ..WorldData::default() };
+    world.nodes = graph.nodes().iter().map(|node| node_record(node, &mut world.texts)).collect();
+    for (edge, length) in graph.edges().iter().zip(lengths) {
+        let record = edge_record(edge, length, &mut world.texts);
+        world.add_edge(record, edge.path.cubics().map(curve_record));
+    }
+    world
 }
 
-fn edge_record(edge: &crate::graph::Edge, length: f32) -> EdgeRecord {
+fn node_record(node: &Node, texts: &mut Texts) -> NodeRecord {
+    let [x, y] = node.position.as_vec2().to_array();
+    let [name, level, zone] = text_offsets(node.tags.as_deref(), texts);
+    NodeRecord { id: node.id, x, y, theta: node.theta as f32, name, level, zone, role: node.role as u32 }
+}
+
+/// Returns the offsets of the name, the level and the zone.
+fn text_offsets(tags: Option<&Tags>, texts: &mut Texts) -> [u32; 3] {
+    let Some(tags) = tags else { return [0; 3] };
+    [&tags.name, &tags.level, &tags.zone].map(|text| texts.add(text.as_deref().unwrap_or_default()))
+}
+
+fn curve_record(cubic: &CubicBezier) -> CurveRecord {
+    CurveRecord { control_points: cubic.control_points.map(|point| point.as_vec2().to_array()) }
+}
+
+fn orientation(orientation: Orientation) -> world::Orientation {
+    match orientation {
+        Orientation::Tangential => world::Orientation::Tangential,
+        Orientation::Offset(angle) => world::Orientation::Offset(angle as f32),
+        Orientation::Fixed(angle) => world::Orientation::Fixed(angle as f32),
+    }
+}
+
+/// Returns an edge without its curves.
+fn edge_record(edge: &Edge, length: f32, texts: &mut Texts) -> EdgeRecord {
+    let [name, level, zone] = text_offsets(edge.tags.as_deref(), texts);
     EdgeRecord {
         id: edge.id,
         origin: edge.origin.0,
         destination: edge.destination.0,
         length,
-        control_points: edge.curve.control_points.map(|point| point.as_vec2().to_array()),
         velocity_forward: edge.velocity_forward as f32,
         velocity_backwards: edge.velocity_backwards.unwrap_or(0.0) as f32,
+        name,
+        level,
+        zone,
         ..EdgeRecord::default()
     }
+    .with_orientation(orientation(edge.orientation))
 }
 
 fn robot_type_record(robot_type: &RobotType) -> RobotTypeRecord {
@@ -103,5 +136,39 @@ fn robot_type_record(robot_type: &RobotType) -> RobotTypeRecord {
         width: robot_type.width,
         max_speed: robot_type.max_speed,
         max_acceleration: robot_type.max_acceleration,
+        // Robots of the engine don't turn on the spot.
+        max_rotation_speed: robot_type.max_rotation_speed,
+        max_rotation_acceleration: robot_type.max_rotation_acceleration,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec2;
+
+    use super::*;
+    use crate::graph::{NodeIndex, Path, Role};
+
+    #[test]
+    fn a_world_has_the_curves_texts_and_origin_of_its_graph() {
+        let corners = [DVec2::ZERO, DVec2::X * 2.0, DVec2::new(2.0, 3.0)];
+        let tags = |name: &str| Tags { level: Some("ground floor".into()), ..Tags::named(name) }.boxed();
+        let node = |id: u32, place, name| Node { tags: tags(name), ..Node::new(id, place, 0.0) };
+        let nodes = vec![Node { role: Role::Charge, ..node(1, corners[0], "dock") }, node(2, corners[2], "gate")];
+        let cubics = [0, 1].map(|part| CubicBezier::straight(corners[part], corners[part + 1]));
+        let path = Path::from_cubics(&cubics).expect("two cubics");
+        let mut edge = Edge::new(7, [NodeIndex(0), NodeIndex(1)], path, (1.5, Some(0.5)));
+        edge.orientation = Orientation::Fixed(1.0);
+        let graph = RouteGraph::from_valid_parts(nodes, vec![edge]).with_origin(DVec2::new(3.5e6, -1.0));
+
+        let data = world_of(&graph, [5.0].into_iter());
+        let world = data.view(1, 1);
+        let (first, edge) = (&world.nodes()[0], &world.edges()[0]);
+        assert_eq!((world.origin(), first.role().name()), ([3.5e6, -1.0], "charge"));
+        assert_eq!((world.text(first.name), world.text(first.level)), ("dock", "ground floor"));
+        assert_eq!(first.level, world.nodes()[1].level, "equal texts are stored once");
+        assert_eq!((edge.length, edge.orientation(), edge.name), (5.0, world::Orientation::Fixed(1.0), 0));
+        let ends: Vec<_> = world.curves(edge).iter().map(|curve| curve.control_points[3]).collect();
+        assert_eq!(ends, [[2.0, 0.0], [2.0, 3.0]]);
     }
 }

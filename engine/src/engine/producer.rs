@@ -1,6 +1,7 @@
 //! The engine as a [`Producer`]: its clock, control service and lockstep are those of every producer.
 
 use regatta_plugin::control::ControlKind;
+use regatta_plugin::frame::RobotState;
 use regatta_plugin::producer::{Moment, Producer, RefusalReason, Session};
 
 use super::{EngineError, Simulation};
@@ -40,7 +41,7 @@ impl Producer for Simulation {
         self.write_frame(session, false)
     }
 
-    fn robots_by_state(&self) -> [u32; 5] {
+    fn robots_by_state(&self) -> [u32; RobotState::COUNT] {
         self.fleet.robots_by_state()
     }
 

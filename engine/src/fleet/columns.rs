@@ -3,7 +3,7 @@
 use regatta_plugin::frame::{NO_EDGE, RobotState};
 
 use super::Route;
-use crate::motion::{AlignedVec, LimitRows, PieceColumn, ROW_GROUP, Rows, UNLIMITED};
+use crate::motion::{AlignedVec, HeadingRows, LimitRows, PieceColumn, ROW_GROUP, Rows, UNLIMITED};
 
 /// All columns. Rows that hold no robot are inert: they are on the first piece and [`RobotState::Absent`].
 #[derive(Debug)]
@@ -17,6 +17,7 @@ pub(super) struct FleetColumns {
     pub route: AlignedVec<Route>,
     pub robot_type: AlignedVec<u16>,
     limits: Option<Limits>,
+    headings: Option<Headings>,
 }
 
 #[derive(Debug)]
@@ -27,10 +28,18 @@ struct Limits {
     rest: AlignedVec<f32>,
 }
 
+#[derive(Debug)]
+struct Headings {
+    gain: AlignedVec<f32>,
+    offset: AlignedVec<f32>,
+    rate: AlignedVec<f32>,
+}
+
 impl FleetColumns {
     /// Makes columns without rows. `pieces` is the length of the table of pieces; `limited` if a robot type limits its
-    /// acceleration.
-    pub fn new(pieces: usize, limited: bool) -> Self {
+    /// acceleration, `oriented` if headings aren't simply those of the edges.
+    pub fn new(pieces: usize, limited: bool, oriented: bool) -> Self {
+        let headings = || Headings { gain: AlignedVec::new(), offset: AlignedVec::new(), rate: AlignedVec::new() };
         let limits = || Limits {
             acceleration: AlignedVec::new(),
             cruise: AlignedVec::new(),
@@ -47,6 +56,7 @@ impl FleetColumns {
             route: AlignedVec::new(),
             robot_type: AlignedVec::new(),
             limits: limited.then(limits),
+            headings: oriented.then(headings),
         }
     }
 
@@ -67,6 +77,11 @@ impl FleetColumns {
             limits.brake.resize(groups, f32::INFINITY);
             limits.rest.resize(groups, 0.0);
         }
+        if let Some(headings) = &mut self.headings {
+            headings.gain.resize(groups, 1.0);
+            headings.offset.resize(groups, 0.0);
+            headings.rate.resize(groups, 0.0);
+        }
     }
 
     /// Reserves memory for that many rows, and no more than they need.
@@ -85,6 +100,11 @@ impl FleetColumns {
             limits.cruise.reserve(groups);
             limits.brake.reserve(groups);
             limits.rest.reserve(groups);
+        }
+        if let Some(headings) = &mut self.headings {
+            headings.gain.reserve(groups);
+            headings.offset.reserve(groups);
+            headings.rate.reserve(groups);
         }
     }
 
@@ -106,6 +126,11 @@ impl FleetColumns {
         if let Some(limits) = &mut self.limits {
             limits.cruise[row] = 0.0;
             limits.rest[row] = 0.0;
+        }
+        if let Some(headings) = &mut self.headings {
+            headings.gain[row] = 1.0;
+            headings.offset[row] = 0.0;
+            headings.rate[row] = 0.0;
         }
     }
 
@@ -141,6 +166,11 @@ impl FleetColumns {
                 brake: &mut limits.brake,
                 rest: &mut limits.rest,
             }),
+            headings: self.headings.as_mut().map(|headings| HeadingRows {
+                gain: &mut headings.gain,
+                offset: &mut headings.offset,
+                rate: &mut headings.rate,
+            }),
         }
     }
 
@@ -148,6 +178,8 @@ impl FleetColumns {
     pub fn bytes_per_row(&self) -> usize {
         let hot = 5 * size_of::<u32>() + size_of::<u8>();
         let cold = size_of::<Route>() + size_of::<u16>();
-        hot + cold + if self.limits.is_some() { 4 * size_of::<f32>() } else { 0 }
+        let limits = if self.limits.is_some() { 4 * size_of::<f32>() } else { 0 };
+        let headings = if self.headings.is_some() { 3 * size_of::<f32>() } else { 0 };
+        hot + cold + limits + headings
     }
 }

@@ -6,3 +6,4 @@ mod limits;
 mod orders;
 mod portable;
 pub(super) mod support;
+mod turning;

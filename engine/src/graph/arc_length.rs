@@ -14,7 +14,6 @@ mod tests;
 use glam::DVec2;
 use rayon::prelude::*;
 
-use super::bezier::Side;
 use super::route_graph::{Edge, EdgeIndex, Gear, Leg, Node, NodeIndex, RouteGraph};
 use curve_span::CurveSpan;
 pub use piece::{Distance, Piece, PieceInfo};
@@ -64,7 +63,7 @@ impl Tracks {
         let of = |edge: &Edge| {
             let gears = if edge.velocity_backwards.is_some() { 2 } else { 1 };
             // The length of a line through points of the curve, which is at most the curve's. Saturates.
-            let pieces = (edge.curve.polyline_length(16) / fit::LONGEST_ACCEPTED).ceil().max(1.0) as u64;
+            let pieces = (edge.path.polyline_length(16) / fit::LONGEST_ACCEPTED).ceil().max(1.0) as u64;
             pieces.saturating_mul(gears)
         };
         graph.edges().iter().map(of).fold(graph.nodes().len() as u64, u64::saturating_add)
@@ -76,7 +75,7 @@ impl Tracks {
     /// # Panics
     /// If there are 2³¹ pieces or more, which would take 64 GiB.
     pub fn compile(graph: &RouteGraph) -> Self {
-        let fit = |edge: &Edge| fit::fit(&edge.curve, end_tangents(graph, edge));
+        let fit = |edge: &Edge| fit::fit(&edge.path, end_tangents(graph, edge));
         let edges = graph.edges();
         let fitted: Vec<Vec<CurveSpan>> = match edges.len() {
             0..PARALLEL_THRESHOLD => edges.iter().map(fit).collect(),
@@ -146,8 +145,8 @@ fn node_piece(node: &Node) -> Piece {
 
 /// Returns the unit tangents at the ends of an edge: exactly the nodes' headings where the curve has them.
 fn end_tangents(graph: &RouteGraph, edge: &Edge) -> [DVec2; 2] {
-    [(0.0, Side::After, edge.origin), (1.0, Side::Before, edge.destination)].map(|(lambda, side, node)| {
-        let tangent = edge.curve.tangent(lambda, side);
+    let ends = [(edge.path.start_tangent(), edge.origin), (edge.path.end_tangent(), edge.destination)];
+    ends.map(|(tangent, node)| {
         let heading = DVec2::from_angle(graph.node(node).theta);
         if heading.distance(tangent) < SAME_HEADING { heading } else { tangent }
     })

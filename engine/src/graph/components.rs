@@ -153,15 +153,10 @@ mod tests {
     use crate::graph::{CubicBezier, Edge, Node};
 
     fn graph(nodes: u32, edges: &[(u32, u32, bool)]) -> RouteGraph {
-        let nodes = (0..nodes).map(|id| Node { id, position: DVec2::new(f64::from(id), 0.0), theta: 0.0 }).collect();
+        let nodes = (0..nodes).map(|id| Node::new(id, DVec2::new(f64::from(id), 0.0), 0.0)).collect();
         let curve = CubicBezier::straight(DVec2::ZERO, DVec2::X);
-        let edge = |(id, &(from, to, reverse)): (u32, &(u32, u32, bool))| Edge {
-            id,
-            origin: NodeIndex(from),
-            destination: NodeIndex(to),
-            curve,
-            velocity_forward: 1.0,
-            velocity_backwards: reverse.then_some(1.0),
+        let edge = |(id, &(from, to, reverse)): (u32, &(u32, u32, bool))| {
+            Edge::new(id, [NodeIndex(from), NodeIndex(to)], curve, (1.0, reverse.then_some(1.0)))
         };
         RouteGraph::from_valid_parts(nodes, (0..).zip(edges).map(edge).collect())
     }

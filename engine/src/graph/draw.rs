@@ -4,10 +4,12 @@ use std::fmt::{self, Write};
 
 use glam::DVec2;
 
-use super::bezier::{CubicBezier, Side};
+use super::bezier::CubicBezier;
 use super::info::BoundingBox;
+use super::path::Path;
 use super::route_graph::{Edge, RouteGraph};
 use super::spline::unit;
+use super::tags::Role;
 
 /// The longer side of the map in pixels, margins included.
 const LONGER_SIDE: f64 = 1600.0;
@@ -22,14 +24,21 @@ const MAX_SCALE: f64 = 60.0;
 /// The largest number of edges with which a graph is drawn with ids.
 const MAX_EDGES_WITH_IDS: usize = 150;
 
+/// The largest number of characters of a name that are drawn.
+const LONGEST_LABEL: usize = 24;
+
+/// The mean width of a character relative to the size of the font.
+const GLYPH_WIDTH: f64 = 0.52;
+
 /// The colours of the edges, from slow to fast.
 const SPEED_COLOURS: [&str; 5] = ["#7fb8ad", "#4f9bb0", "#3b78a8", "#2f5590", "#263a70"];
 
 /// Returns the map of a graph as the text of an SVG file.
 ///
 /// North is up. Edges are coloured by speed and have an arrow at λ = ½, and a second, orange one if they allow reverse
-/// gear. Nodes show their headings. Small graphs are labelled with ids: those of nodes in grey, those of edges in the
-/// colour of the edge.
+/// gear. Nodes show their headings, and rings in the colours of their roles; stations are squares. Small graphs are
+/// labelled with names or else ids: those of nodes in grey, those of edges in the colour of the edge. The lines of the
+/// background are grey.
 pub fn svg(graph: &RouteGraph) -> String {
     let mut text = String::new();
     Map::new(graph).write(&mut text).expect("writing to a String never fails");
@@ -51,14 +60,15 @@ struct Map<'g> {
 
 impl<'g> Map<'g> {
     fn new(graph: &'g RouteGraph) -> Self {
-        let bounds = BoundingBox::of(graph);
+        let stations = graph.stations().iter().filter_map(|station| station.position);
+        let bounds = BoundingBox::of(graph).with(graph.background().iter().flatten().copied().chain(stations));
         let extent = bounds.size().max(DVec2::splat(0.1));
         let scale = ((LONGER_SIDE - 2.0 * MARGIN) / extent.max_element()).min(MAX_SCALE);
         // At least as wide as the legend.
         let size = (extent * scale + 2.0 * MARGIN).max(DVec2::new(560.0, 0.0)) + DVec2::new(0.0, LEGEND);
         let speeds = graph.edges().iter().map(|edge| edge.velocity_forward);
         let speeds = (speeds.clone().fold(f64::INFINITY, f64::min), speeds.fold(0.0, f64::max));
-        let mut lengths: Vec<f64> = graph.edges().iter().map(|edge| approximate_length(&edge.curve) * scale).collect();
+        let mut lengths: Vec<f64> = graph.edges().iter().map(|edge| approximate_length(&edge.path) * scale).collect();
         lengths.sort_by(f64::total_cmp);
         Self { graph, bounds, scale, size, speeds, detail: lengths[lengths.len() / 2] }
     }
@@ -76,11 +86,13 @@ impl<'g> Map<'g> {
         )?;
         writeln!(out, "<rect width=\"100%\" height=\"100%\" fill=\"#fafbfc\"/>")?;
         self.write_grid(out)?;
+        self.write_background(out)?;
         for (class, colour) in SPEED_COLOURS.into_iter().enumerate() {
             self.write_edges(out, class, colour)?;
         }
         self.write_reverse_arrows(out)?;
         self.write_nodes(out)?;
+        self.write_stations(out)?;
         if self.graph.edges().len() <= MAX_EDGES_WITH_IDS {
             self.write_ids(out)?;
         }
@@ -106,6 +118,58 @@ impl<'g> Map<'g> {
             y -= step;
         }
         writeln!(out, "\"/>")
+    }
+
+    /// Writes the lines that the file has besides the graph.
+    fn write_background(&self, out: &mut String) -> fmt::Result {
+        if self.graph.background().is_empty() {
+            return Ok(());
+        }
+        write!(out, "<path stroke=\"#b9c0c8\" stroke-width=\"1.2\" fill=\"none\" d=\"")?;
+        for line in self.graph.background() {
+            for (number, &point) in line.iter().enumerate() {
+                let at = self.pixel(point);
+                write!(out, "{}{:.1} {:.1}", if number == 0 { 'M' } else { 'L' }, at.x, at.y)?;
+            }
+        }
+        writeln!(out, "\"/>")
+    }
+
+    /// Writes stations as squares in the colours of their roles, with lines to their nodes, and rings around nodes with a
+    /// role.
+    fn write_stations(&self, out: &mut String) -> fmt::Result {
+        let size = (self.detail * 0.16).clamp(3.0, 10.0);
+        for node in self.graph.nodes().iter().filter(|node| node.role != Role::None) {
+            let (at, colour) = (self.pixel(node.position), role_colour(node.role));
+            writeln!(
+                out,
+                "<circle cx=\"{:.1}\" cy=\"{:.1}\" r=\"{size:.1}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"2\"/>",
+                at.x, at.y
+            )?;
+        }
+        for station in self.graph.stations() {
+            let nodes = station.nodes.iter().map(|&node| self.graph.node(node).position);
+            let Some(position) = station.position.or(nodes.clone().next()) else { continue };
+            let (at, colour) = (self.pixel(position), role_colour(station.role));
+            for node in nodes.map(|node| self.pixel(node)) {
+                let (x, y) = (node.x, node.y);
+                writeln!(
+                    out,
+                    "<path stroke=\"{colour}\" stroke-dasharray=\"3 3\" d=\"M{:.1} {:.1}L{x:.1} {y:.1}\"/>",
+                    at.x, at.y
+                )?;
+            }
+            let (x, y) = (at.x - size, at.y - size);
+            let side = 2.0 * size;
+            writeln!(
+                out,
+                "<rect x=\"{x:.1}\" y=\"{y:.1}\" width=\"{side:.1}\" height=\"{side:.1}\" fill=\"{colour}\" fill-opacity=\"0.75\"/>"
+            )?;
+            if self.graph.stations().len() <= MAX_EDGES_WITH_IDS {
+                write_label(out, at + DVec2::new(0.0, 2.2 * size), colour, &station.name)?;
+            }
+        }
+        Ok(())
     }
 
     fn stroke(&self) -> f64 {
@@ -136,16 +200,17 @@ impl<'g> Map<'g> {
             self.stroke()
         )?;
         for edge in edges() {
-            let [p0, p1, p2, p3] = edge.curve.control_points.map(|point| self.pixel(point));
-            writeln!(
-                out,
-                "<path d=\"M{:.1} {:.1}C{:.1} {:.1} {:.1} {:.1} {:.1} {:.1}\"/>",
-                p0.x, p0.y, p1.x, p1.y, p2.x, p2.y, p3.x, p3.y
-            )?;
+            let start = self.pixel(edge.path.start());
+            write!(out, "<path d=\"M{:.1} {:.1}", start.x, start.y)?;
+            for cubic in edge.path.cubics() {
+                let [_, p1, p2, p3] = cubic.control_points.map(|point| self.pixel(point));
+                write!(out, "C{:.1} {:.1} {:.1} {:.1} {:.1} {:.1}", p1.x, p1.y, p2.x, p2.y, p3.x, p3.y)?;
+            }
+            writeln!(out, "\"/>")?;
         }
         write!(out, "</g>\n<path fill=\"{colour}\" d=\"")?;
         for edge in edges().filter(|edge| self.has_room(edge, 2.2)) {
-            self.write_arrow(out, &edge.curve, 0.5, 1.0)?;
+            self.write_arrow(out, &edge.path, 0.5, 1.0)?;
         }
         writeln!(out, "\"/>")
     }
@@ -154,20 +219,21 @@ impl<'g> Map<'g> {
         write!(out, "<path fill=\"#e07b39\" d=\"")?;
         let reversible = |edge: &&Edge| edge.velocity_backwards.is_some() && self.has_room(edge, 4.5);
         for edge in self.graph.edges().iter().filter(reversible) {
-            self.write_arrow(out, &edge.curve, 0.28, -0.7)?;
+            self.write_arrow(out, &edge.path, 0.28, -0.7)?;
         }
         writeln!(out, "\"/>")
     }
 
     fn has_room(&self, edge: &Edge, arrows: f64) -> bool {
-        approximate_length(&edge.curve) * self.scale > arrows * self.arrow()
+        approximate_length(&edge.path) * self.scale > arrows * self.arrow()
     }
 
     /// Writes a triangle on the curve, `size` times as long as a normal arrow; it points backwards if `size` is
     /// negative.
-    fn write_arrow(&self, out: &mut String, curve: &CubicBezier, lambda: f64, size: f64) -> fmt::Result {
-        let along = curve.tangent(lambda, Side::After) * DVec2::new(1.0, -1.0) * self.arrow() * size;
-        let centre = self.pixel(curve.position(lambda));
+    fn write_arrow(&self, out: &mut String, path: &Path, fraction: f64, size: f64) -> fmt::Result {
+        let (position, tangent) = path.at(fraction);
+        let along = tangent * DVec2::new(1.0, -1.0) * self.arrow() * size;
+        let centre = self.pixel(position);
         let (tip, back, side) = (centre + along * 0.5, centre - along * 0.5, along.perp() * 0.36);
         let (left, right) = (back + side, back - side);
         write!(out, "M{:.1} {:.1}L{:.1} {:.1}L{:.1} {:.1}Z", tip.x, tip.y, left.x, left.y, right.x, right.y)
@@ -188,20 +254,27 @@ impl<'g> Map<'g> {
         writeln!(out, "</g>")
     }
 
-    /// Writes the ids: a node's behind the node, an edge's to the right of its arrow. Each is written twice, first as a
-    /// halo, because not every SVG renderer supports `paint-order`.
+    /// Writes the names, or else the ids: a node's behind the node, an edge's to the right of its arrow.
     fn write_ids(&self, out: &mut String) -> fmt::Result {
         let size = (self.detail * 0.14).clamp(7.0, 13.0);
-        writeln!(out, "<g font-size=\"{size:.1}\" text-anchor=\"middle\" dominant-baseline=\"central\">")?;
+        writeln!(out, "<g font-size=\"{size:.1}\">")?;
         for node in self.graph.nodes() {
             let behind = unit(node.theta) * DVec2::new(-1.0, 1.0);
             let at = self.pixel(node.position) + (behind + behind.perp()) * size * 0.9;
-            write_id(out, at, "#6a737d", node.id)?;
+            write_label(out, at, "#6a737d", node.name().unwrap_or(&node.id.to_string()))?;
         }
         for edge in self.graph.edges() {
-            let right = edge.curve.tangent(0.5, Side::After) * DVec2::new(1.0, -1.0);
-            let at = self.pixel(edge.curve.position(0.5)) + right.perp() * size;
-            write_id(out, at, SPEED_COLOURS[self.speed_class(edge)], edge.id)?;
+            let id = edge.id.to_string();
+            let text = edge.name().unwrap_or(&id);
+            // A name that is longer than its edge would cover others.
+            let width = GLYPH_WIDTH * size * text.chars().count().min(LONGEST_LABEL) as f64;
+            if width > approximate_length(&edge.path) * self.scale {
+                continue;
+            }
+            let (position, tangent) = edge.path.at(0.5);
+            let right = (tangent * DVec2::new(1.0, -1.0)).perp();
+            let distance = size * right.y.abs() + (0.5 * width + 0.4 * size) * right.x.abs();
+            write_label(out, self.pixel(position) + right * distance, SPEED_COLOURS[self.speed_class(edge)], text)?;
         }
         writeln!(out, "</g>")
     }
@@ -240,9 +313,12 @@ impl<'g> Map<'g> {
 }
 
 /// Estimates the length of a curve as the mean of its chord and its control polygon; accurate enough to choose sizes.
-fn approximate_length(curve: &CubicBezier) -> f64 {
-    let [p0, p1, p2, p3] = curve.control_points;
-    (p0.distance(p3) + p0.distance(p1) + p1.distance(p2) + p2.distance(p3)) / 2.0
+fn approximate_length(path: &Path) -> f64 {
+    let of = |cubic: &CubicBezier| {
+        let [p0, p1, p2, p3] = cubic.control_points;
+        (p0.distance(p3) + p0.distance(p1) + p1.distance(p2) + p2.distance(p3)) / 2.0
+    };
+    path.cubics().map(of).sum()
 }
 
 /// Rounds down to 1, 2 or 5 times a power of ten.
@@ -251,12 +327,43 @@ fn round_length(length: f64) -> f64 {
     [5.0, 2.0].into_iter().map(|factor| factor * power).find(|&round| round <= length).unwrap_or(power)
 }
 
-fn write_id(out: &mut String, at: DVec2, colour: &str, id: u32) -> fmt::Result {
+/// Writes a text twice, first as a halo, because not every SVG renderer supports `paint-order`.
+fn write_label(out: &mut String, at: DVec2, colour: &str, text: &str) -> fmt::Result {
     let halo = "fill=\"#fafbfc\" stroke=\"#fafbfc\" stroke-width=\"3\" stroke-linejoin=\"round\"";
+    let text = escape(text);
     for paint in [halo, &format!("fill=\"{colour}\"")] {
-        writeln!(out, "<text x=\"{:.1}\" y=\"{:.1}\" {paint}>{id}</text>", at.x, at.y)?;
+        writeln!(
+            out,
+            "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"middle\" dominant-baseline=\"central\" {paint}>{text}</text>",
+            at.x, at.y
+        )?;
     }
     Ok(())
+}
+
+/// Returns at most [`LONGEST_LABEL`] characters of a text, as XML.
+fn escape(text: &str) -> String {
+    let mut letters = text.chars().filter(|letter| !letter.is_control());
+    let mut escaped = String::new();
+    for letter in letters.by_ref().take(LONGEST_LABEL) {
+        match letter {
+            '&' => escaped += "&amp;",
+            '<' => escaped += "&lt;",
+            '>' => escaped += "&gt;",
+            other => escaped.push(other),
+        }
+    }
+    if letters.next().is_some() { escaped + "…" } else { escaped }
+}
+
+fn role_colour(role: Role) -> &'static str {
+    match role {
+        Role::None => "#6a737d",
+        Role::Pick => "#2f7d4f",
+        Role::Drop => "#8a4fb0",
+        Role::Park => "#3b6ea8",
+        Role::Charge => "#c98a1b",
+    }
 }
 
 #[cfg(test)]
@@ -274,6 +381,16 @@ mod tests {
         assert_eq!(map.matches("<path d=\"M").count(), graph.edges().len());
         assert!(!map.contains("NaN") && !map.contains("inf"));
         assert_eq!(map.matches("<g").count(), map.matches("</g>").count());
+    }
+
+    #[test]
+    fn names_stations_and_roles_are_drawn() {
+        let text = "Vertices:\n- {Id: 1, X: 1, Y: 1, Theta: 0, Name: a<b, Role: charge}\n- {Id: 2, X: 5, Y: 1, Theta: 0}\n\
+            Edges:\n- {Id: 1, Origin_ID: 1, Destination_ID: 2, CurveType: Linear, VelocityForward: 1}\n\
+            Stations:\n- {Name: Dock, Role: drop, Nodes: [2], X: 5, Y: 2}\n";
+        let map = svg(&parse(text, "g", &ReadOptions::default()).unwrap().0);
+        assert!(map.contains(">a&lt;b</text>") && map.contains(">Dock</text>"), "{map}");
+        assert!(map.contains(role_colour(Role::Charge)) && map.contains(role_colour(Role::Drop)));
     }
 
     #[test]

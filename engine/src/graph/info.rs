@@ -99,7 +99,7 @@ impl Info {
 
 impl Lengths {
     fn of(graph: &RouteGraph) -> Self {
-        let lengths: Vec<f64> = graph.edges().iter().map(|edge| edge.curve.length()).collect();
+        let lengths: Vec<f64> = graph.edges().iter().map(|edge| edge.path.length()).collect();
         let Range { least, greatest } = Range::of(lengths.iter().copied());
         Self { total: lengths.iter().sum(), shortest: least, longest: greatest }
     }
@@ -112,10 +112,20 @@ impl BoundingBox {
         let (min, max) = graph
             .edges()
             .iter()
-            .flat_map(|edge| extremes(&edge.curve))
+            .flat_map(|edge| edge.path.cubics().flat_map(extremes))
             .chain(nodes)
             .fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(min, max), point| (min.min(point), max.max(point)));
         Self { min_x: min.x, min_y: min.y, max_x: max.x, max_y: max.y }
+    }
+
+    /// Returns the smallest rectangle that also contains these points.
+    pub fn with(self, points: impl Iterator<Item = DVec2>) -> Self {
+        points.fold(self, |bounds, point| Self {
+            min_x: bounds.min_x.min(point.x),
+            min_y: bounds.min_y.min(point.y),
+            max_x: bounds.max_x.max(point.x),
+            max_y: bounds.max_y.max(point.y),
+        })
     }
 
     /// Returns the extent from west to east and from south to north in metres.

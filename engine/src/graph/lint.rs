@@ -3,7 +3,6 @@
 
 use std::f64::consts::PI;
 
-use super::bezier::Side;
 use super::components::Components;
 use super::finding::{Report, Subject};
 use super::item::RawCurve;
@@ -11,8 +10,9 @@ use super::route_graph::{EdgeIndex, Gear, Leg, NodeIndex, RouteGraph};
 use super::spline::{HandleLengths, Handles, normalize_angle, spline};
 use super::yaml::RawGraph;
 
-/// The largest heading jump, in radians, that isn't reported.
-const MAX_JUMP: f64 = 5.0 * PI / 180.0;
+/// The largest difference in radians between the headings of consecutive edges that robots drive through: 5°. Where it is
+/// larger, robots that can turn on the spot do so, and the heading of others jumps.
+pub const SMOOTH_TURN: f64 = 5.0 * PI / 180.0;
 
 /// The other handle convention is suggested if it makes the curves shorter than this fraction of their length.
 const CLEARLY_SHORTER: f64 = 0.95;
@@ -22,7 +22,11 @@ pub(super) fn lint(graph: &RouteGraph, raw: &RawGraph, handles: Handles, report:
     warn_of_swapped_handles(graph, raw, handles, report);
     warn_of_reverse_zero(graph, raw, report);
     let mut linter = NodeLinter { graph, raw, report };
-    linter.warn_of_jumps();
+    if raw.is_imported {
+        linter.count_jumps();
+    } else {
+        linter.warn_of_jumps();
+    }
     linter.warn_of_dead_ends();
     linter.warn_of_unreachable();
 }
@@ -32,7 +36,7 @@ fn warn_of_swapped_handles(graph: &RouteGraph, raw: &RawGraph, handles: Handles,
     let (mut length, mut other_length) = (0.0, 0.0);
     for (edge, raw_edge) in graph.edges().iter().zip(&raw.edges) {
         let (Some(RawCurve::Spline), Some(forward), Some(backward)) =
-            (raw_edge.curve, raw_edge.forward, raw_edge.backward)
+            (&raw_edge.curve, raw_edge.forward, raw_edge.backward)
         else {
             continue;
         };
@@ -40,7 +44,7 @@ fn warn_of_swapped_handles(graph: &RouteGraph, raw: &RawGraph, handles: Handles,
             continue;
         }
         let (from, to) = (graph.node(edge.origin), graph.node(edge.destination));
-        length += edge.curve.length();
+        length += edge.path.length();
         other_length += spline(from, to, HandleLengths { forward, backward }, handles.other()).length();
     }
     if other_length < CLEARLY_SHORTER * length {
@@ -73,13 +77,30 @@ struct NodeLinter<'a, 'r, 'text> {
 impl NodeLinter<'_, '_, '_> {
     fn warn(&mut self, node: NodeIndex, message: impl Into<String>) {
         let raw = &self.raw.nodes[node.0 as usize];
-        self.report.warning(raw.at, Subject::Node(raw.id), message);
+        let (subject, message) = raw.finding(message);
+        self.report.warning(raw.at, subject, message);
+    }
+
+    /// Layouts of other systems have straight lanes, on which robots turn everywhere: that is worth one warning.
+    fn count_jumps(&mut self) {
+        let arrivals = sorted_arrivals(self.graph);
+        let has_jump = |arrivals: &&[(NodeIndex, LegHeading)]| {
+            let departures = sorted_departures(self.graph, arrivals[0].0);
+            arrivals.iter().any(|&(_, arrival)| worst_jump(arrival, &departures).is_some())
+        };
+        let nodes = arrivals.chunk_by(|a, b| a.0 == b.0).filter(has_jump).count();
+        if nodes > 0 {
+            let message = format!(
+                "the heading changes by more than {:.0}° at {nodes} nodes: robots turn there if their type has a \
+                 max_rotation_speed; otherwise their heading jumps",
+                SMOOTH_TURN.to_degrees()
+            );
+            self.report.warning(0, Subject::File, message);
+        }
     }
 
     fn warn_of_jumps(&mut self) {
-        let mut arrivals = arrivals(self.graph);
-        arrivals.sort_by_key(|&(node, _)| node);
-        for arrivals in arrivals.chunk_by(|a, b| a.0 == b.0) {
+        for arrivals in sorted_arrivals(self.graph).chunk_by(|a, b| a.0 == b.0) {
             let node = arrivals[0].0;
             let departures = sorted_departures(self.graph, node);
             let jumps = || arrivals.iter().filter_map(|&(_, arrival)| worst_jump(arrival, &departures));
@@ -155,6 +176,13 @@ fn arrivals(graph: &RouteGraph) -> Vec<(NodeIndex, LegHeading)> {
     legs(graph).map(|leg| (graph.leg_end(leg), (heading(graph, leg, leg.gear == Gear::Forward), leg))).collect()
 }
 
+/// Returns [`arrivals`] by node.
+fn sorted_arrivals(graph: &RouteGraph) -> Vec<(NodeIndex, LegHeading)> {
+    let mut arrivals = arrivals(graph);
+    arrivals.sort_by_key(|&(node, _)| node);
+    arrivals
+}
+
 /// Returns the legs that leave a node with their headings there, by ascending heading.
 fn sorted_departures(graph: &RouteGraph, node: NodeIndex) -> Vec<LegHeading> {
     let mut departures: Vec<_> =
@@ -165,9 +193,9 @@ fn sorted_departures(graph: &RouteGraph, node: NodeIndex) -> Vec<LegHeading> {
 
 /// Returns the robot's heading at one end of an edge, which is the same in either gear.
 fn heading(graph: &RouteGraph, leg: Leg, at_destination: bool) -> f64 {
-    let curve = &graph.edge(leg.edge).curve;
-    let tangent = if at_destination { curve.tangent(1.0, Side::Before) } else { curve.tangent(0.0, Side::After) };
-    tangent.to_angle()
+    let edge = graph.edge(leg.edge);
+    let tangent = if at_destination { edge.path.end_tangent() } else { edge.path.start_tangent() };
+    edge.orientation.heading(tangent.to_angle())
 }
 
 struct Jump {
@@ -190,7 +218,7 @@ fn worst_jump((heading, from): LegHeading, departures: &[LegHeading]) -> Option<
         .into_iter()
         .filter_map(jump)
         .max_by(|a, b| a.angle.total_cmp(&b.angle))
-        .filter(|jump| jump.angle > MAX_JUMP)
+        .filter(|jump| jump.angle > SMOOTH_TURN)
 }
 
 fn leg_name(graph: &RouteGraph, leg: Leg) -> String {

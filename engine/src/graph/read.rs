@@ -5,22 +5,132 @@ use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
 use super::finding::{Findings, Report};
+use super::format::ros_map::{self, BackgroundError};
+use super::format::{self, Format, Source, SyntaxError};
 use super::route_graph::RouteGraph;
 use super::spline::Handles;
-use super::{lint, validate, yaml};
+use super::yaml::RawGraph;
+use super::{fix, lint, validate, yaml};
 
-/// The size of the largest file that is read, in bytes: some 300,000 edges. Reading YAML takes up to 50 times the size
-/// of the file in memory.
-pub const MAX_FILE_BYTES: u64 = 64 << 20;
+/// The size of the largest file that is read, in bytes.
+pub const MAX_FILE_BYTES: u64 = 256 << 20;
 
 /// The largest depth of nested brackets.
 const MAX_DEPTH: usize = 100;
 
 /// Settings of the caller that override those in the file.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct ReadOptions {
     /// The handle convention; `None` for that of the file, which is [`Handles::BAtOrigin`] if the file has none.
     pub handles: Option<Handles>,
+    /// The format; `None` to tell it by the content.
+    pub format: Option<Format>,
+    /// The only level (floor) or layout to read, by name; `None` for all.
+    pub level: Option<String>,
+    /// The vehicle type whose speeds and headings are read, by id; `None` for the first of the file.
+    pub vehicle_type: Option<String>,
+    /// The layers of a drawing whose lines are edges; empty for all. The others are background.
+    pub layers: Vec<String>,
+    /// The unit of a drawing, such as `mm`; `None` for what the drawing says, else metres.
+    pub units: Option<LengthUnit>,
+    /// The width in metres for which a roadmap is made of a map without a graph; `None` for no roadmap.
+    pub skeleton: Option<Millimetres>,
+    /// The length of the side of a grid map's cells; `None` for 1 m.
+    pub cell_size: Option<Millimetres>,
+    /// A map of the ROS map server whose outlines are drawn behind the layout.
+    pub background: Option<PathBuf>,
+}
+
+/// A unit of length.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LengthUnit {
+    /// Millimetres.
+    Millimetre,
+    /// Centimetres.
+    Centimetre,
+    /// Metres.
+    Metre,
+    /// Inches of 25.4 mm.
+    Inch,
+    /// Feet of 304.8 mm.
+    Foot,
+}
+
+impl LengthUnit {
+    /// All units.
+    pub const ALL: [Self; 5] = [Self::Millimetre, Self::Centimetre, Self::Metre, Self::Inch, Self::Foot];
+
+    /// Returns the symbol used on the command line and in scenarios.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Millimetre => "mm",
+            Self::Centimetre => "cm",
+            Self::Metre => "m",
+            Self::Inch => "in",
+            Self::Foot => "ft",
+        }
+    }
+
+    /// Returns the metres of one unit.
+    pub fn metres(self) -> f64 {
+        match self {
+            Self::Millimetre => 0.001,
+            Self::Centimetre => 0.01,
+            Self::Metre => 1.0,
+            Self::Inch => 0.0254,
+            Self::Foot => 0.3048,
+        }
+    }
+}
+
+/// The error of parsing a [`LengthUnit`].
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("`{}` is not a unit: use mm, cm, m, in or ft", .0.escape_debug())]
+pub struct ParseUnitError(String);
+
+impl std::str::FromStr for LengthUnit {
+    type Err = ParseUnitError;
+
+    /// Parses a symbol, ignoring case.
+    fn from_str(text: &str) -> Result<Self, ParseUnitError> {
+        let is = |unit: &Self| unit.name().eq_ignore_ascii_case(text.trim());
+        Self::ALL.into_iter().find(is).ok_or_else(|| ParseUnitError(text.trim().to_owned()))
+    }
+}
+
+/// A length in whole millimetres.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Millimetres(pub u32);
+
+impl Millimetres {
+    /// Returns the length in metres.
+    pub fn metres(self) -> f64 {
+        f64::from(self.0) / 1000.0
+    }
+}
+
+/// The error of parsing [`Millimetres`].
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("`{}` is not a length: give metres from 0.001 to 1000", .0.escape_debug())]
+pub struct ParseLengthError(String);
+
+impl std::str::FromStr for Millimetres {
+    type Err = ParseLengthError;
+
+    /// Parses metres.
+    fn from_str(text: &str) -> Result<Self, ParseLengthError> {
+        let metres = text.trim().parse::<f64>().ok().filter(|metres| (0.001..=1000.0).contains(metres));
+        metres
+            .map(|metres| Self((metres * 1000.0).round() as u32))
+            .ok_or_else(|| ParseLengthError(text.trim().to_owned()))
+    }
+}
+
+impl std::fmt::Display for Millimetres {
+    /// Writes metres.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}", self.metres())
+    }
 }
 
 /// The error of reading a route graph. It is displayed as one line; [`GraphError::findings`] has all details.
@@ -74,6 +184,9 @@ pub enum GraphError {
         /// The YAML reader's message.
         message: String,
     },
+    /// The map for the background can't be read.
+    #[error(transparent)]
+    Background(#[from] BackgroundError),
     /// The route graph has errors: at least one of the findings is an error.
     #[error("{}", summary(.0))]
     Invalid(Findings),
@@ -146,10 +259,56 @@ fn too_large(name: &str) -> GraphError {
 /// # Errors
 /// The errors of [`read`], except those of opening a file.
 pub fn parse(text: &str, name: &str, options: &ReadOptions) -> Result<(RouteGraph, Findings), GraphError> {
+    let (raw, report) = parse_raw(text, name, options)?;
+    finish(raw, options, report)
+}
+
+/// As [`parse`], after mending what has one obvious answer. Returns the graph and what was mended, one line each.
+///
+/// # Errors
+/// As [`parse`], for what can't be mended.
+pub fn parse_fixed(text: &str, name: &str, options: &ReadOptions) -> Result<(RouteGraph, Vec<String>), GraphError> {
+    let (mut raw, report) = parse_raw(text, name, options)?;
+    let fixes = fix::fix(&mut raw);
+    let (graph, _) = finish(raw, options, report)?;
+    Ok((graph, fixes))
+}
+
+/// Reads a text up to its validation.
+fn parse_raw<'text>(
+    text: &'text str,
+    name: &'text str,
+    options: &ReadOptions,
+) -> Result<(RawGraph, Report<'text>), GraphError> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     reject_hostile(text, name)?;
+    let format = options.format.unwrap_or_else(|| Format::detect(text));
+    if format.is_yaml() {
+        reject_slow_yaml(text, name)?;
+    }
     let mut report = Report::new(name, text);
-    let raw = yaml::read(text, &mut report).map_err(|error| syntax(name, &error))?;
+    let raw = match format {
+        Format::Regatta => yaml::read(text, &mut report).map_err(|error| syntax(name, error))?,
+        foreign => {
+            let path = Path::new(name);
+            let folder = path.parent().unwrap_or(Path::new(""));
+            let stem = path.file_stem().and_then(|stem| stem.to_str()).unwrap_or_default();
+            let layout = format::read(foreign, Source { text, folder, stem }, options, &mut report);
+            layout.map_err(|error| syntax(name, error))?.into_raw(&mut report)
+        }
+    };
+    Ok((raw, report))
+}
+
+/// Validates what a reader has read.
+fn finish(
+    mut raw: RawGraph,
+    options: &ReadOptions,
+    mut report: Report<'_>,
+) -> Result<(RouteGraph, Findings), GraphError> {
+    if let Some(map) = &options.background {
+        raw.background.extend(ros_map::background(map)?);
+    }
     let handles = options.handles.or(raw.handles).unwrap_or_default();
     match validate::validate(&raw, handles, &mut report) {
         Some(graph) if !report.has_errors() => {
@@ -160,7 +319,7 @@ pub fn parse(text: &str, name: &str, options: &ReadOptions) -> Result<(RouteGrap
     }
 }
 
-/// Rejects texts that can't be a route graph, or that would make the YAML reader slow or take much memory.
+/// Rejects texts that can't be a route graph.
 fn reject_hostile(text: &str, name: &str) -> Result<(), GraphError> {
     let file = || name.to_owned();
     if text.len() as u64 > MAX_FILE_BYTES {
@@ -172,10 +331,15 @@ fn reject_hostile(text: &str, name: &str) -> Result<(), GraphError> {
     if text.lines().all(|line| line.trim_start().is_empty() || line.trim_start().starts_with('#')) {
         return Err(GraphError::Empty { file: file() });
     }
+    Ok(())
+}
+
+/// Rejects texts that would make the YAML reader slow or take much memory.
+fn reject_slow_yaml(text: &str, name: &str) -> Result<(), GraphError> {
     // Each value of a map or list follows one of these bytes: an upper bound without parsing.
     let entries = text.bytes().filter(|byte| b":,-[{*".contains(byte)).count();
-    if entries > 2 * yaml::MAX_ENTRIES {
-        return Err(GraphError::TooLarge { file: file(), limit: format!("{} entries", yaml::MAX_ENTRIES) });
+    if entries > 2 * yaml::MAX_ENTRIES && !yaml::is_read_in_parts(text) {
+        return Err(GraphError::TooLarge { file: name.to_owned(), limit: format!("{} entries", yaml::MAX_ENTRIES) });
     }
     reject_deep_nesting(text, name)
 }
@@ -199,6 +363,7 @@ fn reject_deep_nesting(text: &str, name: &str) -> Result<(), GraphError> {
 
 fn not_text(name: &str, bytes: &[u8], at: usize) -> GraphError {
     let reason = match bytes {
+        _ if bytes.starts_with(b"AutoCAD Binary DXF") => "it is a binary drawing, save it as DXF in ASCII",
         [0xff, 0xfe, ..] | [0xfe, 0xff, ..] => "it looks like UTF-16, save it as UTF-8",
         _ if bytes[at..].first() == Some(&0) => "it contains a zero byte",
         _ => "it contains bytes that are not valid UTF-8",
@@ -210,7 +375,6 @@ fn line_at(bytes: &[u8], at: usize) -> usize {
     1 + bytes[..at].iter().filter(|&&byte| byte == b'\n').count()
 }
 
-fn syntax(name: &str, error: &serde_yaml::Error) -> GraphError {
-    let line = error.location().map_or(1, |location| location.line());
-    GraphError::Syntax { file: name.to_owned(), line, message: error.to_string() }
+fn syntax(name: &str, SyntaxError { line, message }: SyntaxError) -> GraphError {
+    GraphError::Syntax { file: name.to_owned(), line, message }
 }

@@ -4,7 +4,8 @@ use std::collections::BTreeMap;
 
 use glam::DVec2;
 
-use super::bezier::CubicBezier;
+use super::path::Path;
+use super::tags::{Orientation, Role, Rotation, Station, Tags};
 
 /// The index of a node in [`RouteGraph::nodes`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -19,10 +20,14 @@ pub struct EdgeIndex(pub u32);
 pub struct Node {
     /// The id in the file, unique among nodes.
     pub id: u32,
-    /// Metres to the east and to the north.
+    /// Metres to the east and to the north of [`RouteGraph::origin`].
     pub position: DVec2,
     /// The heading in radians, in (-π, π].
     pub theta: f64,
+    /// What robots do here.
+    pub role: Role,
+    /// The name and everything else that the file says; `None` if it says nothing.
+    pub tags: Option<Box<Tags>>,
 }
 
 /// A directed curve from one node to another.
@@ -35,11 +40,56 @@ pub struct Edge {
     /// The node where the edge ends.
     pub destination: NodeIndex,
     /// The shape of the edge. Straight edges are cubics with evenly spaced control points.
-    pub curve: CubicBezier,
+    pub path: Path,
     /// The speed from origin to destination in metres per second; above 0.
     pub velocity_forward: f64,
     /// The speed from destination to origin in reverse gear in metres per second; `None` if that isn't allowed.
     pub velocity_backwards: Option<f64>,
+    /// The heading of robots along the edge.
+    pub orientation: Orientation,
+    /// The way in which robots turn on the spot at the origin and at the destination.
+    pub rotation: [Rotation; 2],
+    /// The name and everything else that the file says; `None` if it says nothing.
+    pub tags: Option<Box<Tags>>,
+}
+
+impl Node {
+    /// Returns a node without a role and without tags.
+    pub fn new(id: u32, position: DVec2, theta: f64) -> Self {
+        Self { id, position, theta, role: Role::None, tags: None }
+    }
+
+    /// Returns the name, if it has one.
+    pub fn name(&self) -> Option<&str> {
+        self.tags.as_ref()?.name.as_deref()
+    }
+}
+
+impl Edge {
+    /// Returns an edge that robots drive along its tangent, without tags. The speeds are in metres per second.
+    pub fn new(
+        id: u32,
+        [origin, destination]: [NodeIndex; 2],
+        path: impl Into<Path>,
+        speeds: (f64, Option<f64>),
+    ) -> Self {
+        Self {
+            id,
+            origin,
+            destination,
+            path: path.into(),
+            velocity_forward: speeds.0,
+            velocity_backwards: speeds.1,
+            orientation: Orientation::Tangential,
+            rotation: [Rotation::Shorter; 2],
+            tags: None,
+        }
+    }
+
+    /// Returns the name, if it has one.
+    pub fn name(&self) -> Option<&str> {
+        self.tags.as_ref()?.name.as_deref()
+    }
 }
 
 /// The direction of travel along an edge, which also determines the way the robot faces.
@@ -71,6 +121,9 @@ pub struct RouteGraph {
     /// The legs that leave node `n` are `departures[departures_start[n]..departures_start[n + 1]]`.
     departures: Vec<Leg>,
     departures_start: Vec<u32>,
+    origin: DVec2,
+    stations: Vec<Station>,
+    background: Vec<Vec<DVec2>>,
 }
 
 impl RouteGraph {
@@ -82,7 +135,43 @@ impl RouteGraph {
         let node_by_id = (0..).map(NodeIndex).zip(&nodes).map(|(index, node)| (node.id, index)).collect();
         let edge_by_id = (0..).map(EdgeIndex).zip(&edges).map(|(index, edge)| (edge.id, index)).collect();
         let (departures, departures_start) = departures_by_node(nodes.len(), &edges);
-        Self { nodes, edges, node_by_id, edge_by_id, departures, departures_start }
+        Self {
+            nodes,
+            edges,
+            node_by_id,
+            edge_by_id,
+            departures,
+            departures_start,
+            origin: DVec2::ZERO,
+            stations: Vec::new(),
+            background: Vec::new(),
+        }
+    }
+
+    /// Sets the origin.
+    pub(crate) fn with_origin(self, origin: DVec2) -> Self {
+        Self { origin, ..self }
+    }
+
+    /// Sets the stations, whose nodes must exist, and the lines of the background.
+    pub(crate) fn with_surroundings(self, stations: Vec<Station>, background: Vec<Vec<DVec2>>) -> Self {
+        Self { stations, background, ..self }
+    }
+
+    /// Returns where (0, 0) of the graph is on the file's map, in metres: (0, 0), unless the file's coordinates are too large
+    /// for exact poses in single precision. A position in the file is `origin + position`.
+    pub fn origin(&self) -> DVec2 {
+        self.origin
+    }
+
+    /// Returns the stations.
+    pub fn stations(&self) -> &[Station] {
+        &self.stations
+    }
+
+    /// Returns lines that the file has besides the graph, such as walls, in metres from [`origin`](Self::origin).
+    pub fn background(&self) -> &[Vec<DVec2>] {
+        &self.background
     }
 
     /// Returns all nodes, by [`NodeIndex`].

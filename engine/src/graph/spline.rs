@@ -142,7 +142,7 @@ mod tests {
     use super::*;
 
     fn node(x: f64, y: f64, theta: f64) -> Node {
-        Node { id: 1, position: DVec2::new(x, y), theta }
+        Node::new(1, DVec2::new(x, y), theta)
     }
 
     #[test]

@@ -79,6 +79,16 @@ impl Value<'_> {
         }
     }
 
+    /// Returns a text, a number or a truth value as trimmed text.
+    pub fn text(&self) -> Option<String> {
+        match self {
+            Self::Text(text) => Some(text.trim().to_owned()),
+            Self::Number(number) => Some(number.to_string()),
+            Self::Other(word) => word.strip_prefix('`').and_then(|word| word.strip_suffix('`')).map(str::to_owned),
+            Self::Read | Self::Null => None,
+        }
+    }
+
     /// Returns the number, also if it is written as text.
     pub fn number(&self) -> Option<f64> {
         match self {

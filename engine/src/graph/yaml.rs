@@ -4,18 +4,26 @@
 //! The YAML library returns plain keys as slices of the text, so the address of a key gives its line, in block style
 //! and in flow style.
 
+mod sections;
+
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 
+use glam::DVec2;
 use serde::de::{Error, IgnoredAny, MapAccess, SeqAccess};
 
+use self::sections::Part;
 use super::finding::{Report, Subject};
-use super::item::{EDGE_KEYS, Field, NODE_KEYS, RawEdge, RawNode, Values, find};
+use super::format::SyntaxError;
+use super::item::{EDGE_KEYS, Field, NODE_KEYS, RawEdge, RawNode, RawStation, STATION_KEYS, Values, find};
 use super::spline::Handles;
 use super::value::{ReadValue, Scalar, Value, impl_deserialize_seed, shorten};
 
 /// The largest number of keys and items, those repeated by aliases included. It protects against alias bombs.
 pub(super) const MAX_ENTRIES: usize = 3_000_000;
+
+/// The size in bytes from which a file is read part by part if that is possible.
+const LARGE: usize = 1 << 20;
 
 /// The largest number of different unknown keys that are reported.
 const MAX_UNKNOWN_KEYS: usize = 100;
@@ -25,15 +33,20 @@ const MAX_UNKNOWN_KEYS: usize = 100;
 pub(super) struct RawGraph {
     pub nodes: Vec<RawNode>,
     pub edges: Vec<RawEdge>,
+    pub stations: Vec<RawStation>,
+    /// Lines that are drawn behind the graph, in metres.
+    pub background: Vec<Vec<DVec2>>,
     pub handles: Option<Handles>,
     pub degrees: bool,
+    /// Whether it was made from a layout of another format.
+    pub is_imported: bool,
 }
 
 /// Reads a YAML text.
 ///
 /// # Errors
 /// If the text isn't YAML, or isn't one map. Errors inside the map are reported to `report` instead.
-pub(super) fn read<'text>(text: &'text str, report: &mut Report<'text>) -> Result<RawGraph, serde_yaml::Error> {
+pub(super) fn read<'text>(text: &'text str, report: &mut Report<'text>) -> Result<RawGraph, SyntaxError> {
     let mut reader = Reader {
         text,
         report,
@@ -41,15 +54,24 @@ pub(super) fn read<'text>(text: &'text str, report: &mut Report<'text>) -> Resul
         entries: 0,
         unknown: BTreeMap::new(),
         graph: RawGraph::default(),
-        seen: [false; 4],
+        seen: [false; 5],
     };
-    let deserializer = serde_yaml::Deserializer::from_str(text);
-    let root = super::value::read_value(Root(&mut reader), deserializer)?;
-    if root != Value::Read {
-        return Err(Error::custom(format!("expected a map with Edges and Vertices, found {}", root.describe())));
+    match parts_of_large(text) {
+        Some(parts) => parts.into_iter().try_for_each(|part| reader.read_part(part))?,
+        None => reader.read_whole(text).map_err(|error| reader.syntax_error(text, &error))?,
     }
     reader.report_unknown_keys();
     Ok(reader.graph)
+}
+
+/// Returns the parts of a large text; `None` if it is to be read as a whole.
+fn parts_of_large(text: &str) -> Option<Vec<Part<'_>>> {
+    (text.len() >= LARGE).then(|| sections::parts(text)).flatten()
+}
+
+/// Whether reading a text takes no more memory than the graph itself.
+pub(super) fn is_read_in_parts(text: &str) -> bool {
+    parts_of_large(text).is_some()
 }
 
 struct Reader<'r, 'text> {
@@ -62,7 +84,7 @@ struct Reader<'r, 'text> {
     unknown: BTreeMap<(Scope, String), UnknownKey>,
     graph: RawGraph,
     /// Whether each [`RootKey`] has been seen.
-    seen: [bool; 4],
+    seen: [bool; 5],
 }
 
 struct UnknownKey {
@@ -75,6 +97,7 @@ enum Scope {
     File,
     Node,
     Edge,
+    Station,
 }
 
 /// A key of the root map.
@@ -82,20 +105,67 @@ enum Scope {
 enum RootKey {
     Edges,
     Vertices,
+    Stations,
     AngleUnit,
     Handles,
 }
 
 /// The names of the root keys, normalized as by [`find`].
-const ROOT_KEYS: [(&str, RootKey); 5] = [
+const ROOT_KEYS: [(&str, RootKey); 6] = [
     ("edges", RootKey::Edges),
     ("vertices", RootKey::Vertices),
     ("nodes", RootKey::Vertices),
+    ("stations", RootKey::Stations),
     ("angleunit", RootKey::AngleUnit),
     ("handles", RootKey::Handles),
 ];
 
 impl<'text> Reader<'_, 'text> {
+    fn read_whole(&mut self, text: &'text str) -> Result<(), serde_yaml::Error> {
+        let root = super::value::read_value(Root(&mut *self), serde_yaml::Deserializer::from_str(text))?;
+        match root {
+            Value::Read => Ok(()),
+            other => Err(Error::custom(format!("expected a map with Edges and Vertices, found {}", other.describe()))),
+        }
+    }
+
+    /// Reads a part of the root map. What counts keys starts anew: parts have a limited size.
+    fn read_part(&mut self, part: Part<'text>) -> Result<(), SyntaxError> {
+        self.entries = 0;
+        let (Part::Entry(text) | Part::Items { items: text, .. }) = part;
+        let result = match part {
+            Part::Entry(entry) => self.read_whole(entry),
+            Part::Items { key, items } => self.read_items(key, items),
+        };
+        result.map_err(|error| self.syntax_error(text, &error))
+    }
+
+    fn read_items(&mut self, key: &'text str, items: &'text str) -> Result<(), serde_yaml::Error> {
+        let deserializer = serde_yaml::Deserializer::from_str(items);
+        let list = match find(&ROOT_KEYS, key) {
+            Some(RootKey::Edges) => List { reader: &mut *self, scope: Scope::Edge },
+            Some(RootKey::Vertices) => List { reader: &mut *self, scope: Scope::Node },
+            Some(RootKey::Stations) => List { reader: &mut *self, scope: Scope::Station },
+            Some(RootKey::AngleUnit | RootKey::Handles) | None => {
+                self.count_unknown_key(Scope::File, key);
+                return Ok(());
+            }
+        };
+        super::value::read_value(list, deserializer).map(drop)
+    }
+
+    /// Returns an error of the YAML library with its line in the file; `part` is the text that was read.
+    fn syntax_error(&self, part: &str, error: &serde_yaml::Error) -> SyntaxError {
+        let start = part.as_ptr().addr().saturating_sub(self.text.as_ptr().addr());
+        let before = self.report.line(start as u32) as usize;
+        let Some(location) = error.location() else { return SyntaxError { line: before, message: error.to_string() } };
+        let line = before - 1 + location.line();
+        let message = error.to_string();
+        let position = format!(" at line {} column {}", location.line(), location.column());
+        let message = message.strip_suffix(&position).map(|message| format!("{message}, column {}", location.column()));
+        SyntaxError { line, message: message.unwrap_or_else(|| error.to_string()) }
+    }
+
     /// Counts a key and records its position. Returns the key as text.
     fn enter_key<E: Error>(&mut self, key: &Value<'text>) -> Result<String, E> {
         self.count()?;
@@ -138,6 +208,7 @@ impl<'text> Reader<'_, 'text> {
                 Scope::File => "the file",
                 Scope::Node => "a node",
                 Scope::Edge => "an edge",
+                Scope::Station => "a station",
             };
             let times = if count == 1 { String::new() } else { format!(" ({count} times)") };
             let message = format!("`{key}` is not a key of {owner}: ignored{times}; correct it if it is misspelt");
@@ -194,6 +265,10 @@ impl<'text> ReadValue<'text> for Root<'_, '_, 'text> {
                     let list = map.next_value_seed(List { reader: &mut *reader, scope: Scope::Node })?;
                     reader.check_list(&key, &list);
                 }
+                RootKey::Stations => {
+                    let list = map.next_value_seed(List { reader: &mut *reader, scope: Scope::Station })?;
+                    reader.check_list(&key, &list);
+                }
                 RootKey::AngleUnit => reader.set_angle_unit(&key, &map.next_value_seed(Scalar)?),
                 RootKey::Handles => reader.set_handles(&key, &map.next_value_seed(Scalar)?),
             }
@@ -217,6 +292,7 @@ impl<'text> ReadValue<'text> for List<'_, '_, 'text> {
             if item != Value::Read {
                 let (name, subject) = match scope {
                     Scope::Edge => ("edge", Subject::Edge(None)),
+                    Scope::Station => ("station", Subject::File),
                     _ => ("node", Subject::Node(None)),
                 };
                 let message = format!("{name} number {number} of the list must be a map, not {}", item.describe());
@@ -239,13 +315,32 @@ impl_deserialize_seed!(Item<'_, '_, 'text>);
 impl<'text> ReadValue<'text> for Item<'_, '_, 'text> {
     fn map<A: MapAccess<'text>>(self, mut map: A) -> Result<Value<'text>, A::Error> {
         let Self { reader, scope } = self;
-        let keys: &[_] = if scope == Scope::Edge { &EDGE_KEYS } else { &NODE_KEYS };
+        let keys: &[_] = match scope {
+            Scope::Edge => &EDGE_KEYS,
+            Scope::Station => &STATION_KEYS,
+            Scope::Node | Scope::File => &NODE_KEYS,
+        };
         let mut values = Values::default();
         while let Some(key) = map.next_key_seed(Scalar)? {
             let key = reader.enter_key(&key)?;
             values.at.get_or_insert(reader.at);
             match find(keys, &key) {
-                Some(Field::Unused) => drop(map.next_value::<IgnoredAny>()?),
+                Some(Field::Kept) => {
+                    if let Some(text) = map.next_value_seed(Scalar)?.text() {
+                        values.properties.insert(key.into(), text.into());
+                    }
+                }
+                Some(field @ (Field::ControlPoints | Field::Nodes)) => {
+                    let numbers = Numbers { reader: &mut *reader, numbers: &mut values.numbers };
+                    let list = map.next_value_seed(numbers)?;
+                    reader.check_list(&key, &list);
+                    values.set(field, key, list);
+                }
+                Some(field @ Field::Properties) => {
+                    let properties = Properties { reader: &mut *reader, properties: &mut values.properties };
+                    let found = map.next_value_seed(properties)?;
+                    values.set(field, key, found);
+                }
                 Some(field) => values.set(field, key, map.next_value_seed(Scalar)?),
                 None => {
                     reader.count_unknown_key(scope, &key);
@@ -256,7 +351,54 @@ impl<'text> ReadValue<'text> for Item<'_, '_, 'text> {
         values.at.get_or_insert(reader.at);
         match scope {
             Scope::Edge => reader.graph.edges.push(values.edge(reader.report)),
-            _ => reader.graph.nodes.push(values.node(reader.report)),
+            Scope::Station => reader.graph.stations.extend(values.station(reader.report)),
+            Scope::Node | Scope::File => reader.graph.nodes.push(values.node(reader.report)),
+        }
+        Ok(Value::Read)
+    }
+}
+
+/// The reader of a list of numbers, or of lists of them.
+struct Numbers<'a, 'r, 'text> {
+    reader: &'a mut Reader<'r, 'text>,
+    numbers: &'a mut Vec<f64>,
+}
+
+impl_deserialize_seed!(Numbers<'_, '_, 'text>);
+
+impl<'text> ReadValue<'text> for Numbers<'_, '_, 'text> {
+    fn list<A: SeqAccess<'text>>(self, mut list: A) -> Result<Value<'text>, A::Error> {
+        let Self { reader, numbers } = self;
+        loop {
+            reader.count()?;
+            let inner = Numbers { reader: &mut *reader, numbers: &mut *numbers };
+            let Some(value) = list.next_element_seed(inner)? else { break };
+            match value.number().filter(|number| number.is_finite()) {
+                Some(number) => numbers.push(number),
+                None if value == Value::Read => {}
+                None => reader.file_error(format!("a number of a list is {}: give a finite number", value.describe())),
+            }
+        }
+        Ok(Value::Read)
+    }
+}
+
+/// The reader of a map of texts.
+struct Properties<'a, 'r, 'text> {
+    reader: &'a mut Reader<'r, 'text>,
+    properties: &'a mut BTreeMap<Box<str>, Box<str>>,
+}
+
+impl_deserialize_seed!(Properties<'_, '_, 'text>);
+
+impl<'text> ReadValue<'text> for Properties<'_, '_, 'text> {
+    fn map<A: MapAccess<'text>>(self, mut map: A) -> Result<Value<'text>, A::Error> {
+        let Self { reader, properties } = self;
+        while let Some(key) = map.next_key_seed(Scalar)? {
+            let key = reader.enter_key(&key)?;
+            if let Some(text) = map.next_value_seed(Scalar)?.text() {
+                properties.insert(key.into(), text.into());
+            }
         }
         Ok(Value::Read)
     }

@@ -11,7 +11,7 @@ pub(super) struct RowList {
 }
 
 impl RowList {
-    const fn new() -> Self {
+    pub const fn new() -> Self {
         Self { rows: [0; BLOCK], len: 0 }
     }
 

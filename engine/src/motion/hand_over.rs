@@ -9,7 +9,7 @@ use super::events::EventBuffer;
 use super::pieces::PieceIndex;
 use super::routes::{BaseEnd, RouteCursor};
 use super::rows::Rows;
-use crate::graph::{Leg, NodeIndex};
+use crate::graph::{EdgeIndex, Leg, NodeIndex};
 
 impl Motion {
     /// Moves robots to the next piece of their leg, without a branch: that is all that most of them need. The others
@@ -60,11 +60,15 @@ impl Motion {
         }
     }
 
-    /// Moves a robot to its next leg; `false` if there is none.
+    /// Moves a robot to its next leg; `false` if there is none, or it has to turn first.
     fn leave_leg(&self, rows: &mut Rows, row: usize, events: &mut EventBuffer) -> bool {
         let mut cursor = self.route_cursor(rows, row);
         self.report_node(rows, row, cursor.node, events);
         match self.next_leg(&mut cursor) {
+            Ok(leg) if self.must_turn(rows, row, leg) => {
+                self.begin_turn(rows, row);
+                return false;
+            }
             Ok(leg) => self.enter_leg(rows, row, leg, &cursor, rows.w[row]),
             Err(end) => {
                 self.end_base(rows, row, end, events);
@@ -81,7 +85,7 @@ impl Motion {
     }
 
     /// Puts a robot on a leg. `surplus` is the distance past its start that the robot would have driven at its old speed.
-    fn enter_leg(&self, rows: &mut Rows, row: usize, leg: Leg, cursor: &RouteCursor, surplus: i32) {
+    pub(super) fn enter_leg(&self, rows: &mut Rows, row: usize, leg: Leg, cursor: &RouteCursor, surplus: i32) {
         let compiled = self.legs.leg(leg);
         let before = rows.speed[row];
         let changes_gear = compiled.first_piece.gear() != rows.piece.get(row).gear();
@@ -92,6 +96,7 @@ impl Motion {
         }
         rows.edge[row] = leg.edge.0;
         rows.route[row] = cursor.route;
+        self.follow_edge(rows, row, Some(leg.edge));
         let surplus = at_speed(surplus, before, rows.speed[row]);
         self.put_on_piece(rows, row, compiled.first_piece, surplus);
         self.update_brake(rows, row);
@@ -109,7 +114,7 @@ impl Motion {
     }
 
     /// Stops a robot at the end of its leg, which is the end of its base.
-    fn end_base(&self, rows: &mut Rows, row: usize, end: BaseEnd, events: &mut EventBuffer) {
+    pub(super) fn end_base(&self, rows: &mut Rows, row: usize, end: BaseEnd, events: &mut EventBuffer) {
         self.stop(rows, row);
         rows.w[row] = 0;
         let (state, event) = match end {
@@ -140,6 +145,7 @@ impl Motion {
             _ => {
                 let mut cursor = self.route_cursor(rows, row);
                 match self.next_leg(&mut cursor) {
+                    Ok(leg) if self.must_turn(rows, row, leg) => self.begin_turn(rows, row),
                     Ok(leg) => self.enter_leg(rows, row, leg, &cursor, 0),
                     Err(end) => self.end_base(rows, row, end, events),
                 }
@@ -161,6 +167,7 @@ impl Motion {
         self.stop(rows, row);
         rows.edge[row] = edge.unwrap_or(NO_EDGE);
         rows.state[row] = RobotState::Idle as u8;
+        self.follow_edge(rows, row, edge.map(EdgeIndex));
         self.put_on_piece(rows, row, piece, 0);
         rows.w[row] = w;
     }

@@ -9,7 +9,7 @@
 //! ```
 //!
 //! unless it passes that place within the tick anyway: then v ≤ e is enough. The lowest such v of everything ahead on
-//! its released base (a slower edge, a change of gear, the base's end) counts.
+//! its released base (a slower edge, a change of gear, a turn on the spot, the base's end) counts.
 //!
 //! For most rows the kernel needs a single number for this: `brake` = min over k of e_k² + 2 a D_k, with D_k measured
 //! from the end of the robot's leg, because the rest of d is common to all. It changes only when the robot enters
@@ -35,6 +35,17 @@ pub(crate) struct KinematicLimits {
     pub max_speed: f32,
     /// Metres per second squared; infinity for no limit.
     pub max_acceleration: f32,
+    /// Radians per second; 0 if the type can't turn on the spot.
+    pub max_rotation_speed: f32,
+    /// Radians per second squared; infinity for no limit.
+    pub max_rotation_acceleration: f32,
+}
+
+impl KinematicLimits {
+    /// Whether robots of the type turn on the spot.
+    pub(crate) fn can_turn(&self) -> bool {
+        self.max_rotation_speed > 0.0
+    }
 }
 
 /// The acceleration in the columns of a type without a limit: finite, so that the equations hold, and larger than any
@@ -111,10 +122,12 @@ impl Motion {
         let mut gear = rows.piece.get(row).gear();
         let mut distance = 0.0;
         for _ in 0..MAX_LEGS_AHEAD {
+            let before = cursor.leg;
             let Ok(leg) = self.next_leg(&mut cursor) else { break };
             let compiled = self.legs.leg(leg);
-            let changes_gear = compiled.first_piece.gear() != gear;
-            let speed = if changes_gear { 0.0 } else { self.leg_speed(rows.robot_type[row], leg) };
+            let robot_type = rows.robot_type[row];
+            let stops = compiled.first_piece.gear() != gear || self.turns_between(robot_type, before, leg);
+            let speed = if stops { 0.0 } else { self.leg_speed(robot_type, leg) };
             if !visit(f64::from(speed), distance) {
                 return;
             }

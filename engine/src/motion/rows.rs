@@ -29,6 +29,8 @@ pub(crate) struct Rows<'fleet> {
     pub robot_type: &'fleet mut [u16],
     /// `None` in fleets where no robot type limits its acceleration.
     pub limits: Option<LimitRows<'fleet>>,
+    /// `None` in fleets where every heading is that of an edge.
+    pub headings: Option<HeadingRows<'fleet>>,
 }
 
 /// The columns that only fleets with acceleration limits have; [`profile`](super::profile) has the equations.
@@ -42,6 +44,18 @@ pub(crate) struct LimitRows<'fleet> {
     pub brake: &'fleet mut [f32],
     /// Metres from the end of the piece to the end of the leg.
     pub rest: &'fleet mut [f32],
+}
+
+/// The columns that only fleets have whose robots turn on the spot, or drive edges with an orientation;
+/// [`headings`](super::headings) has the equation.
+#[derive(Debug)]
+pub(crate) struct HeadingRows<'fleet> {
+    /// 1 or 0: whether the heading follows the edge's tangent.
+    pub gain: &'fleet mut [f32],
+    /// Radians.
+    pub offset: &'fleet mut [f32],
+    /// Radians per second at which a robot turns on the spot; ≥ 0.
+    pub rate: &'fleet mut [f32],
 }
 
 impl LimitRows<'_> {
@@ -72,7 +86,8 @@ impl<'fleet> Rows<'fleet> {
         let route = self.route.split_at_mut(count);
         let robot_type = self.robot_type.split_at_mut(count);
         let limits = self.limits.map(|limits| limits.split_at(count)).unzip();
-        let half = |first, piece, w, speed, s_end, edge, state, route, robot_type, limits| Rows {
+        let headings = self.headings.map(|headings| headings.split_at(count)).unzip();
+        let half = |first, piece, w, speed, s_end, edge, state, route, robot_type, limits, headings| Rows {
             first,
             piece,
             w,
@@ -83,11 +98,24 @@ impl<'fleet> Rows<'fleet> {
             route,
             robot_type,
             limits,
+            headings,
         };
         let middle = self.first + count as u32;
         (
-            half(self.first, piece.0, w.0, speed.0, s_end.0, edge.0, state.0, route.0, robot_type.0, limits.0),
-            half(middle, piece.1, w.1, speed.1, s_end.1, edge.1, state.1, route.1, robot_type.1, limits.1),
+            half(
+                self.first,
+                piece.0,
+                w.0,
+                speed.0,
+                s_end.0,
+                edge.0,
+                state.0,
+                route.0,
+                robot_type.0,
+                limits.0,
+                headings.0,
+            ),
+            half(middle, piece.1, w.1, speed.1, s_end.1, edge.1, state.1, route.1, robot_type.1, limits.1, headings.1),
         )
     }
 
@@ -121,6 +149,15 @@ impl<'fleet> LimitRows<'fleet> {
             Self { acceleration: acceleration.0, cruise: cruise.0, brake: brake.0, rest: rest.0 },
             Self { acceleration: acceleration.1, cruise: cruise.1, brake: brake.1, rest: rest.1 },
         )
+    }
+}
+
+impl<'fleet> HeadingRows<'fleet> {
+    fn split_at(self, count: usize) -> (Self, Self) {
+        let gain = self.gain.split_at_mut(count);
+        let offset = self.offset.split_at_mut(count);
+        let rate = self.rate.split_at_mut(count);
+        (Self { gain: gain.0, offset: offset.0, rate: rate.0 }, Self { gain: gain.1, offset: offset.1, rate: rate.1 })
     }
 }
 

@@ -4,10 +4,11 @@ use regatta_plugin::frame::ColumnsMut;
 
 use super::atan2::atan2;
 use super::block::{BlockLists, RowList};
+use super::headings::HeadingRule;
 use super::profile::brake_speed;
 use super::rows::Rows;
 use super::time_step::TimeStep;
-use crate::graph::arc_length::Piece;
+use crate::graph::arc_length::{Distance, Piece};
 
 /// Metres in one unit of [`Distance`](crate::graph::arc_length::Distance); a power of two, so scaling by it is exact.
 pub(super) const METRES_PER_UNIT: f32 = 1.0 / (1u32 << 27) as f32;
@@ -61,13 +62,25 @@ pub(super) fn write(rows: &Rows, table: &[Piece], columns: ColumnsMut) {
         let signed = |value: f32| f32::from_bits(value.to_bits() ^ sign);
         let w = rows.w[row] as f32 * METRES_PER_UNIT;
         let place = |c: &[f32; 4]| c[0] + w * (c[1] + w * (c[2] + w * c[3]));
-        let slope = |c: &[f32; 4]| signed(c[1] + w * ((c[2] + c[2]) + w * (3.0 * c[3])));
         columns.x[row] = place(&piece.x);
         columns.y[row] = place(&piece.y);
-        columns.theta[row] = atan2(slope(&piece.y), slope(&piece.x));
+        let (x, y) = direction(piece, Distance(rows.w[row]), sign);
+        let tangent = atan2(y, x);
+        columns.theta[row] = match &rows.headings {
+            None => tangent,
+            Some(headings) => HeadingRule { gain: headings.gain[row], offset: headings.offset[row] }.heading(tangent),
+        };
         columns.speed[row] = signed(rows.speed[row]) + 0.0;
         columns.s[row] = rows.s_end[row] + signed(w);
         columns.edge[row] = rows.edge[row];
     }
     columns.state.copy_from_slice(&rows.state[..columns.state.len()]);
+}
+
+/// Returns the direction of a robot on a piece, not normalized: the derivative, negated if `sign` has the sign bit.
+pub(super) fn direction(piece: &Piece, w: Distance, sign: u32) -> (f32, f32) {
+    let w = w.0 as f32 * METRES_PER_UNIT;
+    let signed = |value: f32| f32::from_bits(value.to_bits() ^ sign);
+    let slope = |c: &[f32; 4]| signed(c[1] + w * ((c[2] + c[2]) + w * (3.0 * c[3])));
+    (slope(&piece.x), slope(&piece.y))
 }

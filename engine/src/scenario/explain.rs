@@ -58,7 +58,7 @@ fn place(path: &str) -> String {
 }
 
 /// The keys of a route graph, which tell that the file isn't a scenario.
-const GRAPH_KEYS: [&str; 5] = ["Handles", "Edges", "Vertices", "Nodes", "AngleUnit"];
+pub(super) const GRAPH_KEYS: [&str; 5] = ["Handles", "Edges", "Vertices", "Nodes", "AngleUnit"];
 
 fn translate(path: &str, message: &str) -> String {
     if let Some(rest) = message.strip_prefix("unknown field ") {

@@ -6,10 +6,12 @@ use std::path::Path;
 
 use serde::de::IgnoredAny;
 
-use super::explain::explain;
-use super::yaml::ScenarioFile;
+use super::explain::{GRAPH_KEYS, explain};
+use super::made_up::made_up_scenario;
+use super::yaml::{LayoutEntry, ScenarioFile};
 use super::{MAX_FILE_BYTES, Overrides, Scenario, ScenarioError, resolve};
-use crate::graph::{self, Findings, GraphError, ReadOptions, RouteGraph};
+use crate::graph::format::moving_ai;
+use crate::graph::{self, Findings, Format, GraphError, LengthUnit, Millimetres, ReadOptions, RouteGraph};
 
 impl Scenario {
     /// Reads a scenario and its graph.
@@ -36,6 +38,12 @@ impl Scenario {
     /// As [`Scenario::read`].
     pub fn from_text(text: &str, name: &Path, overrides: &Overrides) -> Result<Self, ScenarioError> {
         let folder = name.parent().unwrap_or(Path::new(""));
+        if is_benchmark(text) {
+            return Self::of_benchmark(text, name, folder, overrides);
+        }
+        if is_layout(text) {
+            return Self::of_layout(text, name, overrides);
+        }
         Self::parse(text, name, overrides, |graph, options| graph::read(&folder.join(graph), options))
     }
 
@@ -49,6 +57,31 @@ impl Scenario {
         })
     }
 
+    /// Reads a scenario of the MovingAI benchmarks and the map that it names.
+    fn of_benchmark(text: &str, name: &Path, folder: &Path, overrides: &Overrides) -> Result<Self, ScenarioError> {
+        let invalid = |message: String| ScenarioError::Invalid { path: name.into(), place: "entries".into(), message };
+        let entries = moving_ai::scen(text).map_err(|error| invalid(error.to_string()))?;
+        let first = entries.first().ok_or_else(|| invalid("there are none".to_owned()))?;
+        // Benchmarks name maps by paths of their own; they lie beside the scenario.
+        let map = Path::new(&first.map).file_name().map_or_else(|| folder.join(&first.map), |map| folder.join(map));
+        let (graph, findings) = graph::read(&map, &overrides.layout)?;
+        let columns = first.size.map(|[columns, _]| columns);
+        let columns = columns.or_else(|| moving_ai::columns(&map)).ok_or_else(|| invalid("no map size".to_owned()))?;
+        let scenario = moving_ai::scenario_yaml(&entries, &first.map, &graph, columns, entries.len());
+        let parsed = Self::parse(&scenario.text, name, overrides, |_, _| Ok((graph, findings)))?;
+        let skipped = scenario.skipped.into_iter().map(|entry| format!("{}: {entry}: left out", name.display()));
+        Ok(Self { warnings: parsed.warnings.into_iter().chain(skipped).collect(), ..parsed })
+    }
+
+    /// Makes a scenario up for a layout.
+    fn of_layout(text: &str, name: &Path, overrides: &Overrides) -> Result<Self, ScenarioError> {
+        let (graph, findings) = graph::parse(text, &name.display().to_string(), &overrides.layout)?;
+        let file = name.file_name().unwrap_or_default().to_string_lossy();
+        let text = made_up_scenario(&graph, &file, &overrides.layout);
+        let scenario = Self::parse(&text, name, overrides, |_, _| Ok((graph, findings)))?;
+        Ok(Self { is_made_up: true, ..scenario })
+    }
+
     fn parse(
         text: &str,
         path: &Path,
@@ -57,10 +90,54 @@ impl Scenario {
     ) -> Result<Self, ScenarioError> {
         let yaml_error = |source| ScenarioError::Yaml { path: path.into(), problem: explain(&source), source };
         let file: ScenarioFile = serde_yaml::from_str(text).map_err(yaml_error)?;
-        let (graph, findings) = read_graph(&file.graph, &ReadOptions { handles: overrides.handles })?;
+        let options = layout_options(&file.layout, &overrides.layout, path.parent().unwrap_or(Path::new("")))
+            .map_err(|message| ScenarioError::Invalid { path: path.into(), place: "layout".into(), message })?;
+        let (graph, findings) = read_graph(&file.graph, &options)?;
         let warnings = findings.as_slice().iter().map(ToString::to_string).collect();
         resolve::resolve(file, path, graph, warnings, overrides)
     }
+}
+
+/// Returns how to read the layout of a scenario: as the command line says, else as the scenario says.
+fn layout_options(entry: &LayoutEntry, overrides: &ReadOptions, folder: &Path) -> Result<ReadOptions, String> {
+    let format = entry.format.as_deref().map(str::parse::<Format>).transpose().map_err(|error| error.to_string())?;
+    let units = entry.units.as_deref().map(str::parse::<LengthUnit>).transpose().map_err(|error| error.to_string())?;
+    let length = |name: &str, metres: Option<f64>| {
+        let length = metres.map(|metres| metres.to_string().parse::<Millimetres>()).transpose();
+        length.map_err(|error| format!("{name}: {error}"))
+    };
+    let (skeleton, cell_size) = (length("skeleton", entry.skeleton)?, length("cell_size", entry.cell_size)?);
+    let overrides = overrides.clone();
+    Ok(ReadOptions {
+        handles: overrides.handles,
+        format: overrides.format.or(format),
+        level: overrides.level.or_else(|| entry.level.clone()),
+        layers: if overrides.layers.is_empty() { entry.layers.clone() } else { overrides.layers },
+        units: overrides.units.or(units),
+        skeleton: overrides.skeleton.or(skeleton),
+        vehicle_type: overrides.vehicle_type.or_else(|| entry.vehicle_type.clone()),
+        cell_size: overrides.cell_size.or(cell_size),
+        background: overrides.background.or_else(|| entry.background.as_ref().map(|map| folder.join(map))),
+    })
+}
+
+/// Whether a text is a scenario of the MovingAI benchmarks.
+fn is_benchmark(text: &str) -> bool {
+    let first = text.trim_start_matches('\u{feff}').lines().find(|line| !line.trim().is_empty());
+    first.is_some_and(|line| line.trim_start().starts_with("version ")) && moving_ai::scen(text).is_ok()
+}
+
+/// Whether a text is a layout of some format rather than a scenario.
+fn is_layout(text: &str) -> bool {
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    if Format::detect(text) != Format::Regatta {
+        return true;
+    }
+    let starts_as_graph = |line: &str| {
+        let key = line.split(':').next().unwrap_or_default().trim_matches(|letter| "\"'{ ".contains(letter));
+        line.contains(':') && GRAPH_KEYS.iter().any(|name| name.eq_ignore_ascii_case(key))
+    };
+    text.lines().any(starts_as_graph)
 }
 
 /// Whether a text is a scenario, valid or not, rather than a route graph: only scenarios have the key `graph`.

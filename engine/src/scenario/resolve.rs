@@ -27,6 +27,8 @@ const SPEEDS: RangeInclusive<f32> = 0.001..=1000.0;
 /// The range of a robot's largest acceleration in metres per second squared. With less, a robot would need minutes to get
 /// going, and the engine would look thousands of edges ahead for places to brake at.
 const ACCELERATIONS: RangeInclusive<f32> = 0.001..=1e6;
+/// Radians per second, and radians per second squared.
+const ROTATIONS: RangeInclusive<f32> = 0.001..=1000.0;
 
 /// Resolves the names in `file` and checks its values. `warnings` are those about the graph.
 ///
@@ -63,6 +65,7 @@ pub(super) fn resolve(
         viewer: file.viewer,
         lights: file.lights,
         warnings,
+        is_made_up: false,
     })
 }
 
@@ -158,6 +161,8 @@ fn default_robot_type() -> RobotType {
         width: 0.6,
         max_speed: f32::INFINITY,
         max_acceleration: f32::INFINITY,
+        max_rotation_speed: 0.0,
+        max_rotation_acceleration: f32::INFINITY,
     }
 }
 
@@ -172,6 +177,12 @@ fn robot_type(entry: RobotTypeEntry) -> Result<RobotType, String> {
     };
     let max_speed = limit("max_speed", "m/s", entry.max_speed, &SPEEDS)?;
     let max_acceleration = limit("max_acceleration", "m/s²", entry.max_acceleration, &ACCELERATIONS)?;
+    let max_rotation_speed = match entry.max_rotation_speed {
+        None => 0.0,
+        Some(value) => in_range("max_rotation_speed", "rad/s", value, &ROTATIONS)?,
+    };
+    let max_rotation_acceleration =
+        limit("max_rotation_acceleration", "rad/s²", entry.max_rotation_acceleration, &ROTATIONS)?;
     let length = in_range("length", "m", entry.length, &SIZES)?;
     let width = entry.width.map(|width| in_range("width", "m", width, &SIZES)).transpose()?;
     let (shape, width) = match (entry.shape, width) {
@@ -185,7 +196,16 @@ fn robot_type(entry: RobotTypeEntry) -> Result<RobotType, String> {
             return Err(format!("{}: the length of a circle is its diameter; leave width out", entry.name));
         }
     };
-    Ok(RobotType { name: entry.name, shape, length, width, max_speed, max_acceleration })
+    Ok(RobotType {
+        name: entry.name,
+        shape,
+        length,
+        width,
+        max_speed,
+        max_acceleration,
+        max_rotation_speed,
+        max_rotation_acceleration,
+    })
 }
 
 fn group(entry: RobotGroupEntry, graph: &RouteGraph, robot_types: &[RobotType]) -> Result<RobotGroup, String> {

@@ -13,6 +13,9 @@ use super::RobotCount;
 pub struct ScenarioFile {
     /// The route graph file, relative to the scenario's folder.
     pub graph: PathBuf,
+    /// How to read it, if it is of another format.
+    #[serde(default)]
+    pub layout: LayoutEntry,
     /// The number of ticks per simulated second.
     #[serde(default = "default_rate")]
     pub rate: f64,
@@ -41,6 +44,28 @@ fn default_rate() -> f64 {
     100.0
 }
 
+/// How to read a layout of another format.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct LayoutEntry {
+    /// The format; told by its content by default.
+    pub format: Option<String>,
+    /// The level (floor) or layout to read; all by default.
+    pub level: Option<String>,
+    /// The vehicle type of a LIF layout; the first by default.
+    pub vehicle_type: Option<String>,
+    /// The layers of a drawing whose lines are edges; all by default.
+    pub layers: Vec<String>,
+    /// The unit of a drawing: mm, cm, m, in or ft.
+    pub units: Option<String>,
+    /// The width in metres of robots for which a roadmap is made of a map without a graph.
+    pub skeleton: Option<f64>,
+    /// The length in metres of the side of a grid map's cells; 1 by default.
+    pub cell_size: Option<f64>,
+    /// A map of the ROS map server whose outlines are drawn behind the layout, relative to the scenario's folder.
+    pub background: Option<PathBuf>,
+}
+
 /// A robot type.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -58,6 +83,10 @@ pub struct RobotTypeEntry {
     pub max_speed: Option<f32>,
     /// Metres per second squared; by default speed changes instantly.
     pub max_acceleration: Option<f32>,
+    /// Radians per second at which it turns on the spot; by default it can't.
+    pub max_rotation_speed: Option<f32>,
+    /// Radians per second squared; by default the rotation speed changes instantly.
+    pub max_rotation_acceleration: Option<f32>,
 }
 
 /// The footprint of a robot type.

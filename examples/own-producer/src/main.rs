@@ -8,7 +8,7 @@
 
 use regatta_plugin::frame::{NO_EDGE, RobotState};
 use regatta_plugin::producer::{Producer, Session};
-use regatta_plugin::world::{NodeRecord, RobotTypeRecord, Shape};
+use regatta_plugin::world::{NodeRecord, NodeRole, RobotTypeRecord, WorldData};
 use regatta_plugin::{Error, Result};
 
 struct Gateway {
@@ -31,11 +31,10 @@ impl Producer for Gateway {
     type Error = Error;
 
     fn start(&mut self, session: &mut Session) -> Result {
-        let charger = NodeRecord { id: 1, ..NodeRecord::default() };
-        let name = RobotTypeRecord::padded_name("tugger");
-        let (shape, limit) = (Shape::Rectangle as u32, f32::INFINITY);
-        let tugger = RobotTypeRecord { name, shape, length: 1.2, width: 0.8, max_speed: 2.0, max_acceleration: limit };
-        session.ports().publish_world(&[charger], &[], &[tugger])?;
+        let charger = NodeRecord { id: 1, role: NodeRole::Charge as u32, ..NodeRecord::default() };
+        let tugger = RobotTypeRecord { max_speed: 2.0, ..RobotTypeRecord::new("tugger", 1.2, 0.8) };
+        let world = WorldData { nodes: vec![charger], robot_types: vec![tugger], ..WorldData::default() };
+        session.ports().publish_world(&world)?;
         self.tick(session)
     }
 
@@ -54,8 +53,8 @@ impl Producer for Gateway {
         })?)
     }
 
-    fn robots_by_state(&self) -> [u32; 5] {
-        [0, self.poses.len() as u32, 0, 0, 0]
+    fn robots_by_state(&self) -> [u32; RobotState::COUNT] {
+        [0, self.poses.len() as u32, 0, 0, 0, 0]
     }
 }
 

@@ -24,6 +24,7 @@ pub use speed::{ParseSpeedError, Speed};
 use crate::ports::error::{PublishError, ReadError};
 use crate::ports::lockstep::LockstepError;
 use crate::records::control::ControlKind;
+use crate::records::frame::RobotState;
 
 /// The reason why a request is refused, as one line.
 pub type RefusalReason = String;
@@ -35,6 +36,7 @@ pub type RefusalReason = String;
 /// [`robots_by_state`](Self::robots_by_state) are required.
 ///
 /// ```
+/// use regatta_plugin::frame::RobotState;
 /// use regatta_plugin::producer::{Producer, Session};
 /// use regatta_plugin::{Error, Result};
 ///
@@ -58,8 +60,8 @@ pub type RefusalReason = String;
 ///         })?)
 ///     }
 ///
-///     fn robots_by_state(&self) -> [u32; 5] {
-///         [0, 2, 0, 0, 0]
+///     fn robots_by_state(&self) -> [u32; RobotState::COUNT] {
+///         [0, 2, 0, 0, 0, 0]
 ///     }
 /// }
 ///
@@ -100,8 +102,8 @@ pub trait Producer {
     /// Any error that prevents the producer from continuing.
     fn show(&mut self, session: &mut Session) -> Result<(), Self::Error>;
 
-    /// The number of robots by [`RobotState`](crate::frame::RobotState): idle, driving, waiting, held, faulted.
-    fn robots_by_state(&self) -> [u32; 5];
+    /// The number of robots by [`RobotState`]: idle, driving, waiting, held, faulted, turning.
+    fn robots_by_state(&self) -> [u32; RobotState::COUNT];
 
     /// Called between two ticks, every few milliseconds. By default it refuses all orders.
     ///

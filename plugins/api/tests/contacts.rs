@@ -5,6 +5,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use regatta_plugin::ProducerPorts;
 use regatta_plugin::contact::{ContactChange, ContactEvent, ContactHeader, ContactLevel, ContactRecord};
 use regatta_plugin::order::{OrderKind, OrderRecord};
+use regatta_plugin::world::WorldData;
 use regatta_plugin::{
     ContactEventReader, ContactPublisher, ContactReader, FleetName, OpenError, OrderLogReader, Participant, ReadError,
     services,
@@ -87,9 +88,9 @@ fn the_order_log_tells_what_was_taken_and_when() {
 fn another_run_has_another_id_and_counts_its_worlds_afresh() {
     let mut producer = ProducerPorts::create(&fleet(), 1).unwrap();
     let first = producer.run_id();
-    assert_eq!(producer.publish_world(&[], &[], &[]).unwrap(), 1);
+    assert_eq!(producer.publish_world(&WorldData::default()).unwrap(), 1);
     producer.begin_run();
     assert_ne!(producer.run_id(), first);
     assert_eq!(producer.loan(1).unwrap().header_mut().run_id, producer.run_id());
-    assert_eq!(producer.publish_world(&[], &[], &[]).unwrap(), 1);
+    assert_eq!(producer.publish_world(&WorldData::default()).unwrap(), 1);
 }

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use regatta_plugin::ProducerPorts;
 use regatta_plugin::frame::{BYTES_PER_LINE, frame_lines};
 use regatta_plugin::health::occupants;
-use regatta_plugin::world::{EdgeRecord, NodeRecord};
+use regatta_plugin::world::{CurveRecord, EdgeRecord, NodeRecord, WorldData};
 use regatta_plugin::{OpenError, Subscriber, WorldReader};
 
 use common::{fleet, publish};
@@ -39,9 +39,13 @@ fn a_reader_gets_the_newest_frame_once() {
 fn a_late_joiner_gets_the_last_frame_and_the_world_while_the_clock_stands() {
     let fleet = fleet();
     let mut producer = ProducerPorts::create(&fleet, 3).unwrap();
-    let nodes = [NodeRecord { id: 4, x: 1.5, ..NodeRecord::default() }; 7];
-    let edges = [EdgeRecord { id: 9, ..EdgeRecord::default() }; 2];
-    assert_eq!(producer.publish_world(&nodes, &edges, &[]).unwrap(), 1);
+    let mut data = WorldData { origin: [4.5e6, -1.0], ..WorldData::default() };
+    let (name, level) = (data.texts.add("dock"), data.texts.add("ground floor"));
+    data.nodes = vec![NodeRecord { id: 4, x: 1.5, name, level, ..NodeRecord::default() }; 7];
+    let line = CurveRecord::straight([0.0, 0.0], [3.0, 4.0]);
+    data.add_edge(EdgeRecord { id: 9, level, ..EdgeRecord::default() }, [line, line, line]);
+    data.add_edge(EdgeRecord { id: 10, ..EdgeRecord::default() }, [line]);
+    assert_eq!(producer.publish_world(&data).unwrap(), 1);
     publish(&producer, 5, 3);
     let mut subscriber = Subscriber::open(&fleet).unwrap();
     let mut worlds = WorldReader::open(&fleet).unwrap();
@@ -49,7 +53,10 @@ fn a_late_joiner_gets_the_last_frame_and_the_world_while_the_clock_stands() {
     check(&mut subscriber, 5, 3);
     let frame = subscriber.current().unwrap().unwrap();
     let world = worlds.latest().unwrap().expect("the world");
-    assert_eq!((world.nodes(), world.edges()), (&nodes[..], &edges[..]));
+    assert_eq!((world.nodes(), world.edges()), (&data.nodes[..], &data.edges[..]));
+    assert_eq!((world.origin(), world.all_curves()), ([4.5e6, -1.0], &data.curves[..]));
+    assert_eq!(world.edges().iter().map(|edge| world.curves(edge).len()).collect::<Vec<_>>(), [3, 1]);
+    assert_eq!((world.text(world.nodes()[6].name), world.text(world.edges()[0].level)), ("dock", "ground floor"));
     assert_eq!((world.run_id(), world.revision()), (frame.run_id(), frame.header().world_revision));
 }
 

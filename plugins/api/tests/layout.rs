@@ -23,7 +23,7 @@ use regatta_plugin::order::{OrderHeader, OrderKind, OrderRecord};
 use regatta_plugin::order_log::OrderLogHeader;
 use regatta_plugin::records::lockstep::Done;
 use regatta_plugin::route::{RouteRequest, RouteResponse};
-use regatta_plugin::world::{EdgeRecord, NodeRecord, RobotTypeRecord, Shape, WorldHeader};
+use regatta_plugin::world::{CurveRecord, EdgeRecord, NodeRecord, NodeRole, RobotTypeRecord, Shape, WorldHeader};
 use regatta_plugin::{
     ColumnReader, ContactEventReader, ContactReader, FleetName, OrderLogReader, Participant, Result, RouteServer,
     services,
@@ -64,10 +64,13 @@ fn all_records() -> Map<String, Value> {
     records! {
         FrameHeader { run_id, tick, sequence, sim_time_nanos, wall_time_nanos, late_ticks, world_revision, tick_cost_nanos,
             tick_period_nanos, speed, robots, stride_lines, clock, lockstep, repeated }
-        WorldHeader { run_id, revision, nodes, edges, robot_types, reserved }
-        NodeRecord { id, x, y, theta }
-        EdgeRecord { id, origin, destination, length, control_points, velocity_forward, velocity_backwards, reserved }
-        RobotTypeRecord { name, shape, length, width, max_speed, max_acceleration }
+        WorldHeader { run_id, revision, origin, nodes, edges, curves, robot_types, text_bytes, reserved }
+        NodeRecord { id, x, y, theta, name, level, zone, role }
+        EdgeRecord { id, origin, destination, length, first_curve, curves, velocity_forward, velocity_backwards, name,
+            level, zone, orientation, orientation_angle, reserved }
+        CurveRecord { control_points }
+        RobotTypeRecord { name, shape, length, width, max_speed, max_acceleration, max_rotation_speed,
+            max_rotation_acceleration }
         ColumnHeader { run_id, tick, sequence, robots, reserved }
         OrderHeader { sender }
         OrderRecord { token, kind, robot, legs, id, reverse, released, robot_type, s }
@@ -82,7 +85,7 @@ fn all_records() -> Map<String, Value> {
         ControlRequest { count, kind, speed }
         ControlResponse { run_id, tick, sim_time_nanos, late_ticks, tick_cost_p50_nanos, tick_cost_p99_nanos,
             resident_bytes, wall_time_nanos, robots_by_state, robots, pid, clock, speed, real_time_factor, accepted,
-            reserved, reason }
+            reason }
         RouteRequest { robot, reserved }
         RouteResponse { run_id, tick, robot, found, legs, released, listed }
         Done { run_id, tick, name }
@@ -91,9 +94,10 @@ fn all_records() -> Map<String, Value> {
 
 fn all_enums() -> Map<String, Value> {
     enums! {
-        RobotState { Idle, Driving, Waiting, Held, Faulted, Absent }
+        RobotState { Idle, Driving, Waiting, Held, Faulted, Turning, Absent }
         ClockState { Running, Paused, Stopped }
         Shape { Rectangle, Circle }
+        NodeRole { None, Pick, Drop, Park, Charge }
         OrderKind { Leg, Assign, Extend, Cancel, Hold, Resume, SpawnAtNode, SpawnOnEdge, Remove }
         EventKind { ReachedNode, RouteDone, WaitingForRelease, Held, Resumed, Accepted, Refused, Spawned, Removed, Faulted }
         Refusal { UnknownRobot, UnknownEdge, UnknownNode, UnknownRobotType, NotConnected, NoReverse, MalformedRoute,

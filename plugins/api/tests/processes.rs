@@ -10,6 +10,7 @@ use std::time::{Duration, Instant};
 
 use regatta_plugin::ProducerPorts;
 use regatta_plugin::health::{occupants, services_of};
+use regatta_plugin::world::WorldData;
 use regatta_plugin::{FleetName, Frame, OpenError, Plugin, Result, Subscriber, World};
 use rustix::process::{Pid, Signal, kill_process};
 
@@ -33,7 +34,7 @@ fn child() {
 
 fn produce(fleet: &FleetName) {
     let mut producer = ProducerPorts::create(fleet, 5_000).unwrap();
-    producer.publish_world(&[], &[], &[]).unwrap();
+    producer.publish_world(&WorldData::default()).unwrap();
     for tick in 0.. {
         publish(&producer, tick, 5_000);
         producer.update();

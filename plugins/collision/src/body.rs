@@ -145,10 +145,9 @@ pub(crate) fn nearest_point(a: &Body, b: &Body) -> [f32; 2] {
     [between(0), between(1)]
 }
 
-/// Returns the relative speed of two robots, in metres per second, from their speeds along their headings.
-pub(crate) fn relative_speed((a, speed_a): (&Body, f32), (b, speed_b): (&Body, f32)) -> f32 {
-    let part = |axis: usize| b.heading[axis] * speed_b - a.heading[axis] * speed_a;
-    let [x, y] = [part(0), part(1)];
+/// Returns the relative speed of two robots, in metres per second, from their velocities.
+pub(crate) fn relative_speed(a: [f32; 2], b: [f32; 2]) -> f32 {
+    let [x, y] = [b[0] - a[0], b[1] - a[1]];
     (x * x + y * y).sqrt()
 }
 

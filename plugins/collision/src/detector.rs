@@ -2,9 +2,9 @@
 
 use std::ops::ControlFlow;
 
+use regatta_plugin::World;
 use regatta_plugin::contact::{ContactEvent, ContactRecord};
 use regatta_plugin::frame::Columns;
-use regatta_plugin::world::{EdgeRecord, RobotTypeRecord};
 
 use crate::frame_context::FrameContext;
 use crate::narrow_phase::{check, check_all};
@@ -65,7 +65,7 @@ impl Detector {
     pub fn new(settings: Settings) -> Self {
         Self {
             settings,
-            world: WorldModel::new(&[], &[]),
+            world: WorldModel::new(&World::default()),
             routes: Routes::default(),
             index: StripIndex::default(),
             near: Vec::new(),
@@ -79,8 +79,8 @@ impl Detector {
     }
 
     /// Replaces the world. Without robot types, every robot is a rectangle of 0.9 m × 0.6 m.
-    pub fn set_world(&mut self, edges: &[EdgeRecord], robot_types: &[RobotTypeRecord]) {
-        self.world = WorldModel::new(edges, robot_types);
+    pub fn set_world(&mut self, world: &World<'_>) {
+        self.world = WorldModel::new(world);
         self.routes.clear();
     }
 

@@ -1,8 +1,10 @@
 //! The edges of the route graph as polylines of chords, which predictions follow.
 
-use regatta_plugin::world::EdgeRecord;
+use regatta_plugin::World;
+use regatta_plugin::world::{CurveRecord, EdgeRecord, Orientation};
 
 use crate::body::Vector;
+use crate::heading::heading;
 
 /// The largest turn of an edge along one chord, in radians.
 const MAX_TURN: f64 = 0.2;
@@ -21,11 +23,12 @@ pub(crate) struct Chord {
     pub end: f32,
     /// Displacement east and north per metre along the edge.
     pub step: [f32; 2],
-    /// Unit vector along the chord.
+    /// Heading of robots on the chord if they don't turn along it, as a unit vector: along the chord, or as the edge's
+    /// orientation says.
     pub heading: [f32; 2],
-    /// Unit tangent of the edge where the chord starts.
-    pub tangent: [f32; 2],
-    /// Turn of the edge along the chord, in radians per metre. At a cusp, which has no smooth heading, it is 0.
+    /// Heading of robots where the chord starts, as a unit vector.
+    pub start_heading: [f32; 2],
+    /// Turn of robots along the chord, in radians per metre. At a cusp, which has no smooth heading, it is 0.
     pub turn: f32,
 }
 
@@ -35,16 +38,35 @@ pub(crate) struct EdgeTable {
     chords: Vec<Chord>,
     /// Index of each edge's first chord, and the end of the last edge's chords.
     starts: Vec<usize>,
+    /// Orientation of each edge.
+    orientations: Vec<Orientation>,
 }
 
 impl EdgeTable {
-    pub(crate) fn new(edges: &[EdgeRecord]) -> Self {
-        let mut edge_table = Self { chords: Vec::new(), starts: vec![0] };
-        for edge in edges {
-            edge_table.chords.extend(chords(edge));
+    pub(crate) fn new(world: &World<'_>) -> Self {
+        let mut edge_table = Self { chords: Vec::new(), starts: vec![0], orientations: Vec::new() };
+        for edge in world.edges() {
+            edge_table.chords.extend(oriented(chords(edge, world.curves(edge)), edge.orientation()));
             edge_table.starts.push(edge_table.chords.len());
+            edge_table.orientations.push(edge.orientation());
         }
         edge_table
+    }
+
+    /// Returns the direction of travel in forward gear, as a unit vector, of a robot on an edge with this heading.
+    pub(crate) fn direction(&self, edge: u32, s: f32, robot: [f32; 2]) -> [f32; 2] {
+        match self.orientations.get(edge as usize) {
+            None | Some(Orientation::Tangential) => robot,
+            Some(Orientation::Offset(angle)) => turned(robot, -angle),
+            Some(Orientation::Fixed(_)) => self.chord_direction(edge, s).unwrap_or(robot),
+        }
+    }
+
+    fn chord_direction(&self, edge: u32, s: f32) -> Option<[f32; 2]> {
+        let chords = self.chords(edge);
+        let [x, y] = chords.iter().find(|chord| s < chord.end).or(chords.last())?.step;
+        let length = x.hypot(y);
+        (length > 0.0).then(|| [x / length, y / length])
     }
 
     /// Returns the chords of an edge by its index; empty if there is no such edge, or it isn't a curve.
@@ -70,16 +92,18 @@ struct Knot {
     tangent: Vector,
 }
 
-fn chords(edge: &EdgeRecord) -> Vec<Chord> {
-    let points = edge.control_points.map(|point| point.map(f64::from));
-    let valid =
-        points.iter().flatten().all(|metres| metres.is_finite()) && edge.length > 0.0 && edge.length.is_finite();
-    let knots = if valid { knots(&points) } else { Vec::new() };
-    let total: f64 = knots.windows(2).map(|pair| length(minus(pair[1].point, pair[0].point))).sum();
-    let (Some(first), Some(last)) = (knots.first(), knots.last()) else { return Vec::new() };
-    if total <= 0.0 {
+/// Returns the chords of an edge whose robots have the heading of the tangent.
+fn chords(edge: &EdgeRecord, curves: &[CurveRecord]) -> Vec<Chord> {
+    let is_finite = |curve: &CurveRecord| curve.control_points.as_flattened().iter().all(|metres| metres.is_finite());
+    if !(edge.length > 0.0 && edge.length.is_finite() && curves.iter().all(is_finite)) {
         return Vec::new();
     }
+    // Where a curve ends and the next one starts, there are two knots, with a tangent each. Curves without a length have
+    // no tangent, and are left out.
+    let knots = curves.iter().map(|curve| knots(&curve.control_points.map(|point| point.map(f64::from))));
+    let knots: Vec<_> = knots.filter(|knots| polyline_length(knots) > 0.0).flatten().collect();
+    let total = polyline_length(&knots);
+    let (Some(first), Some(last)) = (knots.first(), knots.last()) else { return Vec::new() };
     // Arcs are slightly longer than their chords. None may be shorter, or robots would exceed their speed.
     let scale = (f64::from(edge.length) / total).max(1.0);
     let mut end = 0.0;
@@ -94,7 +118,7 @@ fn chords(edge: &EdgeRecord) -> Vec<Chord> {
                 end: end as f32,
                 step: narrow(step),
                 heading: narrow(heading),
-                tangent: narrow(pair[0].tangent),
+                start_heading: narrow(pair[0].tangent),
                 turn: turn_per_metre(pair, chord * scale),
             });
         }
@@ -105,7 +129,34 @@ fn chords(edge: &EdgeRecord) -> Vec<Chord> {
 
 fn straight_on(tangent: Vector, end: f32) -> Chord {
     let tangent = narrow(tangent);
-    Chord { end, step: tangent, heading: tangent, tangent, turn: 0.0 }
+    Chord { end, step: tangent, heading: tangent, start_heading: tangent, turn: 0.0 }
+}
+
+/// Returns the chords with the headings of an orientation.
+fn oriented(mut chords: Vec<Chord>, orientation: Orientation) -> Vec<Chord> {
+    for chord in &mut chords {
+        match orientation {
+            Orientation::Tangential => {}
+            Orientation::Offset(angle) => {
+                (chord.heading, chord.start_heading) =
+                    (turned(chord.heading, angle), turned(chord.start_heading, angle));
+            }
+            Orientation::Fixed(angle) => {
+                (chord.heading, chord.start_heading, chord.turn) = (heading(angle), heading(angle), 0.0);
+            }
+        }
+    }
+    chords
+}
+
+/// Returns a vector turned counter-clockwise by an angle in radians.
+fn turned([x, y]: [f32; 2], angle: f32) -> [f32; 2] {
+    let [cos, sin] = heading(angle);
+    [x * cos - y * sin, x * sin + y * cos]
+}
+
+fn polyline_length(knots: &[Knot]) -> f64 {
+    knots.windows(2).map(|pair| length(minus(pair[1].point, pair[0].point))).sum()
 }
 
 /// Returns the turn between two knots that are so many metres apart, in radians per metre.
@@ -121,7 +172,7 @@ fn is_straight(chords: &[Chord]) -> bool {
     turns(before, only).max(turns(only, after)) < 1e-5
 }
 
-/// Returns few points of the curve, such that the chords between them stay within [`MAX_TURN`] and [`MAX_DEVIATION`].
+/// Returns few points of a curve, such that the chords between them stay within [`MAX_TURN`] and [`MAX_DEVIATION`].
 fn knots(points: &[Vector; 4]) -> Vec<Knot> {
     let ends = [knot(points, 0.0), knot(points, 1.0)];
     if is_straight_line(points) {
@@ -203,23 +254,65 @@ fn narrow(vector: Vector) -> [f32; 2] {
 
 #[cfg(test)]
 mod tests {
+    use regatta_plugin::world::WorldData;
+
     use super::*;
+    use crate::geometry_reference::world;
 
     #[test]
     fn edges_that_are_no_curves_have_no_chords() {
-        let good = EdgeRecord {
-            control_points: [[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [3.0, 0.0]],
-            length: 3.0,
-            ..EdgeRecord::default()
-        };
-        let edges = [
-            EdgeRecord { length: f32::NAN, ..good },
-            EdgeRecord { length: 0.0, ..good },
-            EdgeRecord { control_points: [[0.0, f32::INFINITY]; 4], ..good },
-            EdgeRecord { control_points: [[1.0, 1.0]; 4], ..good },
-            good,
-        ];
-        let edge_table = EdgeTable::new(&edges);
-        assert_eq!([0, 1, 2, 3, 4, 5, u32::MAX].map(|edge| edge_table.chords(edge).len()), [0, 0, 0, 0, 1, 0, 0]);
+        let (good, line) =
+            (EdgeRecord { length: 3.0, ..EdgeRecord::default() }, [[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [3.0, 0.0]]);
+        let mut world = world([
+            (EdgeRecord { length: f32::NAN, ..good }, line),
+            (EdgeRecord { length: 0.0, ..good }, line),
+            (good, [[0.0, f32::INFINITY]; 4]),
+            (good, [[1.0, 1.0]; 4]),
+            (good, line),
+        ]);
+        world.edges.push(EdgeRecord { first_curve: 4, curves: 9, ..good });
+        let edge_table = EdgeTable::new(&world.view(1, 1));
+        assert_eq!([0, 1, 2, 3, 4, 5, 6, u32::MAX].map(|edge| edge_table.chords(edge).len()), [0, 0, 0, 0, 1, 0, 0, 0]);
+    }
+
+    /// An edge 4 m to the east and 3 m to the north: a straight line, a point, a straight line and a bend.
+    fn corner(orientation: Orientation) -> EdgeTable {
+        let mut world = WorldData::default();
+        let edge = EdgeRecord { length: 7.4, ..EdgeRecord::default() }.with_orientation(orientation);
+        let line = CurveRecord::straight;
+        let bend = CurveRecord { control_points: [[4.0, 2.0], [4.0, 2.6], [4.2, 3.0], [5.0, 3.0]] };
+        world.add_edge(
+            edge,
+            [line([0.0, 0.0], [4.0, 0.0]), line([4.0, 0.0], [4.0, 0.0]), line([4.0, 0.0], [4.0, 2.0]), bend],
+        );
+        EdgeTable::new(&world.view(1, 1))
+    }
+
+    #[test]
+    fn an_edge_follows_all_its_curves() {
+        let edge_table = corner(Orientation::Tangential);
+        let chords = edge_table.chords(0);
+        let (mut at, mut from) = ([0.0, 0.0], 0.0);
+        for chord in &chords[1..chords.len() - 1] {
+            at = [0, 1].map(|axis| at[axis] + chord.step[axis] * (chord.end - from));
+            from = chord.end;
+        }
+        assert!((at[0] - 5.0).abs() < 1e-4 && (at[1] - 3.0).abs() < 1e-4, "{at:?}");
+        assert_eq!((chords[1].heading, chords[2].heading), ([1.0, 0.0], [0.0, 1.0]), "the corner is not smoothed");
+        assert_eq!(chords[chords.len() - 1].heading, [1.0, 0.0], "beyond the bend");
+        assert_eq!(edge_table.length(0), Some(from));
+    }
+
+    #[test]
+    fn robots_have_the_heading_of_the_orientation() {
+        let near = |a: [f32; 2], b: [f32; 2]| (a[0] - b[0]).abs() < 1e-6 && (a[1] - b[1]).abs() < 1e-6;
+        let sideways = corner(Orientation::Offset(std::f32::consts::FRAC_PI_2));
+        assert!(near(sideways.chords(0)[1].heading, [0.0, 1.0]) && near(sideways.chords(0)[2].heading, [-1.0, 0.0]));
+        assert!(near(sideways.chords(0)[1].step, [1.0, 0.0]), "{:?}", sideways.chords(0)[1]);
+        assert!(near(sideways.direction(0, 1.0, [0.0, 1.0]), [1.0, 0.0]));
+        let fixed = corner(Orientation::Fixed(0.0));
+        assert!(fixed.chords(0).iter().all(|chord| chord.heading == [1.0, 0.0] && chord.turn == 0.0));
+        assert!(near(fixed.direction(0, 5.0, [1.0, 0.0]), [0.0, 1.0]), "it drives north, sideways");
+        assert_eq!(fixed.direction(7, 5.0, [1.0, 0.0]), [1.0, 0.0], "no such edge");
     }
 }

@@ -9,6 +9,7 @@ use crate::heading::MAX_HEADING;
 use crate::prediction::{Intent, MAX_SPEED, Motion};
 use crate::routes::Routes;
 use crate::settings::{HYSTERESIS, Settings};
+use crate::strip::PackedRobot;
 use crate::world_model::WorldModel;
 
 /// The largest distance from the origin, east or north, of a valid pose, in metres. Beyond it, poses in single
@@ -59,7 +60,7 @@ impl FrameContext<'_> {
     fn fill_all(&self, robots: Range<usize>, chunk: &mut Chunk) -> bool {
         let Columns { x, y, theta, speed, state, .. } = self.columns;
         let [x, y, theta, speed] = [x, y, theta, speed].map(|column| &column[robots.clone()]);
-        let present = state[robots.clone()].iter().fold(true, |all, state| all & (*state <= RobotState::Faulted as u8));
+        let present = state[robots.clone()].iter().fold(true, |all, state| all & is_present(*state));
         let poses = x.iter().zip(y).zip(theta);
         let valid = poses.fold(present, |all, ((x, y), theta)| all & Self::is_valid_pose(*x, *y, *theta));
         if !valid || !self.fill_types(robots.clone(), chunk) {
@@ -94,7 +95,7 @@ impl FrameContext<'_> {
         chunk.len = 0;
         let columns = &self.columns;
         let mut invalid_robots = 0;
-        for robot in robots.filter(|&robot| columns.state[robot] <= RobotState::Faulted as u8) {
+        for robot in robots.filter(|&robot| is_present(columns.state[robot])) {
             let (x, y, theta, number) = (columns.x[robot], columns.y[robot], columns.theta[robot], chunk.len);
             let robot_type = self.world.robot_type(self.robot_types.get(robot).copied().unwrap_or(0.0));
             if !self.world.footprints()[robot_type as usize].is_valid() || !Self::is_valid_pose(x, y, theta) {
@@ -118,6 +119,13 @@ impl FrameContext<'_> {
         }
     }
 
+    /// Returns the velocity of a robot, east and north, in metres per second.
+    pub(crate) fn velocity(&self, robot: &PackedRobot) -> [f32; 2] {
+        let row = robot.id as usize;
+        let direction = self.world.legs().direction(self.columns.edge[row], self.columns.s[row], robot.heading);
+        direction.map(|part| part * robot.speed)
+    }
+
     /// Returns the motion of a chunk's robot.
     fn motion(&self, number: usize, chunk: &Chunk) -> Motion<'_> {
         let (robot, Columns { s, edge, state, .. }) = (chunk.id[number], self.columns);
@@ -129,12 +137,18 @@ impl FrameContext<'_> {
             intent: match RobotState::from_number(state[row]) {
                 RobotState::Driving => Intent::Drive,
                 RobotState::Held => Intent::Hold,
+                // A robot that turns stands: where it drives then isn't determined before it has the new heading.
                 _ => Intent::Keep,
             },
             limits: self.world.limits(chunk.robot_type[number]),
             route: self.routes.ahead(robot, edge[row]),
         }
     }
+}
+
+/// Whether a row in this state has a robot.
+fn is_present(state: u8) -> bool {
+    usize::from(state) < RobotState::COUNT
 }
 
 /// Returns the speed that a robot is assumed to have, in metres per second, given its published speed.

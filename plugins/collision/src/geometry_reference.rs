@@ -1,6 +1,7 @@
 //! A slow reference implementation of the geometry for tests: footprints as polygons, compared side by side.
 
 use proptest::prelude::*;
+use regatta_plugin::world::{CurveRecord, EdgeRecord, WorldData};
 
 use crate::body::Body;
 use crate::footprint::CIRCLE;
@@ -14,6 +15,15 @@ pub(crate) const HORIZON: f32 = 2.0;
 
 /// A polygon, and the radius of the disc that is swept around it: a circle is a point with a radius.
 pub(crate) type RoundedPolygon = (Vec<Point>, f64);
+
+/// Returns a world of edges with one curve each, given by its control points.
+pub(crate) fn world(edges: impl IntoIterator<Item = (EdgeRecord, [[f32; 2]; 4])>) -> WorldData {
+    let mut world = WorldData::default();
+    for (edge, control_points) in edges {
+        world.add_edge(edge, [CurveRecord { control_points }]);
+    }
+    world
+}
 
 pub(crate) fn bodies() -> impl Strategy<Value = Body> {
     let size = prop_oneof![0.0_f32..0.1, 0.1_f32..2.0, 5.0_f32..20.0];

@@ -1,5 +1,6 @@
 //! The legs of the route graph, their speeds, and where they lead.
 
+use regatta_plugin::World;
 use regatta_plugin::world::EdgeRecord;
 
 use crate::edge_table::{Chord, EdgeTable};
@@ -66,8 +67,8 @@ pub(crate) struct LegTable {
 }
 
 impl LegTable {
-    pub(crate) fn new(edges: &[EdgeRecord]) -> Self {
-        let chords = EdgeTable::new(edges);
+    pub(crate) fn new(world: &World<'_>) -> Self {
+        let (chords, edges) = (EdgeTable::new(world), world.edges());
         let info = |(index, edge): (u32, &EdgeRecord)| EdgeInfo {
             origin: edge.origin,
             destination: edge.destination,
@@ -90,6 +91,11 @@ impl LegTable {
         let (chords, edge) = (self.chords.chords(leg.edge()), self.edges.get(leg.edge() as usize)?);
         let speed = edge.speeds[usize::from(leg.is_reverse())];
         (!chords.is_empty()).then_some(LegInfo { chords, length: edge.length, speed })
+    }
+
+    /// Returns the direction of travel in forward gear, as a unit vector, of a robot on an edge with this heading.
+    pub(crate) fn direction(&self, edge: u32, s: f32, heading: [f32; 2]) -> [f32; 2] {
+        self.chords.direction(edge, s, heading)
     }
 
     /// Returns the legs that a robot may drive after this one without changing gear: all that leave its end, except for
@@ -136,10 +142,16 @@ impl Exits {
 
 #[cfg(test)]
 mod tests {
+    use regatta_plugin::world::WorldData;
+
     use super::*;
 
     fn edge(origin: u32, destination: u32, velocity_backwards: f32) -> EdgeRecord {
         EdgeRecord { origin, destination, velocity_backwards, length: 1.0, ..EdgeRecord::default() }
+    }
+
+    fn table(edges: &[EdgeRecord]) -> LegTable {
+        LegTable::new(&WorldData { edges: edges.to_vec(), ..WorldData::default() }.view(1, 1))
     }
 
     fn successors(table: &LegTable, edge: u32, reverse: bool) -> Vec<(u32, bool)> {
@@ -150,7 +162,7 @@ mod tests {
     fn a_robot_turns_straight_back_only_at_a_dead_end_and_keeps_its_gear() {
         // 0 ⇄ 1 → 2 ⇄ 3
         let edges = [edge(0, 1, 0.5), edge(1, 0, 0.0), edge(1, 2, 0.5), edge(2, 3, 0.0), edge(3, 2, 0.0)];
-        let table = LegTable::new(&edges);
+        let table = table(&edges);
         assert_eq!(successors(&table, 0, false), [(2, false)]);
         assert_eq!(successors(&table, 3, false), [(4, false)], "node 3 is a dead end");
         assert_eq!(successors(&table, 4, false), [(3, false)], "so is node 2");
@@ -161,7 +173,7 @@ mod tests {
 
     #[test]
     fn nodes_that_do_not_exist_have_no_successors() {
-        let table = LegTable::new(&[edge(0, 1, 0.0), edge(u32::MAX, u32::MAX, 0.0)]);
+        let table = table(&[edge(0, 1, 0.0), edge(u32::MAX, u32::MAX, 0.0)]);
         assert_eq!(successors(&table, 0, false), []);
         assert_eq!(successors(&table, 1, false), []);
     }

@@ -26,7 +26,8 @@
 //!
 //! A robot without an edge, or with one that the world doesn't have, drives straight on along its heading. The route only
 //! determines the motion from the present pose: a pose beside the edge stays beside it, and a heading that differs from the
-//! edge's keeps its angle to it.
+//! edge's keeps its angle to it. An edge's heading is that of its orientation: its tangent's, one at an angle to that, or a
+//! fixed one. A robot that turns on the spot stands, and is not predicted to drive before it has turned.
 //!
 //! An edge is approximated by chords, from which it deviates by at most 2 cm and along each of which it turns by at most
 //! 0.2 radians, evenly. An acceleration is cut into parts of constant speed that deviate by at most 1 cm. In each of these

@@ -26,7 +26,7 @@ pub(crate) fn check(context: &FrameContext, one: InStrip, other: InStrip, observ
     if !criteria.is_possible_now() && context.settings.horizon() > 0.0 {
         criteria = criteria.or(predicted(context.settings, [a, b], [&body_a, &body_b], ALWAYS));
     }
-    push(criteria, (&robot(a), &body_a), (&robot(b), &body_b), observations);
+    push(context, criteria, (&robot(a), &body_a), (&robot(b), &body_b), observations);
 }
 
 /// Checks the candidate pairs of a strip. `near` is scratch memory.
@@ -45,7 +45,8 @@ pub(crate) fn check_all(
                 continue;
             }
             let [body_a, body_b] = [a, b].map(|robot| robot.body(footprints));
-            push(Criteria::now(context.settings, &body_a, &body_b), (a, &body_a), (b, &body_b), observations);
+            let criteria = Criteria::now(context.settings, &body_a, &body_b);
+            push(context, criteria, (a, &body_a), (b, &body_b), observations);
         }
         return;
     }
@@ -54,7 +55,7 @@ pub(crate) fn check_all(
         let [a, b] = slots.map(|slot| strip.robot(slot));
         let [body_a, body_b] = [a, b].map(|robot| robot.body(footprints));
         let criteria = now_and_predicted(context.settings, strip, *slots, [&body_a, &body_b]);
-        push(criteria, (a, &body_a), (b, &body_b), observations);
+        push(context, criteria, (a, &body_a), (b, &body_b), observations);
     }
 }
 
@@ -113,6 +114,7 @@ fn in_order(strip: &Strip, slots: [u32; 2]) -> [u32; 2] {
 
 /// Adds a pair that may have a level.
 fn push(
+    context: &FrameContext,
     criteria: Criteria,
     (a, body_a): (&PackedRobot, &Body),
     (b, body_b): (&PackedRobot, &Body),
@@ -122,7 +124,7 @@ fn push(
         observations.push(PairObservation {
             robots: [a.id, b.id],
             position: if criteria.may_touch() { overlap_centre(body_a, body_b) } else { nearest_point(body_a, body_b) },
-            relative_speed: relative_speed((body_a, a.speed), (body_b, b.speed)),
+            relative_speed: relative_speed(context.velocity(a), context.velocity(b)),
             criteria,
         });
     }

@@ -207,7 +207,7 @@ impl Plugin for CollisionPlugin {
     }
 
     fn on_world(&mut self, world: &World<'_>) -> Result {
-        self.detector.set_world(world.edges(), world.robot_types());
+        self.detector.set_world(world);
         self.edges = world.edges().iter().map(|edge| edge.id).collect();
         self.robot_types = world.robot_types().len();
         Ok(())

@@ -1,6 +1,6 @@
 //! The world model of the checks: edges and footprints.
 
-use regatta_plugin::world::{EdgeRecord, RobotTypeRecord};
+use regatta_plugin::World;
 
 use crate::footprint::Footprint;
 use crate::leg_table::LegTable;
@@ -17,14 +17,15 @@ pub(crate) struct WorldModel {
 }
 
 impl WorldModel {
-    pub(crate) fn new(edges: &[EdgeRecord], robot_types: &[RobotTypeRecord]) -> Self {
+    pub(crate) fn new(world: &World<'_>) -> Self {
+        let robot_types = world.robot_types();
         let mut footprints: Vec<_> = robot_types.iter().map(Footprint::of).collect();
         if footprints.is_empty() {
             footprints.push(Footprint::UNKNOWN);
         }
         let limits =
             robot_types.iter().map(|robot_type| Limits::new(robot_type.max_speed, robot_type.max_acceleration));
-        Self { legs: LegTable::new(edges), footprints, limits: limits.collect() }
+        Self { legs: LegTable::new(world), footprints, limits: limits.collect() }
     }
 
     pub(crate) fn legs(&self) -> &LegTable {

@@ -1,10 +1,12 @@
 //! Counts of robots by state, and the sum of their speeds, from a frame's columns.
 
-/// The number of states that a robot can be in, [`RobotState::Absent`](regatta_plugin::frame::RobotState) excluded.
-pub const STATES: usize = 5;
+use regatta_plugin::frame::RobotState;
+
+/// The number of states that a robot can be in, [`RobotState::Absent`] excluded.
+pub const STATES: usize = RobotState::COUNT;
 
 /// The names of the states, by their number in the column `state`.
-pub const STATE_NAMES: [&str; STATES] = ["idle", "driving", "waiting", "held", "faulted"];
+pub const STATE_NAMES: [&str; STATES] = ["idle", "driving", "waiting", "held", "faulted", "turning"];
 
 /// The highest speed that counts, in metres per second. Higher speeds and NaN count as 0, so that a sum stays a number.
 const MAX_SPEED: f32 = 1e6;
@@ -79,7 +81,6 @@ fn sum(speeds: &[f32]) -> f64 {
 #[cfg(test)]
 mod tests {
     use proptest::prelude::*;
-    use regatta_plugin::frame::RobotState;
 
     use super::*;
 
@@ -97,7 +98,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn counts_equal_those_one_by_one(rows in prop::collection::vec((prop_oneof![0_u8..7, Just(255)], -3.0_f32..3.0), 0..1_000)) {
+        fn counts_equal_those_one_by_one(rows in prop::collection::vec((prop_oneof![0_u8..8, Just(255)], -3.0_f32..3.0), 0..1_000)) {
             let (states, speeds): (Vec<_>, Vec<_>) = rows.into_iter().unzip();
             let (state_counts, oracle) = (StateCounts::of(&states, &speeds), oracle(&states, &speeds));
             prop_assert_eq!(state_counts.by_state, oracle.by_state);

@@ -35,6 +35,7 @@ from regatta._enums import (
     ContactChange,
     ContactLevel,
     EventKind,
+    NodeRole,
     OrderKind,
     Refusal,
     RobotState,
@@ -62,7 +63,7 @@ from regatta._frames import Frames
 from regatta._orders import Leg, Orders
 from regatta._rate import checked_rate
 from regatta._routes import Route
-from regatta._world import World
+from regatta._world import Orientation, World
 
 _joined: WeakValueDictionary[str, Fleet] = WeakValueDictionary()
 
@@ -195,11 +196,13 @@ __all__ = [
     "HeldError",
     "Leg",
     "NoEngineError",
+    "NodeRole",
     "OpenError",
     "OrderError",
     "OrderKind",
     "OrderLogHeader",
     "Orders",
+    "Orientation",
     "PublishError",
     "ReadError",
     "Refusal",

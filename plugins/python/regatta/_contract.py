@@ -113,9 +113,12 @@ class WorldHeader(Sequenced):
 
     run_id: u64
     revision: u64
+    origin: Annotated[Any, ctypes.c_double * 2]
     nodes: u32
     edges: u32
+    curves: u32
     robot_types: u32
+    text_bytes: u32
     reserved: u32
 
     @property
@@ -132,32 +135,51 @@ class NodeRecord(Record):
     x: f32
     y: f32
     theta: f32
+    name: u32
+    level: u32
+    zone: u32
+    role: u32
 
 
 @record
 class EdgeRecord(Record):
-    """An edge of the route graph: a cubic Bézier curve."""
+    """An edge of the route graph: one or more cubic Bézier curves."""
 
     id: u32
     origin: u32
     destination: u32
     length: f32
-    control_points: Annotated[Any, ctypes.c_float * 2 * 4]
+    first_curve: u32
+    curves: u32
     velocity_forward: f32
     velocity_backwards: f32
-    reserved: Annotated[Any, ctypes.c_uint32 * 2]
+    name: u32
+    level: u32
+    zone: u32
+    orientation: u32
+    orientation_angle: f32
+    reserved: Annotated[Any, ctypes.c_uint32 * 3]
+
+
+@record
+class CurveRecord(Record):
+    """A cubic Bézier curve."""
+
+    control_points: Annotated[Any, ctypes.c_float * 2 * 4]
 
 
 @record
 class RobotTypeRecord(Record):
     """A robot type."""
 
-    name: Annotated[bytes, ctypes.c_char * 44]
+    name: Annotated[bytes, ctypes.c_char * 36]
     shape: u32
     length: f32
     width: f32
     max_speed: f32
     max_acceleration: f32
+    max_rotation_speed: f32
+    max_rotation_acceleration: f32
 
 
 @record
@@ -300,14 +322,13 @@ class ControlResponse(Record):
     tick_cost_p99_nanos: u64
     resident_bytes: u64
     wall_time_nanos: u64
-    robots_by_state: Annotated[Any, ctypes.c_uint32 * 5]
+    robots_by_state: Annotated[Any, ctypes.c_uint32 * 6]
     robots: u32
     pid: u32
     clock: u32
     speed: f32
     real_time_factor: f32
     accepted: u32
-    reserved: u32
     reason: Annotated[bytes, ctypes.c_char * 128]
 
 

@@ -24,6 +24,7 @@ class RobotsByState(NamedTuple):
     waiting: int
     held: int
     faulted: int
+    turning: int
 
 
 @dataclass(frozen=True, repr=False)

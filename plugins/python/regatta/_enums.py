@@ -16,6 +16,8 @@ class RobotState(IntEnum):
     """The robot was ordered to hold; it stands, or brakes in order to."""
     FAULTED = 4
     """The robot can't continue; an event gave the reason."""
+    TURNING = 5
+    """The robot stands at a node and turns on the spot, to the heading of its next edge."""
     ABSENT = 255
     """The row holds no robot. Its pose is meaningless."""
 
@@ -38,6 +40,21 @@ class Shape(IntEnum):
     """``length`` along the heading, ``width`` across it."""
     CIRCLE = 1
     """A circle of diameter ``length``."""
+
+
+class NodeRole(IntEnum):
+    """What robots do at a node."""
+
+    NONE = 0
+    """Nothing in particular."""
+    PICK = 1
+    """Pick a load up."""
+    DROP = 2
+    """Drop a load."""
+    PARK = 3
+    """Park."""
+    CHARGE = 4
+    """Charge."""
 
 
 class OrderKind(IntEnum):

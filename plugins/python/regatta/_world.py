@@ -3,16 +3,40 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from enum import IntEnum
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from regatta._contract import BYTES_PER_LINE, EdgeRecord, NodeRecord, RobotTypeRecord, WorldHeader, dtype
+from regatta._contract import (
+    BYTES_PER_LINE,
+    CurveRecord,
+    EdgeRecord,
+    NodeRecord,
+    Record,
+    RobotTypeRecord,
+    WorldHeader,
+    dtype,
+)
 from regatta._errors import ReadError
 from regatta._ports import Sample
 
 Records = npt.NDArray[np.void]
+
+_LENGTH_BYTES = 2
+"""The bytes of a text's length, which precede the text."""
+
+
+class Orientation(IntEnum):
+    """The heading of robots along an edge, in both gears."""
+
+    TANGENTIAL = 0
+    """That of the edge's tangent, from origin to destination."""
+    OFFSET = 1
+    """At ``orientation_angle`` to the tangent."""
+    FIXED = 2
+    """``orientation_angle`` on the map."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -26,17 +50,33 @@ class World:
     """The run that the world belongs to."""
     revision: int
     """Counts the worlds of a run, from 1."""
+    origin: tuple[float, float]
+    """Metres east and north of (0, 0) of the fleet's positions, on the map of the route graph's file: a position on
+    that map is ``origin`` + position."""
     nodes: Records
-    """``id`` in the route graph's file, ``x`` and ``y`` in metres, ``theta`` in radians."""
+    """``id`` in the route graph's file, ``x`` and ``y`` in metres, ``theta`` in radians; ``name``, ``level`` and
+    ``zone`` (``str``, empty for none); ``role`` (a :class:`NodeRole <regatta.NodeRole>`)."""
     edges: Records
     """``id`` in the route graph's file; ``origin`` and ``destination``: indices of nodes; arc ``length`` in metres;
-    ``control_points`` P0 to P3 of the Bézier curve, in metres; ``velocity_forward`` and ``velocity_backwards`` in
-    metres per second, the latter 0 if reverse gear is not allowed. A frame's ``edge`` column holds indices into
-    these."""
+    ``first_curve``, the index of the first of the edge's curves, and ``curves``, their number; ``velocity_forward`` and
+    ``velocity_backwards`` in metres per second, the latter 0 if reverse gear is not allowed; ``name``, ``level`` and
+    ``zone`` (``str``, empty for none); ``orientation`` (an :class:`Orientation <regatta.Orientation>`) and
+    ``orientation_angle`` in radians. A frame's ``edge`` column holds indices into these."""
+    curves: npt.NDArray[np.float32]
+    """The control points of all edges' cubic Bézier curves, in metres: an array of shape (curves, 4, 2).
+    :meth:`curves_of` returns those of one edge."""
     robot_types: Records
     """``name`` (a ``str``), ``shape`` (a :class:`Shape <regatta.Shape>`), ``length`` and ``width`` in metres,
-    ``max_speed`` and ``max_acceleration`` in SI units, ``inf`` for no limit. The column ``type`` holds indices into
-    these."""
+    ``max_speed`` and ``max_acceleration`` in SI units, ``inf`` for no limit; ``max_rotation_speed`` of turns on the
+    spot in radians per second, 0 if the type can't turn on the spot, and ``max_rotation_acceleration`` in radians per
+    second squared. The column ``type`` holds indices into these."""
+
+    def curves_of(self, edge: int) -> npt.NDArray[np.float32]:
+        """Returns the control points of an edge's curves from origin to destination, in metres: an array of shape
+        (curves, 4, 2). Each curve starts where the one before it ends."""
+        record = self.edges[edge]
+        first = int(record["first_curve"])
+        return self.curves[first : first + int(record["curves"])]
 
     def __repr__(self) -> str:
         counts = f"{len(self.nodes)} nodes, {len(self.edges)} edges, {len(self.robot_types)} robot types"
@@ -45,23 +85,60 @@ class World:
 
 def world_of(sample: Sample[WorldHeader]) -> World:
     """Splits a sample into its sections, each of which starts on a whole line."""
-    header, start = sample.header, 0
-    sections = []
-    for record, count in (
-        (NodeRecord, header.nodes),
-        (EdgeRecord, header.edges),
-        (RobotTypeRecord, header.robot_types),
-    ):
-        record_type: np.dtype[Any] = dtype(record)
-        end = start + count * record_type.itemsize
-        if end > len(sample.payload):
+    header, sections = sample.header, _Sections(sample)
+    nodes = sections.records(NodeRecord, header.nodes)
+    edges = sections.records(EdgeRecord, header.edges)
+    curves = sections.records(CurveRecord, header.curves)["control_points"].copy()
+    robot_types = _with_text(sections.records(RobotTypeRecord, header.robot_types))
+    texts = sections.section(header.text_bytes).tobytes()
+    nodes, edges = (_with_texts(records, texts) for records in (nodes, edges))
+    return World(header.run_id, header.revision, tuple(header.origin), nodes, edges, curves, robot_types)
+
+
+class _Sections:
+    """The sections of a sample, read one after the other."""
+
+    def __init__(self, sample: Sample[WorldHeader]) -> None:
+        self._sample = sample
+        self._start = 0
+
+    def section(self, count: int) -> npt.NDArray[np.uint8]:
+        """Returns the next section, of that many bytes. It is a view of shared memory."""
+        end = self._start + count
+        if end > len(self._sample.payload):
             raise ReadError(
-                f"the world of {sample.elements} lines is shorter than its header says; its producer is at fault"
+                f"the world of {self._sample.elements} lines is shorter than its header says; its producer is at fault"
             )
-        sections.append(sample.payload[start:end].view(record_type).copy())
-        start = -(-end // BYTES_PER_LINE) * BYTES_PER_LINE
-    nodes, edges, robot_types = sections
-    return World(header.run_id, header.revision, nodes, edges, _with_text(robot_types))
+        section = self._sample.payload[self._start : end]
+        self._start = -(-end // BYTES_PER_LINE) * BYTES_PER_LINE
+        return section
+
+    def records(self, record: type[Record], count: int) -> Records:
+        """Returns a copy of the next section, of that many records."""
+        record_type: np.dtype[Any] = dtype(record)
+        return self.section(count * record_type.itemsize).view(record_type).copy()
+
+
+def _text_at(texts: bytes, offset: int) -> str:
+    """Returns the text at an offset; the empty text for the offset 0, and if there is none."""
+    length = int.from_bytes(texts[offset : offset + _LENGTH_BYTES], "little")
+    text = texts[offset + _LENGTH_BYTES : offset + _LENGTH_BYTES + length]
+    if offset == 0 or len(text) < length:
+        return ""
+    try:
+        return text.decode()
+    except UnicodeDecodeError:
+        return ""
+
+
+def _with_texts(records: Records, texts: bytes) -> Records:
+    """Returns nodes or edges whose names, levels and zones are ``str`` instead of offsets."""
+    columns = {name: records[name] for name in records.dtype.names or () if name != "reserved"}
+    for name in ("name", "level", "zone"):
+        # Many records have the same text, or none: each text is decoded once.
+        offsets, index = np.unique(columns[name], return_inverse=True)
+        columns[name] = np.array([_text_at(texts, int(offset)) for offset in offsets], dtype=np.str_)[index]
+    return _joined(columns, len(records))
 
 
 def _with_text(records: Records) -> Records:
@@ -70,7 +147,12 @@ def _with_text(records: Records) -> Records:
     for name, column in columns.items():
         if column.dtype.kind == "S":
             columns[name] = np.char.decode(column, "utf-8", "replace")
-    text = np.zeros(len(records), [(name, column.dtype) for name, column in columns.items()])
+    return _joined(columns, len(records))
+
+
+def _joined(columns: dict[str, npt.NDArray[Any]], count: int) -> Records:
+    """Returns records with these columns."""
+    records = np.zeros(count, [(name, column.dtype) for name, column in columns.items()])
     for name, column in columns.items():
-        text[name] = column
-    return text
+        records[name] = column
+    return records

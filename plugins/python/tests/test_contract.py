@@ -22,7 +22,7 @@ ENUMS: dict[str, type[enum.IntEnum]] = {
     if isinstance(value, type) and issubclass(value, enum.IntEnum) and value is not enum.IntEnum
 }
 
-RUST = {ctypes.c_uint32: "u32", ctypes.c_uint64: "u64", ctypes.c_float: "f32", ctypes.c_char: "u8"}
+RUST = {ctypes.c_uint32: "u32", ctypes.c_uint64: "u64", ctypes.c_float: "f32", ctypes.c_double: "f64", ctypes.c_char: "u8"}
 
 
 def rust(ctype: Any) -> str:

@@ -61,9 +61,11 @@ def test_a_robot_is_on_its_edge(fleet: regatta.Fleet) -> None:
     assert np.all(frame.s <= edges["length"] * 1.001)
     origin = nodes[edges["origin"][at_start]]
     np.testing.assert_allclose(frame.x[at_start], origin["x"], atol=1e-4)
-    bounds = edges["control_points"].min(axis=1) - 0.01, edges["control_points"].max(axis=1) + 0.01
+    assert np.all(edges["curves"] == 1) and frame.world.origin == (0.0, 0.0)
+    points = frame.world.curves[edges["first_curve"]]
     pose = np.column_stack([frame.x, frame.y])
-    assert np.all((bounds[0] <= pose) & (pose <= bounds[1])), "inside the hull of its control points"
+    inside = (points.min(axis=1) - 0.01 <= pose) & (pose <= points.max(axis=1) + 0.01)
+    assert np.all(inside), "inside the hull of its control points"
 
 
 def test_columns_are_read_only_views(fleet: regatta.Fleet) -> None:

@@ -201,3 +201,10 @@ def test_a_program_that_ends_leaves_the_lockstep_and_one_that_fails_does_not(eng
     process = engine.start_unanswered(*arguments)
     left = "reader has left the lockstep" in (process.errors if process.child.wait(60) == 0 else "")
     assert left == (end == "break"), process.errors
+
+
+def test_frames_that_their_fleet_closes_too_are_closed_once(engine: Engine) -> None:
+    process = engine.start_unanswered("--lockstep", "reader", "--ticks", "3", "--speed", "max")
+    with regatta.join(engine.name, "reader") as fleet, fleet.frames() as frames:
+        assert [frame.tick for frame, _ in zip(frames, range(4))] == [0, 1, 2, 3]
+    process.finish()

@@ -4,7 +4,7 @@ use prost::Message;
 use regatta_plugin::contact::{ContactEvent, ContactHeader, ContactRecord};
 use regatta_plugin::event::{EventHeader, EventRecord};
 use regatta_plugin::order::OrderRecord;
-use regatta_plugin::world::{EdgeRecord, NodeRecord, RobotTypeRecord};
+use regatta_plugin::world::{CurveRecord, EdgeRecord, NodeRecord, RobotTypeRecord, Texts, WorldData};
 
 use crate::schema::regatta;
 
@@ -31,40 +31,62 @@ pub enum MessageError {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct RecordedWorld {
     pub run_id: u64,
-    pub nodes: Vec<NodeRecord>,
-    pub edges: Vec<EdgeRecord>,
-    pub robot_types: Vec<RobotTypeRecord>,
+    pub data: WorldData,
     /// Whether the same world was recorded before.
     pub is_repeated: bool,
 }
 
 pub(crate) fn world(message: &[u8]) -> Result<RecordedWorld, MessageError> {
     let world = regatta::World::decode(message)?;
-    Ok(RecordedWorld {
-        run_id: world.run_id,
-        nodes: world.nodes.iter().map(node).collect(),
-        edges: world.edges.iter().map(edge).collect(),
+    let mut data = WorldData {
+        origin: [world.origin_x, world.origin_y],
         robot_types: world.robot_types.iter().map(robot_type).collect(),
-        is_repeated: world.is_repeated,
+        ..WorldData::default()
+    };
+    data.nodes = world.nodes.iter().map(|record| node(record, &mut data.texts)).collect();
+    for recorded in &world.edges {
+        let record = edge(recorded, &mut data.texts);
+        data.add_edge(record, curves(&recorded.control_points));
+    }
+    Ok(RecordedWorld { run_id: world.run_id, data, is_repeated: world.is_repeated })
+}
+
+fn node(node: &regatta::Node, texts: &mut Texts) -> NodeRecord {
+    NodeRecord {
+        id: node.id,
+        x: node.x,
+        y: node.y,
+        theta: node.theta,
+        name: texts.add(&node.name),
+        level: texts.add(&node.level),
+        zone: texts.add(&node.zone),
+        role: node.role as u32,
+    }
+}
+
+/// Returns the curves with these control points, eight numbers each.
+fn curves(numbers: &[f32]) -> impl Iterator<Item = CurveRecord> + '_ {
+    let (curves, _) = numbers.as_chunks::<8>();
+    curves.iter().map(|&[ax, ay, bx, by, cx, cy, dx, dy]| CurveRecord {
+        control_points: [[ax, ay], [bx, by], [cx, cy], [dx, dy]],
     })
 }
 
-fn node(node: &regatta::Node) -> NodeRecord {
-    NodeRecord { id: node.id, x: node.x, y: node.y, theta: node.theta }
-}
-
-fn edge(edge: &regatta::Edge) -> EdgeRecord {
-    let mut control_points = [[0.0; 2]; 4];
-    control_points.as_flattened_mut().iter_mut().zip(&edge.control_points).for_each(|(to, from)| *to = *from);
+/// Returns an edge without its curves.
+fn edge(edge: &regatta::Edge, texts: &mut Texts) -> EdgeRecord {
     EdgeRecord {
         id: edge.id,
         origin: edge.origin,
         destination: edge.destination,
         length: edge.length,
-        control_points,
         velocity_forward: edge.velocity_forward,
         velocity_backwards: edge.velocity_backwards,
-        reserved: [0; 2],
+        name: texts.add(&edge.name),
+        level: texts.add(&edge.level),
+        zone: texts.add(&edge.zone),
+        orientation: edge.orientation as u32,
+        orientation_angle: edge.orientation_angle,
+        ..EdgeRecord::default()
     }
 }
 
@@ -76,6 +98,9 @@ fn robot_type(robot_type: &regatta::RobotType) -> RobotTypeRecord {
         width: robot_type.width,
         max_speed: robot_type.max_speed,
         max_acceleration: robot_type.max_acceleration,
+        max_rotation_speed: robot_type.max_rotation_speed,
+        // Recordings of contract version 4 and before don't have it.
+        max_rotation_acceleration: robot_type.max_rotation_acceleration.unwrap_or(f32::INFINITY),
     }
 }
 

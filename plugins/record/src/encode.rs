@@ -97,30 +97,48 @@ fn packed<T: Pod>(tag: u32, values: &[T], out: &mut Vec<u8>) {
 }
 
 pub(crate) fn world(world: &World<'_>) -> Vec<u8> {
+    let [origin_x, origin_y] = world.origin();
     regatta::World {
         run_id: world.run_id(),
         revision: world.revision(),
-        nodes: world.nodes().iter().map(node).collect(),
-        edges: world.edges().iter().map(edge).collect(),
+        nodes: world.nodes().iter().map(|record| node(world, record)).collect(),
+        edges: world.edges().iter().map(|record| edge(world, record)).collect(),
         robot_types: world.robot_types().iter().map(robot_type).collect(),
+        origin_x,
+        origin_y,
         is_repeated: false,
     }
     .encode_to_vec()
 }
 
-fn node(node: &NodeRecord) -> regatta::Node {
-    regatta::Node { id: node.id, x: node.x, y: node.y, theta: node.theta }
+fn node(world: &World<'_>, node: &NodeRecord) -> regatta::Node {
+    regatta::Node {
+        id: node.id,
+        x: node.x,
+        y: node.y,
+        theta: node.theta,
+        name: world.text(node.name).to_owned(),
+        level: world.text(node.level).to_owned(),
+        zone: world.text(node.zone).to_owned(),
+        role: node.role as i32,
+    }
 }
 
-fn edge(edge: &EdgeRecord) -> regatta::Edge {
+fn edge(world: &World<'_>, edge: &EdgeRecord) -> regatta::Edge {
+    let points = world.curves(edge).iter().flat_map(|curve| curve.control_points);
     regatta::Edge {
         id: edge.id,
         origin: edge.origin,
         destination: edge.destination,
         length: edge.length,
-        control_points: edge.control_points.as_flattened().to_vec(),
+        control_points: points.flatten().collect(),
         velocity_forward: edge.velocity_forward,
         velocity_backwards: edge.velocity_backwards,
+        name: world.text(edge.name).to_owned(),
+        level: world.text(edge.level).to_owned(),
+        zone: world.text(edge.zone).to_owned(),
+        orientation: edge.orientation as i32,
+        orientation_angle: edge.orientation_angle,
     }
 }
 
@@ -132,6 +150,8 @@ fn robot_type(robot_type: &RobotTypeRecord) -> regatta::RobotType {
         width: robot_type.width,
         max_speed: robot_type.max_speed,
         max_acceleration: robot_type.max_acceleration,
+        max_rotation_speed: robot_type.max_rotation_speed,
+        max_rotation_acceleration: Some(robot_type.max_rotation_acceleration),
     }
 }
 

@@ -149,7 +149,7 @@ fn worlds(recording: &Recording) -> Result<Worlds, ReadingError> {
     while let Some(entry) = reader.next()? {
         let world = decode::world(entry.message);
         let world = world.map_err(|reason| recording.malformed(entry.topic, entry.log_time, reason))?;
-        worlds.graph = Some((world.nodes.len(), world.edges.len()));
+        worlds.graph = Some((world.data.nodes.len(), world.data.edges.len()));
         if !worlds.runs.contains(&world.run_id) {
             worlds.runs.push(world.run_id);
         }

@@ -43,7 +43,7 @@ pub use export::{ExportArgs, ExportError, export};
 pub use info::{Info, TopicInfo, info};
 pub use limit::Limit;
 pub use mcap_file::Compression;
-pub use plot::{PlotArgs, PlotError, plot};
+pub use plot::{PlotArgs, PlotError, plot, png};
 pub use reading::{ReadingError, Recording};
 pub use repair::{Repair, RepairError, repair, repair_copy};
 pub use replay::{ReplayArgs, ReplayError, replay};

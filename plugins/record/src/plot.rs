@@ -18,6 +18,7 @@ use crate::progress::{Interrupted, Progress};
 use crate::reading::{ReadingError, Recording};
 use crate::recorded::Row;
 use crate::table::{Span, for_each_snapshot};
+pub use png::png;
 use svg::{Area, Svg};
 use track::{Sample, Track};
 
@@ -128,7 +129,7 @@ pub fn plot(args: &PlotArgs) -> Result<String, PlotError> {
 fn track(recording: &Recording, args: &PlotArgs) -> Result<Track, PlotError> {
     let span = Span::of(recording, args.from, args.to);
     let mut progress = Progress::start("plot");
-    let mut track = Track { segments: Vec::new(), edges: Vec::new() };
+    let mut track = Track { segments: Vec::new(), curves: Vec::new() };
     let (mut run, mut was_present, mut most_robots) = (None, false, 0);
     for_each_snapshot(recording, &[], &span, |snapshot| -> Result<(), PlotError> {
         progress.report(span.done(snapshot.time))?;
@@ -136,7 +137,7 @@ fn track(recording: &Recording, args: &PlotArgs) -> Result<Track, PlotError> {
         let row = snapshot.row(args.robot as usize);
         let changed_run = run.replace(snapshot.run) != Some(snapshot.run);
         if changed_run {
-            track.edges = snapshot.edges().to_vec();
+            track.curves = snapshot.curves().to_vec();
         }
         let starts_segment = row.is_some() && (changed_run || !was_present);
         was_present = row.is_some();
@@ -206,7 +207,7 @@ mod tests {
     fn each_segment_is_a_line_and_a_heading_is_unwrapped() {
         let turning =
             |time: f64| (time + std::f64::consts::PI).rem_euclid(std::f64::consts::TAU) - std::f64::consts::PI;
-        let track = Track { segments: vec![segment(0.0, turning), segment(20.0, |_| 0.5)], edges: Vec::new() };
+        let track = Track { segments: vec![segment(0.0, turning), segment(20.0, |_| 0.5)], curves: Vec::new() };
         let svg = picture(&track, "Robot 1", "run.mcap");
         assert_eq!(count(&svg, "path"), 2);
         // Four values in two segments. The heading wraps around at π and 3π, but is drawn as one line.
@@ -218,7 +219,7 @@ mod tests {
     #[test]
     fn a_robot_that_never_moves_is_drawn() {
         let still = Sample { time: 5.0, x: 1.0, y: 2.0, theta: 0.0, speed: 0.0, state: 0 };
-        let svg = picture(&Track { segments: vec![vec![still]], edges: Vec::new() }, "Robot 1", "run.mcap");
+        let svg = picture(&Track { segments: vec![vec![still]], curves: Vec::new() }, "Robot 1", "run.mcap");
         assert!(!svg.contains("NaN") && !svg.contains("inf"), "{svg}");
     }
 }

@@ -3,7 +3,7 @@
 use prost::Message;
 use prost_types::Timestamp;
 use regatta_plugin::frame::RobotState;
-use regatta_plugin::world::EdgeRecord;
+use regatta_plugin::world::CurveRecord;
 use regatta_plugin::{Frame, World};
 
 use crate::schema::FRAME_ID;
@@ -12,7 +12,7 @@ use crate::schema::foxglove::{
     SceneUpdate, Vector3, line_primitive, packed_element_field::NumericType,
 };
 
-/// The number of line segments that approximate a curved edge.
+/// The number of line segments that approximate a curve.
 const SEGMENTS: usize = 12;
 /// The width of an edge on the screen, in pixels.
 const EDGE_PIXELS: f64 = 1.5;
@@ -55,13 +55,15 @@ fn colour(state: RobotState) -> Option<[u8; 4]> {
         RobotState::Waiting => Some([240, 228, 66, 255]),
         RobotState::Held => Some([230, 159, 0, 255]),
         RobotState::Faulted => Some([213, 94, 0, 255]),
+        RobotState::Turning => Some([86, 180, 233, 255]),
         RobotState::Absent => None,
     }
 }
 
 /// Encodes points along the route graph, slightly below the robots' points so that they don't cover them.
 pub(crate) fn graph_points(world: &World<'_>, log_time: u64) -> Vec<u8> {
-    let points = world.edges().iter().flat_map(|edge| curve(&edge.control_points, SEGMENTS));
+    let curves = world.edges().iter().flat_map(|edge| world.curves(edge));
+    let points = curves.flat_map(|record| curve(&record.control_points, SEGMENTS));
     cloud(points.map(|[x, y]| ([x as f32, y as f32, GRAPH_Z], [70, 85, 100, 255])), log_time)
 }
 
@@ -91,7 +93,7 @@ fn field(name: &str, offset: u32, numeric_type: NumericType) -> PackedElementFie
 
 /// Encodes the route graph as lines, which replace those of the previous message.
 pub(crate) fn graph(world: &World<'_>, log_time: u64) -> Vec<u8> {
-    let points = world.edges().iter().flat_map(lines).collect();
+    let points = world.edges().iter().flat_map(|edge| world.curves(edge)).flat_map(lines).collect();
     let line = LinePrimitive {
         r#type: line_primitive::Type::LineList as i32,
         pose: Some(pose(0.0, 0.0, 0.0)),
@@ -111,9 +113,9 @@ pub(crate) fn graph(world: &World<'_>, log_time: u64) -> Vec<u8> {
     SceneUpdate { entities: vec![entity], ..SceneUpdate::default() }.encode_to_vec()
 }
 
-/// Returns an edge's line segments as pairs of points.
-fn lines(edge: &EdgeRecord) -> impl Iterator<Item = Point3> {
-    let points = polyline(&edge.control_points, SEGMENTS);
+/// Returns a curve's line segments as pairs of points.
+fn lines(curve: &CurveRecord) -> impl Iterator<Item = Point3> + use<> {
+    let points = polyline(&curve.control_points, SEGMENTS);
     let pairs: Vec<_> = points.windows(2).flat_map(|pair| [pair[0], pair[1]]).collect();
     pairs.into_iter().map(|[x, y]| Point3 { x, y, z: 0.0 })
 }

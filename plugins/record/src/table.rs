@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use regatta_plugin::ColumnName;
 use regatta_plugin::frame::{FrameHeader, RobotState};
-use regatta_plugin::world::EdgeRecord;
+use regatta_plugin::world::{CurveRecord, EdgeRecord};
 
 use crate::decode::{self, MessageError, RecordedWorld};
 use crate::reading::{ReadingError, Recording, Selection};
@@ -39,7 +39,7 @@ impl Snapshot<'_> {
 
     /// Returns the edge of a robot's row, if it is on one.
     pub fn edge(&self, row: &Row) -> Option<&EdgeRecord> {
-        self.world.edges.get(row.edge as usize)
+        self.world.data.edges.get(row.edge as usize)
     }
 
     /// Returns a robot's newest value in a column at this time. `column` is an index into the list of requested columns.
@@ -47,8 +47,9 @@ impl Snapshot<'_> {
         self.columns.get(column)?.get(robot).copied()
     }
 
-    pub fn edges(&self) -> &[EdgeRecord] {
-        &self.world.edges
+    /// Returns the curves of the route graph's edges.
+    pub fn curves(&self) -> &[CurveRecord] {
+        &self.world.data.curves
     }
 }
 

@@ -50,14 +50,16 @@ def check_points(cloud, frame):
 
 
 def check_graph(graph, world):
-    """Checks that the lines of the graph for general tools include the ends of each of the world's edges."""
+    """Checks that the lines of the graph for general tools include the ends of each curve of the world's edges."""
     (entity,) = graph.entities
     (line,) = entity.lines
     assert line.type == line.LINE_LIST and len(line.points) % 2 == 0
     points = {(point.x, point.y) for point in line.points}
     for edge in world.edges:
-        curve = edge.control_points
-        assert (curve[0], curve[1]) in points and (curve[6], curve[7]) in points, edge.id
+        assert len(edge.control_points) % 8 == 0 and edge.control_points, edge.id
+        for first in range(0, len(edge.control_points), 8):
+            curve = edge.control_points[first : first + 8]
+            assert (curve[0], curve[1]) in points and (curve[6], curve[7]) in points, edge.id
 
 
 def main(path):

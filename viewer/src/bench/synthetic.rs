@@ -3,7 +3,7 @@
 use glam::Vec2;
 use regatta_plugin::Frame;
 use regatta_plugin::frame::{ColumnsMut, FrameHeader, Line, NO_EDGE, frame_lines, stride_lines};
-use regatta_plugin::world::{EdgeRecord, NodeRecord};
+use regatta_plugin::world::{CurveRecord, EdgeRecord, NodeRecord, WorldData};
 
 use crate::camera::Bounds;
 
@@ -41,27 +41,19 @@ impl SyntheticFleet {
     }
 
     /// Returns a graph with an edge for every ten robots, at most 100,000 edges.
-    pub fn graph(&self) -> (Vec<NodeRecord>, Vec<EdgeRecord>) {
+    pub fn graph(&self) -> WorldData {
         let (side, length) = (side(self.robots) as f32 * SPACING, 10.0 * SPACING);
         let per_row = (side / length).ceil().max(1.0) as u32;
         let rows = (side / SPACING).ceil() as u32;
-        let mut nodes = Vec::new();
-        let mut edges = Vec::new();
+        let mut world = WorldData::default();
         for i in 0..(per_row * rows).min(100_000) {
             let (x, y) = ((i % per_row) as f32 * length, (i / per_row) as f32 * SPACING);
-            let at = |part: f32| [x + part * length, y];
-            nodes.push(NodeRecord { id: i, x, y, theta: 0.0 });
-            edges.push(EdgeRecord {
-                id: i,
-                origin: i,
-                destination: i,
-                length,
-                control_points: [at(0.0), at(0.3), at(0.7), at(1.0)],
-                velocity_forward: 1.0,
-                ..EdgeRecord::default()
-            });
+            world.nodes.push(NodeRecord { id: i, x, y, ..NodeRecord::default() });
+            let edge =
+                EdgeRecord { id: i, origin: i, destination: i, length, velocity_forward: 1.0, ..EdgeRecord::default() };
+            world.add_edge(edge, [CurveRecord::straight([x, y], [x + length, y])]);
         }
-        (nodes, edges)
+        world
     }
 
     /// Returns one of the two frames by turns.

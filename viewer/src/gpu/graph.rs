@@ -1,7 +1,8 @@
-//! The route graph: the world's records on the GPU, culled and sorted into draw lists there.
+//! The route graph: the nodes and curves of the world on the GPU, culled and sorted into draw lists there.
 
 use bytemuck::{Pod, Zeroable};
-use regatta_plugin::world::{EdgeRecord, NodeRecord};
+use regatta_plugin::World;
+use regatta_plugin::world::{CurveRecord, EdgeRecord, NodeRecord};
 use wgpu::{
     BindGroup, BindGroupLayout, Buffer, BufferUsages, CommandEncoder, ComputePipeline, PrimitiveTopology, RenderPass,
     RenderPipeline, ShaderStages, VertexBufferLayout, VertexStepMode, vertex_attr_array,
@@ -12,11 +13,12 @@ use super::device::Gpu;
 use super::pipeline::{DepthMode, PipelineDescriptor, TargetConfig, compute_pipeline, render_pipeline};
 use super::resources::buffer;
 use super::shaders::shader;
+use crate::curves::{curve_length, middle};
 use crate::scene::Layers;
 
 /// The number of draw lists; the same as in graph.wgsl.
 const LISTS: usize = 7;
-/// The first list of bent edges; the lists before it have straight ones.
+/// The first list of bent curves; the lists before it have straight ones.
 const BENT: usize = 2;
 const ARROWS: usize = 5;
 const NODES: usize = 6;
@@ -38,14 +40,72 @@ struct DrawArguments {
     first_instance: u32,
 }
 
+/// A curve of an edge, or of none. The same as `Curve` in curves.wgsl.
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+struct CurveInstance {
+    /// Index of the edge in the world.
+    edge: u32,
+    /// Metres.
+    length: f32,
+    /// Metres; 0 if the curve belongs to no edge, and isn't drawn.
+    edge_length: f32,
+    /// The edge's speed in reverse gear in metres per second; 0 if that isn't allowed.
+    backwards: f32,
+    control_points: [[f32; 2]; 4],
+    /// The parameter of the edge's arrow, or a negative number if the arrow is on another curve.
+    arrow: f32,
+    reserved: f32,
+}
+
+/// Returns the world's curves, at their indices in the world.
+fn curve_instances(world: &World<'_>) -> Vec<CurveInstance> {
+    let unused = |curve: &CurveRecord| CurveInstance {
+        edge: u32::MAX,
+        control_points: curve.control_points,
+        arrow: -1.0,
+        ..CurveInstance::zeroed()
+    };
+    let mut instances: Vec<_> = world.all_curves().iter().map(unused).collect();
+    for (index, edge) in (0..).zip(world.edges()) {
+        let curves = world.curves(edge);
+        let first = edge.first_curve as usize;
+        if let Some(instances) = instances.get_mut(first..first + curves.len()) {
+            assign(instances, (index, edge), curves);
+        }
+    }
+    instances
+}
+
+/// Assigns curves to their edge.
+fn assign(instances: &mut [CurveInstance], (index, edge): (u32, &EdgeRecord), curves: &[CurveRecord]) {
+    let total: f32 = curves.iter().map(curve_length).sum();
+    let scale = edge.length / total.max(1e-6);
+    let (with_arrow, parameter) = middle(curves);
+    for (number, (instance, curve)) in instances.iter_mut().zip(curves).enumerate() {
+        instance.edge = index;
+        instance.length = if curves.len() == 1 { edge.length } else { curve_length(curve) * scale };
+        instance.edge_length = edge.length;
+        instance.backwards = edge.velocity_backwards;
+        instance.arrow = if number == with_arrow { parameter } else { -1.0 };
+    }
+}
+
+/// A node. The same as `Node` in curves.wgsl.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
+struct NodeInstance {
+    position: [f32; 2],
+}
+
 /// Draws the graph.
 #[derive(Debug)]
 pub struct Graph {
     records_layout: BindGroupLayout,
     lists_layout: BindGroupLayout,
-    sort_edges: ComputePipeline,
+    sort_curves: ComputePipeline,
     sort_nodes: ComputePipeline,
-    /// A pipeline for each list: edges by their curvature in the picture, arrows, nodes.
+    /// A pipeline for each list: curves by their curvature in the picture, arrows, nodes.
     draws: [RenderPipeline; LISTS],
     edge_id_straight: RenderPipeline,
     edge_id: RenderPipeline,
@@ -56,7 +116,7 @@ pub struct Graph {
 /// A graph on the GPU.
 #[derive(Debug)]
 struct Loaded {
-    edges: u32,
+    curves: u32,
     nodes: u32,
     records: BindGroup,
     sorting: BindGroup,
@@ -94,7 +154,7 @@ impl Graph {
         let strip = PrimitiveTopology::TriangleStrip;
         let ids = TargetConfig::IDS;
         Self {
-            sort_edges: sort("sort_edges"),
+            sort_curves: sort("sort_curves"),
             sort_nodes: sort("sort_nodes"),
             draws: [
                 make(target, "edge_far", "ribbon_fill", PrimitiveTopology::LineList),
@@ -115,13 +175,18 @@ impl Graph {
     }
 
     /// Uploads a graph, which replaces the one before.
-    pub fn load(&mut self, gpu: &Gpu, nodes: &[NodeRecord], edges: &[EdgeRecord]) {
+    pub fn load(&mut self, gpu: &Gpu, world: &World<'_>) {
         self.loaded = None;
+        let curves = curve_instances(world);
+        let place = |node: &NodeRecord| NodeInstance { position: [node.x, node.y] };
+        let nodes: Vec<_> = world.nodes().iter().map(place).collect();
+        if curves.is_empty() || nodes.is_empty() {
+            return;
+        }
         let limit = gpu.device.limits().max_storage_buffer_binding_size;
-        if size_of_val(edges) as u64 > limit || edges.is_empty() || nodes.is_empty() {
-            if !edges.is_empty() {
-                tracing::warn!("the graph of {} edges is too large for this adapter and is not drawn", edges.len());
-            }
+        let bytes = size_of_val(&curves[..]).max((NODES * curves.len() + nodes.len()) * 4);
+        if bytes as u64 > limit {
+            tracing::warn!("the graph of {} curves is too large for this adapter and is not drawn", curves.len());
             return;
         }
         let upload = |label, bytes: &[u8], usage| {
@@ -129,9 +194,9 @@ impl Graph {
             gpu.queue.write_buffer(&buffer, 0, bytes);
             buffer
         };
-        let edge_records = upload("edges", bytemuck::cast_slice(edges), BufferUsages::STORAGE);
-        let node_records = upload("nodes", bytemuck::cast_slice(nodes), BufferUsages::STORAGE);
-        let entries = NODES * edges.len() + nodes.len();
+        let curve_records = upload("curves", bytemuck::cast_slice(&curves), BufferUsages::STORAGE);
+        let node_records = upload("nodes", bytemuck::cast_slice(&nodes), BufferUsages::STORAGE);
+        let entries = NODES * curves.len() + nodes.len();
         let lists = buffer(gpu, "graph lists", entries * 4, BufferUsages::STORAGE | BufferUsages::VERTEX);
         let arguments = |vertices: [u32; LISTS]| {
             vertices.map(|vertices| DrawArguments { vertices, instances: 0, first_vertex: 0, first_instance: 0 })
@@ -141,9 +206,9 @@ impl Graph {
         let blank_draws = upload("blank", bytemuck::cast_slice(&arguments(VERTICES)), BufferUsages::COPY_SRC);
         let pick_draws = upload("pick", bytemuck::cast_slice(&arguments(PICK_VERTICES)), BufferUsages::INDIRECT);
         self.loaded = Some(Loaded {
-            edges: edges.len() as u32,
+            curves: curves.len() as u32,
             nodes: nodes.len() as u32,
-            records: bind_group(gpu, &self.records_layout, &[(0, &edge_records), (1, &node_records)]),
+            records: bind_group(gpu, &self.records_layout, &[(0, &curve_records), (1, &node_records)]),
             sorting: bind_group(gpu, &self.lists_layout, &[(0, &lists), (1, &draws)]),
             lists,
             draws,
@@ -162,7 +227,7 @@ impl Graph {
         self.loaded.as_ref().map(|loaded| &loaded.records)
     }
 
-    /// Sorts the visible edges, arrows and nodes into the draw lists.
+    /// Sorts the visible curves, arrows and nodes into the draw lists.
     pub fn sort(&self, encoder: &mut CommandEncoder, view: &BindGroup) {
         let Some(loaded) = &self.loaded else { return };
         encoder.copy_buffer_to_buffer(&loaded.blank_draws, 0, &loaded.draws, 0, loaded.draws.size());
@@ -170,7 +235,7 @@ impl Graph {
         pass.set_bind_group(0, view, &[]);
         pass.set_bind_group(1, &loaded.records, &[]);
         pass.set_bind_group(2, &loaded.sorting, &[]);
-        for (pipeline, count) in [(&self.sort_edges, loaded.edges), (&self.sort_nodes, loaded.nodes)] {
+        for (pipeline, count) in [(&self.sort_curves, loaded.curves), (&self.sort_nodes, loaded.nodes)] {
             let needed = count.div_ceil(WORKGROUP);
             let across = needed.clamp(1, 32_768);
             pass.set_pipeline(pipeline);
@@ -217,7 +282,33 @@ impl Graph {
 
 impl Loaded {
     fn draw_list(&self, pass: &mut RenderPass<'_>, list: usize, draws: &Buffer) {
-        pass.set_vertex_buffer(0, self.lists.slice((list * self.edges as usize * 4) as u64..));
+        pass.set_vertex_buffer(0, self.lists.slice((list * self.curves as usize * 4) as u64..));
         pass.draw_indirect(draws, (list * size_of::<DrawArguments>()) as u64);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use regatta_plugin::world::WorldData;
+
+    use super::*;
+
+    #[test]
+    fn every_curve_knows_its_edge_and_one_has_the_arrow() {
+        let line = CurveRecord::straight;
+        let mut world = WorldData::default();
+        let edge = |length| EdgeRecord { length, velocity_backwards: 0.5, ..EdgeRecord::default() };
+        world.add_edge(edge(2.0), [line([0.0, 0.0], [2.0, 0.0])]);
+        world.add_edge(edge(8.0), [line([2.0, 0.0], [2.0, 2.0]), line([2.0, 2.0], [8.0, 2.0])]);
+        world.curves.push(line([0.0, 0.0], [1.0, 1.0]));
+        let instances = curve_instances(&world.view(1, 1));
+        assert_eq!(instances.iter().map(|instance| instance.edge).collect::<Vec<_>>(), [0, 1, 1, u32::MAX]);
+        let near =
+            |numbers: [f32; 4], expected: [f32; 4]| numbers.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-3);
+        let column = |of: fn(&CurveInstance) -> f32| [0, 1, 2, 3].map(|index| of(&instances[index]));
+        assert!(near(column(|instance| instance.length), [2.0, 2.0, 6.0, 0.0]));
+        assert!(near(column(|instance| instance.arrow), [0.5, -1.0, 1.0 / 3.0, -1.0]), "{instances:?}");
+        assert!(near(column(|instance| instance.edge_length), [2.0, 8.0, 8.0, 0.0]));
+        assert_eq!(instances[2].control_points, world.curves[2].control_points);
     }
 }

@@ -1,7 +1,7 @@
 //! The renderer: takes the fleet's data, and records the passes of a picture in order.
 
 use glam::{UVec2, Vec2};
-use regatta_plugin::world::{EdgeRecord, NodeRecord, RobotTypeRecord};
+use regatta_plugin::world::RobotTypeRecord;
 use regatta_plugin::{Frame, World};
 use wgpu::{BindGroup, Buffer, BufferUsages, CommandEncoder, ShaderStages, TextureView};
 
@@ -174,12 +174,12 @@ impl Renderer {
     /// Sets the graph and the robot types.
     pub fn set_world(&mut self, world: &World<'_>) {
         self.set_robot_types(world.robot_types());
-        self.set_graph(world.nodes(), world.edges());
+        self.set_graph(world);
     }
 
     /// Sets the route graph.
-    pub fn set_graph(&mut self, nodes: &[NodeRecord], edges: &[EdgeRecord]) {
-        self.graph.load(&self.gpu, nodes, edges);
+    pub fn set_graph(&mut self, world: &World<'_>) {
+        self.graph.load(&self.gpu, world);
     }
 
     /// Replaces the routes that are drawn along the graph.

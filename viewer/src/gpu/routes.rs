@@ -11,8 +11,9 @@ use super::resources::buffer;
 use super::shaders::shader;
 use crate::route::{MAX_ROBOTS, RouteSegment};
 
-/// The most segments that are drawn: all legs of [`MAX_ROBOTS`] answers, each of which lists at most 256.
-const MAX_SEGMENTS: usize = MAX_ROBOTS * 256;
+/// The most segments that are drawn: all legs of [`MAX_ROBOTS`] answers, each of which lists at most 256, of edges with four
+/// curves on average.
+const MAX_SEGMENTS: usize = MAX_ROBOTS * 256 * 4;
 /// Vertices of a segment's strip, which has 32 parts; the same as in routes.wgsl.
 const VERTICES: u32 = 2 * (32 + 1);
 

@@ -134,7 +134,7 @@ fn cells(ui: &Ui, rect: Rect, frame: &Frame<'_>, id: u32, offset: [f32; 2], colo
 /// Returns the colour of a robot state.
 pub fn state_colour(state: RobotState, colours: &ThemeColours) -> egui::Color32 {
     match state {
-        RobotState::Driving => colours.good,
+        RobotState::Driving | RobotState::Turning => colours.good,
         RobotState::Waiting | RobotState::Held => colours.warn,
         RobotState::Faulted => colours.bad,
         RobotState::Idle | RobotState::Absent => colours.faint,

@@ -4,10 +4,11 @@ use std::collections::HashSet;
 
 use egui::{Align2, Context, FontId, LayerId, Rect, pos2};
 use glam::Vec2;
-use regatta_plugin::world::{EdgeRecord, NodeRecord};
+use regatta_plugin::World;
 
 use super::style;
 use crate::camera::Camera;
+use crate::curves::midpoint;
 use crate::palette::Theme;
 
 /// Points per metre of the picture from which ids are drawn.
@@ -31,9 +32,11 @@ struct Label {
 
 impl Labels {
     /// Collects the nodes and edges of a route graph.
-    pub fn new(nodes: &[NodeRecord], edges: &[EdgeRecord]) -> Self {
-        let nodes = nodes.iter().map(|node| Label { place: Vec2::new(node.x, node.y), id: node.id, is_node: true });
-        let edges = edges.iter().map(|edge| Label { place: midpoint(edge), id: edge.id, is_node: false });
+    pub fn new(world: &World<'_>) -> Self {
+        let nodes = world.nodes().iter();
+        let nodes = nodes.map(|node| Label { place: Vec2::new(node.x, node.y), id: node.id, is_node: true });
+        let middles = world.edges().iter().filter_map(|edge| Some((edge, midpoint(world, edge)?)));
+        let edges = middles.map(|(edge, place)| Label { place, id: edge.id, is_node: false });
         let mut all: Vec<_> = nodes.chain(edges).collect();
         all.sort_by(|a, b| a.place.x.total_cmp(&b.place.x));
         Self(all)
@@ -110,23 +113,20 @@ impl Labels {
     }
 }
 
-/// Returns the midpoint of an edge, a cubic Bézier curve.
-pub fn midpoint(edge: &EdgeRecord) -> Vec2 {
-    let points = edge.control_points.map(Vec2::from);
-    (points[0] + 3.0 * points[1] + 3.0 * points[2] + points[3]) / 8.0
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use glam::Vec3;
+    use regatta_plugin::world::{NodeRecord, WorldData};
 
     const SIZE: Vec2 = Vec2::new(1280.0, 720.0);
 
+    fn labels(nodes: impl Iterator<Item = NodeRecord>) -> Labels {
+        Labels::new(&WorldData { nodes: nodes.collect(), ..WorldData::default() }.view(1, 1))
+    }
+
     fn row(count: u32) -> Labels {
-        let nodes: Vec<_> =
-            (0..count).map(|i| NodeRecord { id: i, x: i as f32 * 2.0, ..NodeRecord::default() }).collect();
-        Labels::new(&nodes, &[])
+        labels((0..count).map(|i| NodeRecord { id: i, x: i as f32 * 2.0, ..NodeRecord::default() }))
     }
 
     fn over(x: f32, distance: f32) -> Camera {
@@ -146,15 +146,13 @@ mod tests {
 
     #[test]
     fn ids_do_not_overlap_and_their_number_is_limited() {
-        let nodes: Vec<_> = (0..40_000)
-            .map(|i| NodeRecord {
-                id: i,
-                x: (i % 200) as f32 * 0.1 - 10.0,
-                y: (i / 200) as f32 * 0.1 - 10.0,
-                ..NodeRecord::default()
-            })
-            .collect();
-        let near = Labels::new(&nodes, &[]).visible(&over(0.0, 20.0), Vec2::ZERO, SIZE);
+        let nodes = (0..40_000).map(|i| NodeRecord {
+            id: i,
+            x: (i % 200) as f32 * 0.1 - 10.0,
+            y: (i / 200) as f32 * 0.1 - 10.0,
+            ..NodeRecord::default()
+        });
+        let near = labels(nodes).visible(&over(0.0, 20.0), Vec2::ZERO, SIZE);
         assert!(near.len() > 100 && near.len() <= MAX_LABELS, "{}", near.len());
         for (i, (_, a)) in near.iter().enumerate() {
             assert!(

@@ -89,6 +89,7 @@ pub fn state_name(state: RobotState) -> &'static str {
         RobotState::Waiting => "waiting",
         RobotState::Held => "held",
         RobotState::Faulted => "faulted",
+        RobotState::Turning => "turning",
         RobotState::Absent => "absent",
     }
 }

@@ -4,6 +4,7 @@ use egui::{RichText, Ui};
 use egui_plot::{Line, Plot};
 use regatta_plugin::contact::ContactLevel;
 use regatta_plugin::frame::{Frame, NO_EDGE, RobotState};
+use regatta_plugin::world::{NodeRole, Orientation};
 
 use super::camera_controller::Follow;
 use super::fleet_list::state_colour;
@@ -39,7 +40,7 @@ impl Interface {
         ui.horizontal(|ui| {
             status_dot(ui, state_colour(state, &colours), RichText::new(state_name(state)));
             let index = model.robot_type_column.and_then(|column| column.get(row));
-            let robot_type = index.and_then(|index| model.robot_types.get(*index as usize));
+            let robot_type = index.and_then(|index| model.world.robot_types().get(*index as usize));
             ui.label(style::faint(ui, theme, robot_type.map_or("", |robot_type| robot_type.name())));
         });
         self.robot_buttons(ui, model, id);
@@ -101,12 +102,13 @@ impl Interface {
 
     fn place_on_graph(&mut self, ui: &mut Ui, model: &ViewModel<'_>, frame: &Frame<'_>, row: usize) {
         let (theme, index) = (self.settings.theme(), frame.edge()[row]);
-        let Some(edge) = model.edges.get(index as usize).filter(|_| index != NO_EDGE) else {
+        let Some(edge) = model.world.edges().get(index as usize).filter(|_| index != NO_EDGE) else {
             line(ui, theme, "edge", "none");
             return;
         };
         line(ui, theme, "edge", edge.id.to_string());
-        let ids = [edge.origin, edge.destination].map(|node| model.nodes.get(node as usize).map_or(0, |node| node.id));
+        let ids = [edge.origin, edge.destination]
+            .map(|node| model.world.nodes().get(node as usize).map_or(0, |node| node.id));
         line(ui, theme, "from, to", format!("{} → {}", ids[0], ids[1]));
         line(ui, theme, "driven", format!("{:.2} of {:.2} m", frame.s()[row], edge.length));
         if ui.link("show the edge").clicked() {
@@ -182,11 +184,12 @@ impl Interface {
 
     fn edge(&mut self, ui: &mut Ui, model: &ViewModel<'_>, index: u32) {
         let theme = self.settings.theme();
-        let Some(edge) = model.edges.get(index as usize) else {
+        let Some(edge) = model.world.edges().get(index as usize) else {
             ui.label(style::faint(ui, theme, "this edge no longer exists"));
             return;
         };
         ui.label(RichText::new(format!("Edge {}", edge.id)).size(20.0));
+        self.texts(ui, model, [edge.name, edge.level, edge.zone]);
         line(ui, theme, "length", format!("{:.3} m", edge.length));
         line(ui, theme, "forward", format!("{:.2} m/s", edge.velocity_forward));
         let backwards = edge.velocity_backwards;
@@ -196,9 +199,14 @@ impl Interface {
             "in reverse",
             if backwards > 0.0 { format!("{backwards:.2} m/s") } else { "not allowed".into() },
         );
+        match edge.orientation() {
+            Orientation::Tangential => {}
+            Orientation::Offset(angle) => line(ui, theme, "heading", format!("tangent + {:.1}°", angle.to_degrees())),
+            Orientation::Fixed(angle) => line(ui, theme, "heading", format!("{:.1}°", angle.to_degrees())),
+        }
         heading(ui, theme, "nodes");
         for (end, node) in [("from", edge.origin), ("to", edge.destination)] {
-            let Some(record) = model.nodes.get(node as usize) else { continue };
+            let Some(record) = model.world.nodes().get(node as usize) else { continue };
             ui.horizontal(|ui| {
                 ui.label(style::faint(ui, theme, end));
                 if ui.link(format!("node {}", record.id)).clicked() {
@@ -208,19 +216,34 @@ impl Interface {
         }
     }
 
+    /// Shows the name, the level and the zone of a node or an edge, as far as it has them.
+    fn texts(&self, ui: &mut Ui, model: &ViewModel<'_>, offsets: [u32; 3]) {
+        for (name, offset) in ["name", "level", "zone"].into_iter().zip(offsets) {
+            let text = model.world.text(offset);
+            if !text.is_empty() {
+                line(ui, self.settings.theme(), name, text);
+            }
+        }
+    }
+
     fn node(&mut self, ui: &mut Ui, model: &ViewModel<'_>, index: u32) {
         let theme = self.settings.theme();
-        let Some(node) = model.nodes.get(index as usize) else {
+        let Some(node) = model.world.nodes().get(index as usize) else {
             ui.label(style::faint(ui, theme, "this node no longer exists"));
             return;
         };
         ui.label(RichText::new(format!("Node {}", node.id)).size(20.0));
+        self.texts(ui, model, [node.name, node.level, node.zone]);
+        if node.role() != NodeRole::None {
+            line(ui, theme, "role", node.role().name());
+        }
         let offset = self.settings.offset;
         line(ui, theme, "x", format!("{:.3} m", node.x + offset[0]));
         line(ui, theme, "y", format!("{:.3} m", node.y + offset[1]));
         line(ui, theme, "θ", format!("{:.2}°", node.theta.to_degrees()));
         heading(ui, theme, "edges");
-        let edges = model.edges.iter().enumerate().filter(|(_, edge)| [edge.origin, edge.destination].contains(&index));
+        let edges =
+            model.world.edges().iter().enumerate().filter(|(_, edge)| [edge.origin, edge.destination].contains(&index));
         for (i, edge) in edges.take(32) {
             let direction = if edge.origin == index { "out" } else { "in" };
             ui.horizontal(|ui| {

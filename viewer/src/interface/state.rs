@@ -6,12 +6,12 @@ use glam::Vec2;
 
 use super::camera_controller::CameraController;
 use super::history::History;
-use super::labels::midpoint;
 use super::rows::RowQuery;
 use super::settings::{RightPanel, RobotMesh, Settings};
 use super::style::{self, ThemeColours};
 use super::view_model::{Item, ViewModel};
 use super::virtual_list::VirtualList;
+use crate::curves::midpoint;
 use crate::palette::Theme;
 use crate::scene::MAX_SELECTED;
 
@@ -176,8 +176,11 @@ impl Interface {
         let offset = Vec2::from(self.settings.offset);
         match self.selected? {
             Item::Robot(id) => Some(model.pose(id, offset)?.place),
-            Item::Node(index) => model.nodes.get(index as usize).map(|node| Vec2::new(node.x, node.y) + offset),
-            Item::Edge(index) => model.edges.get(index as usize).map(|edge| midpoint(edge) + offset),
+            Item::Node(index) => model.world.nodes().get(index as usize).map(|node| Vec2::new(node.x, node.y) + offset),
+            Item::Edge(index) => {
+                let edge = model.world.edges().get(index as usize)?;
+                midpoint(&model.world, edge).map(|middle| middle + offset)
+            }
         }
     }
 }

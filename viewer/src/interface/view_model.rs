@@ -4,8 +4,7 @@
 use glam::Vec2;
 use regatta_plugin::control::{ControlRequest, ControlResponse};
 use regatta_plugin::frame::{ClockState, Frame};
-use regatta_plugin::world::{EdgeRecord, NodeRecord, RobotTypeRecord};
-use regatta_plugin::{ColumnName, Contacts};
+use regatta_plugin::{ColumnName, Contacts, World};
 
 use super::labels::Labels;
 use super::pose::Pose;
@@ -43,15 +42,11 @@ pub struct ViewModel<'a> {
     pub status: Option<&'a ControlResponse>,
     /// The newest frame.
     pub frame: Option<Frame<'a>>,
-    /// The nodes of the route graph.
-    pub nodes: &'a [NodeRecord],
-    /// The edges of the route graph.
-    pub edges: &'a [EdgeRecord],
+    /// The route graph and the robot types; empty as long as there is no world.
+    pub world: World<'a>,
     /// The labels of nodes and edges.
     pub labels: &'a Labels,
-    /// The robot types.
-    pub robot_types: &'a [RobotTypeRecord],
-    /// Each robot's index into `robot_types`.
+    /// Each robot's index into the robot types.
     pub robot_type_column: Option<&'a [f32]>,
     /// The pairs that a collision checker reports.
     pub contacts: Option<Contacts<'a>>,

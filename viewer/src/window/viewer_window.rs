@@ -262,7 +262,7 @@ impl ViewerWindow {
     /// Updates the state by the news of a poll.
     fn update_state(&mut self, news: News, now: Instant) {
         if let Some(world) = self.stage.feed.world().filter(|_| news.world) {
-            self.fleet_state.labels = Labels::new(world.nodes(), world.edges());
+            self.fleet_state.labels = Labels::new(&world);
         }
         if self.stage.feed.frame().is_some() {
             for Unloadable { file, message } in self.assets.update(&mut self.interface.settings, &mut self.stage) {

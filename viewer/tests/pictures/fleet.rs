@@ -4,7 +4,7 @@ use glam::{UVec2, Vec2};
 use image::RgbaImage;
 use regatta_plugin::Frame;
 use regatta_plugin::frame::{ColumnsMut, FrameHeader, Line, NO_EDGE, frame_lines, stride_lines};
-use regatta_plugin::world::{EdgeRecord, NodeRecord, RobotTypeRecord, Shape};
+use regatta_plugin::world::{CurveRecord, EdgeRecord, NodeRecord, RobotTypeRecord, Shape, WorldData};
 use regatta_viewer::camera::{Bounds, Camera};
 use regatta_viewer::gpu::TargetConfig;
 use regatta_viewer::gpu::device::Gpu;
@@ -81,38 +81,38 @@ impl TestRenderer {
 /// Returns two robot types: a rectangular cart and a round puck.
 pub fn robot_types() -> [RobotTypeRecord; 2] {
     let record = |name, shape, length, width| RobotTypeRecord {
-        name: RobotTypeRecord::padded_name(name),
         shape: shape as u32,
-        length,
-        width,
         max_speed: 2.0,
         max_acceleration: 1.0,
+        ..RobotTypeRecord::new(name, length, width)
     };
     [record("cart", Shape::Rectangle, 0.9, 0.6), record("puck", Shape::Circle, 0.7, 0.7)]
 }
 
 /// Returns a loop of two straight edges and two bends. The second straight edge is two-way.
-pub fn graph() -> ([NodeRecord; 4], [EdgeRecord; 4]) {
+pub fn graph() -> WorldData {
     let places = [[0.0, 0.0], [8.0, 0.0], [8.0, 4.0], [0.0, 4.0]];
-    let nodes =
-        [0, 1, 2, 3].map(|i| NodeRecord { id: i, x: places[i as usize][0], y: places[i as usize][1], theta: 0.0 });
-    let edge = |id: u32, control_points, backwards| EdgeRecord {
-        id,
-        origin: id,
-        destination: (id + 1) % 4,
-        length: 7.0,
-        control_points,
-        velocity_forward: 1.0,
-        velocity_backwards: backwards,
-        reserved: [0; 2],
+    let nodes = (0..).zip(places).map(|(id, [x, y])| NodeRecord { id, x, y, ..NodeRecord::default() }).collect();
+    let mut world = WorldData { nodes, ..WorldData::default() };
+    let mut edge = |id: u32, control_points, backwards| {
+        let (origin, destination, length) = (id, (id + 1) % 4, 7.0);
+        let (velocity_forward, velocity_backwards) = (1.0, backwards);
+        let edge = EdgeRecord {
+            id,
+            origin,
+            destination,
+            length,
+            velocity_forward,
+            velocity_backwards,
+            ..EdgeRecord::default()
+        };
+        world.add_edge(edge, [CurveRecord { control_points }]);
     };
-    let edges = [
-        edge(0, [[0.0, 0.0], [3.0, 0.0], [5.0, 0.0], [8.0, 0.0]], 0.0),
-        edge(1, [[8.0, 0.0], [11.0, 0.0], [11.0, 4.0], [8.0, 4.0]], 0.0),
-        edge(2, [[8.0, 4.0], [5.0, 4.0], [3.0, 4.0], [0.0, 4.0]], 0.5),
-        edge(3, [[0.0, 4.0], [-3.0, 4.0], [-3.0, 0.0], [0.0, 0.0]], 0.0),
-    ];
-    (nodes, edges)
+    edge(0, [[0.0, 0.0], [3.0, 0.0], [5.0, 0.0], [8.0, 0.0]], 0.0);
+    edge(1, [[8.0, 0.0], [11.0, 0.0], [11.0, 4.0], [8.0, 4.0]], 0.0);
+    edge(2, [[8.0, 4.0], [5.0, 4.0], [3.0, 4.0], [0.0, 4.0]], 0.5);
+    edge(3, [[0.0, 4.0], [-3.0, 4.0], [-3.0, 0.0], [0.0, 0.0]], 0.0);
+    world
 }
 
 /// Returns two rows of six robots in all states, at speeds from 0 to 2 m/s.

@@ -11,6 +11,7 @@ use glam::{UVec2, Vec3};
 use image::RgbaImage;
 use regatta_plugin::FleetName;
 use regatta_plugin::ProducerPorts;
+use regatta_plugin::world::WorldData;
 use regatta_viewer::Options;
 use regatta_viewer::camera::Camera;
 use regatta_viewer::gpu::TargetConfig;
@@ -80,8 +81,8 @@ impl Drop for LiveFleet {
 fn publish(fleet: &FleetName, stop: &AtomicBool) {
     let rows = robots();
     let mut producer = ProducerPorts::create(fleet, rows.len()).expect("a producer");
-    let (nodes, edges) = graph();
-    producer.publish_world(&nodes, &edges, &robot_types()).expect("a world");
+    let world = WorldData { robot_types: robot_types().to_vec(), ..graph() };
+    producer.publish_world(&world).expect("a world");
     for tick in 0.. {
         if stop.load(Ordering::Relaxed) {
             return;
@@ -116,8 +117,7 @@ fn a_screenshot(gpu: &Gpu) {
     };
     let actual = screenshot(&["--no-ids", "--no-legend"]);
     let mut renderer = TestRenderer::new(gpu);
-    let (nodes, edges) = graph();
-    renderer.inner.set_graph(&nodes, &edges);
+    renderer.inner.set_graph(&graph().view(1, 1));
     renderer.push(&robots());
     renderer.inner.set_values(Some(&collisions()));
     let expected = renderer.render(&Camera::from_eye(Vec3::new(4.0, -4.0, 6.0), 1.5, 0.9), &Scene::default(), 1.0);

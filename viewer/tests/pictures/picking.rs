@@ -65,12 +65,11 @@ fn marks_are_picked(gpu: &Gpu) {
 
 fn nodes_and_edges(gpu: &Gpu) {
     let mut renderer = TestRenderer::new(gpu);
-    let (nodes, edges) = graph();
-    renderer.inner.set_graph(&nodes, &edges);
+    renderer.inner.set_graph(&graph().view(1, 1));
     renderer.push(&[]);
     let camera = Camera::top(bounds(), aspect());
     renderer.render(&camera, &Scene::default(), 1.0);
-    for (index, node) in nodes.iter().enumerate() {
+    for (index, node) in graph().nodes.iter().enumerate() {
         let picked = renderer.inner.pick(pixel(&camera, Vec3::new(node.x, node.y, 0.0)));
         assert_eq!(picked, Some(Picked::Node(index as u32)));
     }

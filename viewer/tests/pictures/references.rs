@@ -89,8 +89,7 @@ fn assert_like(name: &str, picture: &RgbaImage) {
 
 fn loop_renderer(gpu: &Gpu) -> TestRenderer {
     let mut renderer = TestRenderer::new(gpu);
-    let (nodes, edges) = graph();
-    renderer.inner.set_graph(&nodes, &edges);
+    renderer.inner.set_graph(&graph().view(1, 1));
     renderer.push(&robots());
     renderer
 }
@@ -169,7 +168,7 @@ fn selection(gpu: &Gpu) {
 /// A route from a robot's position: released up to the end of the bend, planned for the rest of the loop.
 fn routes(gpu: &Gpu) {
     let mut renderer = loop_renderer(gpu);
-    let segment = |edge, range, released| RouteSegment { edge, range, released };
+    let segment = |curve, range, released| RouteSegment { curve, range, released };
     let around = [segment(0, [0.4, 1.0], 1), segment(1, [0.0, 1.0], 1), segment(2, [0.0, 1.0], 0)];
     renderer.inner.set_routes(&[&around[..], &[segment(3, [0.0, 0.8], 0)]].concat());
     let scene = Scene { selected: vec![2], ..coloured(Colouring::State) };

@@ -17,7 +17,7 @@ use crate::motion::Isa;
 pub fn town(side: u32, spacing: f64) -> Arc<RouteGraph> {
     let at = |i: u32, j: u32| DVec2::new(f64::from(i), f64::from(j)) * spacing;
     let cells = || (0..side).flat_map(move |j| (0..side).map(move |i| (i, j)));
-    let nodes = cells().map(|(i, j)| Node { id: 100 + j * side + i, position: at(i, j), theta: 0.3 }).collect();
+    let nodes = cells().map(|(i, j)| Node::new(100 + j * side + i, at(i, j), 0.3)).collect();
     let mut edges = Vec::new();
     for (i, j) in cells() {
         let beside = [(i + 1, j), (i, j + 1)].into_iter().filter(|&(i, j)| i < side && j < side);
@@ -32,20 +32,15 @@ pub fn town(side: u32, spacing: f64) -> Arc<RouteGraph> {
 /// Returns straight edges of these lengths (metres) and speeds, one after the other along x; all may be driven backwards.
 pub fn chain(parts: &[(f64, f64)]) -> Arc<RouteGraph> {
     let mut x = 0.0;
-    let mut nodes = vec![Node { id: 100, position: DVec2::ZERO, theta: 0.0 }];
+    let mut nodes = vec![Node::new(100, DVec2::ZERO, 0.0)];
     let mut edges = Vec::new();
     for (number, &(length, speed)) in (0..).zip(parts) {
         let (from, to) = (DVec2::new(x, 0.0), DVec2::new(x + length, 0.0));
         x += length;
-        nodes.push(Node { id: 101 + number, position: to, theta: 0.0 });
-        edges.push(Edge {
-            id: 1000 + number,
-            origin: NodeIndex(number),
-            destination: NodeIndex(number + 1),
-            curve: CubicBezier { control_points: [from, from.lerp(to, 1.0 / 3.0), from.lerp(to, 2.0 / 3.0), to] },
-            velocity_forward: speed,
-            velocity_backwards: Some(0.5 * speed),
-        });
+        nodes.push(Node::new(101 + number, to, 0.0));
+        let path = CubicBezier { control_points: [from, from.lerp(to, 1.0 / 3.0), from.lerp(to, 2.0 / 3.0), to] };
+        let ends = [NodeIndex(number), NodeIndex(number + 1)];
+        edges.push(Edge::new(1000 + number, ends, path, (speed, Some(0.5 * speed))));
     }
     Arc::new(RouteGraph::from_valid_parts(nodes, edges))
 }
@@ -53,14 +48,9 @@ pub fn chain(parts: &[(f64, f64)]) -> Arc<RouteGraph> {
 fn push_bent_edge(edges: &mut Vec<Edge>, (origin, from): (u32, DVec2), (destination, to): (u32, DVec2)) {
     let number = edges.len() as u32;
     let side = (to - from).perp() * 0.08;
-    edges.push(Edge {
-        id: 1000 + number,
-        origin: NodeIndex(origin),
-        destination: NodeIndex(destination),
-        curve: CubicBezier { control_points: [from, from.lerp(to, 0.35) - side, from.lerp(to, 0.7) - side, to] },
-        velocity_forward: 0.5 + 0.4 * f64::from(number % 5),
-        velocity_backwards: number.is_multiple_of(3).then_some(0.7),
-    });
+    let path = CubicBezier { control_points: [from, from.lerp(to, 0.35) - side, from.lerp(to, 0.7) - side, to] };
+    let speeds = (0.5 + 0.4 * f64::from(number % 5), number.is_multiple_of(3).then_some(0.7));
+    edges.push(Edge::new(1000 + number, [NodeIndex(origin), NodeIndex(destination)], path, speeds));
 }
 
 pub fn forward(edge: u32) -> Leg {
@@ -72,7 +62,16 @@ pub fn reverse(edge: u32) -> Leg {
 }
 
 pub fn robot_type(max_speed: f32, max_acceleration: f32) -> RobotType {
-    RobotType { name: "test".into(), shape: Shape::Rectangle, length: 1.0, width: 0.6, max_speed, max_acceleration }
+    RobotType {
+        name: "test".into(),
+        shape: Shape::Rectangle,
+        length: 1.0,
+        width: 0.6,
+        max_speed,
+        max_acceleration,
+        max_rotation_speed: 0.0,
+        max_rotation_acceleration: f32::INFINITY,
+    }
 }
 
 pub fn config(types: Vec<RobotType>) -> FleetConfig {

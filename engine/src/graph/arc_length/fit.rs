@@ -10,9 +10,11 @@
 
 use glam::DVec2;
 
+use super::SAME_HEADING;
 use super::curve_span::{CurveSpan, Knot, Polynomial};
 use super::piece::Distance;
 use crate::graph::bezier::{CubicBezier, Side, Velocity};
+use crate::graph::path::Path;
 
 /// The longest piece in metres: with one step of the same length added, `w` still fits [`Distance`].
 const LONGEST: f64 = 8.0;
@@ -35,17 +37,35 @@ const COARSE: usize = 4;
 /// The number of intervals in which a seemingly good candidate is measured again.
 const FINE: usize = 16;
 
-/// Divides a curve into spans that can each be driven as one piece. `tangents` are the unit tangents at the curve's
+/// Divides a path into spans that can each be driven as one piece. `tangents` are the unit tangents at the path's
 /// ends, which the caller may know more exactly than the control points do.
-pub(super) fn fit(curve: &CubicBezier, tangents: [DVec2; 2]) -> Vec<CurveSpan> {
-    let mut fitter = Fitter {
-        curve,
-        velocity: curve.velocity(),
-        tolerance: position_tolerance(curve),
-        spans: Vec::new(),
-        metres: 0.0,
-        units: 0,
-    };
+pub(super) fn fit(path: &Path, tangents: [DVec2; 2]) -> Vec<CurveSpan> {
+    let mut fitted = Fitted { spans: Vec::new(), metres: 0.0, units: 0 };
+    let mut start = tangents[0];
+    let mut cubics = path.cubics().peekable();
+    while let Some(cubic) = cubics.next() {
+        let end = if cubics.peek().is_none() { tangents[1] } else { cubic.tangent(1.0, Side::Before) };
+        fitted = fit_cubic(cubic, [start, end], fitted);
+        let Some(next) = cubics.peek() else { break };
+        let departure = next.tangent(0.0, Side::After);
+        // Where the curve is smooth, both pieces get exactly the same tangent.
+        start = if departure.distance(end) < SAME_HEADING { end } else { departure };
+    }
+    fitted.spans
+}
+
+/// What has been fitted of a path: the spans, and their length.
+struct Fitted {
+    spans: Vec<CurveSpan>,
+    metres: f64,
+    units: i64,
+}
+
+/// Divides the next cubic of a path.
+fn fit_cubic(curve: &CubicBezier, tangents: [DVec2; 2], before: Fitted) -> Fitted {
+    let Fitted { spans, metres, units } = before;
+    let mut fitter =
+        Fitter { curve, velocity: curve.velocity(), tolerance: position_tolerance(curve), spans, metres, units };
     let knot = |lambda, tangent| Knot { position: curve.position(lambda), tangent };
     let (mut at, mut from) = (0.0, knot(0.0, tangents[0]));
     for slow in curve.slow_points() {
@@ -57,7 +77,7 @@ pub(super) fn fit(curve: &CubicBezier, tangents: [DVec2; 2]) -> Vec<CurveSpan> {
         }
     }
     fitter.fit_section(at, from, SectionEnd { at: 1.0, knot: knot(1.0, tangents[1]), is_fixed: true });
-    fitter.spans
+    Fitted { spans: fitter.spans, metres: fitter.metres, units: fitter.units }
 }
 
 /// Whether a slow point is a cusp, or so close to one that the curve turns within a few units of [`Distance`].
@@ -84,7 +104,7 @@ fn position_tolerance(curve: &CubicBezier) -> f64 {
     (POSITION_TOLERANCE - rounding).max(0.2 * POSITION_TOLERANCE)
 }
 
-/// The state of fitting one curve: the spans so far, and their length.
+/// The state of fitting one cubic: the spans of the path so far, and their length.
 struct Fitter<'a> {
     curve: &'a CubicBezier,
     velocity: Velocity,

@@ -18,15 +18,8 @@ const SMALLEST_RADIUS: f64 = 30e-6;
 
 fn graph_of(curve: CubicBezier, thetas: [f64; 2]) -> RouteGraph {
     let [p0, .., p3] = curve.control_points;
-    let node = |id, position, theta| Node { id, position, theta };
-    let edge = Edge {
-        id: 1,
-        origin: NodeIndex(0),
-        destination: NodeIndex(1),
-        curve,
-        velocity_forward: 1.0,
-        velocity_backwards: Some(0.5),
-    };
+    let node = Node::new;
+    let edge = Edge::new(1, [NodeIndex(0), NodeIndex(1)], curve, (1.0, Some(0.5)));
     RouteGraph::from_valid_parts(vec![node(1, p0, thetas[0]), node(2, p3, thetas[1])], vec![edge])
 }
 
@@ -39,6 +32,11 @@ fn spline(start: (f64, f64, f64), end: (f64, f64, f64), b: f64, f: f64) -> Route
 
 fn curve_edge(control_points: [(f64, f64); 4]) -> RouteGraph {
     graph_of(CubicBezier { control_points: control_points.map(|(x, y)| DVec2::new(x, y)) }, [0.0; 2])
+}
+
+/// Returns the cubic of a graph's only edge.
+fn cubic(graph: &RouteGraph) -> &CubicBezier {
+    graph.edges()[0].path.single().expect("one cubic")
 }
 
 const FORWARD: Leg = Leg { edge: EdgeIndex(0), gear: Gear::Forward };
@@ -61,7 +59,7 @@ fn locate(tracks: &Tracks, track: &Track, s: f64) -> (usize, f32) {
 /// Returns the largest errors of the pieces of a graph's only edge, in both gears: metres, radians, |p'| - 1.
 fn largest_errors(graph: &RouteGraph, steps: u32) -> [f64; 3] {
     let tracks = Tracks::compile(graph);
-    let exact = sample(&graph.edges()[0].curve, steps);
+    let exact = sample(cubic(graph), steps);
     let length = exact.last().unwrap().s;
     let excluded = excluded_ranges(&exact);
     let mut worst = [0.0_f64; 3];
@@ -99,7 +97,7 @@ fn assert_bounds(graph: &RouteGraph, steps: u32) {
     assert!(
         position <= 1e-3 && heading <= 0.1 && speed <= 1e-3,
         "errors of {position} m, {heading}° and {speed} in |p'|: {:?}",
-        graph.edges()[0].curve
+        *cubic(graph)
     );
 }
 
@@ -292,7 +290,7 @@ proptest! {
     #[test]
     fn consecutive_pieces_are_continuous(graph in random_spline()) {
         let tracks = Tracks::compile(&graph);
-        for (leg, edge) in [FORWARD, REVERSE].into_iter().zip([graph.edges()[0].curve; 2]) {
+        for (leg, edge) in [FORWARD, REVERSE].into_iter().zip([*cubic(&graph); 2]) {
             let ulp = edge.control_points.map(|p| p.abs().max_element() as f32).map(|c| c.next_up() - c);
             let rounding = f64::from(ulp.into_iter().fold(0.0, f32::max));
             for (gap, turn) in discontinuities(&tracks, leg) {

@@ -4,7 +4,7 @@
 macro_rules! kernel {
     ($(#[$feature:meta])* $name:ident, $stream:ident) => {
         mod $name {
-            use std::f32::consts::{FRAC_PI_2, PI};
+            use std::f32::consts::{FRAC_PI_2, PI, TAU};
 
             use regatta_plugin::frame::{ColumnsMut, WORDS_PER_LINE};
 
@@ -139,6 +139,9 @@ macro_rules! kernel {
                 let speed = &rows.speed.as_chunks::<N>().0[..count];
                 let s_end = &rows.s_end.as_chunks::<N>().0[..count];
                 let edge = &rows.edge.as_chunks::<N>().0[..count];
+                let headings = rows.headings.as_ref().map(|headings| {
+                    (&headings.gain.as_chunks::<N>().0[..count], &headings.offset.as_chunks::<N>().0[..count])
+                });
                 for i in 0..count {
                     if (i * N).is_multiple_of(WORDS_PER_LINE) {
                         prefetch_next_block(piece.signs(i).as_ptr());
@@ -152,7 +155,11 @@ macro_rules! kernel {
                     let metres = mul(to_float(bytemuck::cast(w[i])), splat(METRES_PER_UNIT));
                     x.put(i, place(cx, metres));
                     y.put(i, place(cy, metres));
-                    let heading = atan2(flip(slope(cy, metres), sign), flip(slope(cx, metres), sign));
+                    let tangent = atan2(flip(slope(cy, metres), sign), flip(slope(cx, metres), sign));
+                    let heading = match headings {
+                        None => tangent,
+                        Some((gain, offset)) => wrap(add(mul(tangent, load(&gain[i])), load(&offset[i]))),
+                    };
                     theta.put(i, heading);
                     speed_out.put(i, add(flip(load(&speed[i]), sign), splat(0.0)));
                     s_out.put(i, add(load(&s_end[i]), flip(metres, sign)));
@@ -175,6 +182,15 @@ macro_rules! kernel {
             $(#[$feature])*
             fn slope(c: [F; 4], w: F) -> F {
                 add(c[1], mul(w, add(add(c[2], c[2]), mul(w, mul(splat(3.0), c[3])))))
+            }
+
+            /// See [`wrap`](crate::motion::headings::wrap).
+            #[inline]
+            $(#[$feature])*
+            fn wrap(angle: F) -> F {
+                let below = select(lt(splat(PI), angle), sub(angle, splat(TAU)), angle);
+                let above = select(lt(below, splat(-BELOW_PI)), add(below, splat(TAU)), below);
+                min(max(above, splat(-BELOW_PI)), splat(PI))
             }
 
             /// See [`atan2`](crate::motion::atan2::atan2).

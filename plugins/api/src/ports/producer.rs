@@ -26,7 +26,7 @@ use crate::records::frame::{BYTES_PER_LINE, FrameHeader, Line, frame_lines, stri
 use crate::records::name::{ColumnName, FleetName};
 use crate::records::order::{OrderHeader, OrderRecord};
 use crate::records::order_log::OrderLogHeader;
-use crate::records::world::{EdgeRecord, NodeRecord, RobotTypeRecord, WorldHeader, WorldLayout};
+use crate::records::world::{WorldData, WorldHeader};
 
 /// All ports of a producer. A fleet has one live producer at a time.
 ///
@@ -184,16 +184,11 @@ impl ProducerPorts {
     ///
     /// # Errors
     /// [`PublishError`] when shared memory is full.
-    pub fn publish_world(
-        &mut self,
-        nodes: &[NodeRecord],
-        edges: &[EdgeRecord],
-        robot_types: &[RobotTypeRecord],
-    ) -> Result<u64, PublishError> {
-        let layout = WorldLayout { nodes: nodes.len(), edges: edges.len(), robot_types: robot_types.len() };
+    pub fn publish_world(&mut self, world: &WorldData) -> Result<u64, PublishError> {
+        let layout = world.layout();
         let mut sample = self.world.loan(layout.lines())?;
-        layout.write(sample.payload_mut(), nodes, edges, robot_types);
-        *sample.user_header_mut() = layout.header(self.run_id, self.revision + 1);
+        layout.write(sample.payload_mut(), world);
+        *sample.user_header_mut() = layout.header(world.origin, self.run_id, self.revision + 1);
         send(sample, "the world")?;
         self.revision += 1;
         Ok(self.revision)

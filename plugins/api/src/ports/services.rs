@@ -8,7 +8,7 @@
 //! | service | subscribers | buffer | borrowed | history | loaned | chunks | chunk at 1 M robots |
 //! |---|---|---|---|---|---|---|---|
 //! | frames | 64 | 1 | 2 | 1 | 1 | 194 | 25.0 MB: 4.9 GB of address space, 6.5 GB if the fleet has grown |
-//! | world | 64 | 1 | 2 | 1 | 1 | 194 | 6.4 MB at 100 k edges |
+//! | world | 64 | 1 | 2 | 1 | 1 | 194 | 9.6 MB at 100 k edges of one curve |
 //! | events | 64 | 64 | 1 | 0 | 1 | 4161 | 24 B an event, 64 events to begin with: 6.4 MB |
 //! | orders, per sender | 1 | 256 | 1 | 0 | 1 | 258 | 40 B a record, 64 to begin with: 0.7 MB |
 //! | columns, each | 64 | 1 or 8 | 2 | 1 | 1 | 642 | 4.0 MB |

@@ -3,6 +3,7 @@
 use bytemuck::{Pod, Zeroable};
 use iceoryx2::prelude::ZeroCopySend;
 
+use super::frame::RobotState;
 use super::{padded, text};
 
 /// A request. `kind` decides which of `count` and `speed` has a meaning.
@@ -61,8 +62,8 @@ pub struct ControlResponse {
     pub resident_bytes: u64,
     /// Wall time since the start of the run, in nanoseconds.
     pub wall_time_nanos: u64,
-    /// Robots by [`RobotState`](crate::frame::RobotState): idle, driving, waiting, held, faulted.
-    pub robots_by_state: [u32; 5],
+    /// Robots by [`RobotState`]: idle, driving, waiting, held, faulted, turning.
+    pub robots_by_state: [u32; RobotState::COUNT],
     /// Robots in the fleet.
     pub robots: u32,
     /// Operating-system id of the producer's process.
@@ -75,8 +76,6 @@ pub struct ControlResponse {
     pub real_time_factor: f32,
     /// 1 if the request was carried out, 0 if it was refused.
     pub accepted: u32,
-    /// Zero.
-    pub reserved: u32,
     /// The reason of a refusal, in UTF-8 padded with zeros.
     pub reason: [u8; 128],
 }

@@ -10,7 +10,7 @@ mod view;
 
 /// The version of everything in this crate that crosses a process boundary. Two processes communicate only if
 /// their versions are equal.
-pub const CONTRACT_VERSION: u32 = 4;
+pub const CONTRACT_VERSION: u32 = 5;
 
 /// The value of the `edge` column for a robot that is on no edge.
 pub const NO_EDGE: u32 = u32::MAX;
@@ -96,6 +96,8 @@ pub enum RobotState {
     Held = 3,
     /// The robot can't continue; an event gave the reason.
     Faulted = 4,
+    /// The robot stands at a node and turns on the spot, to the heading of its next edge.
+    Turning = 5,
     /// The row holds no robot. Its pose is meaningless.
     Absent = 255,
 }
@@ -208,6 +210,9 @@ impl Sequenced for FrameHeader {
 }
 
 impl RobotState {
+    /// The number of states that a robot can be in, [`RobotState::Absent`] excluded. Their numbers are below it.
+    pub const COUNT: usize = 6;
+
     /// Returns the state with a number. An unknown number counts as [`RobotState::Absent`].
     pub const fn from_number(number: u8) -> Self {
         match number {
@@ -216,6 +221,7 @@ impl RobotState {
             2 => Self::Waiting,
             3 => Self::Held,
             4 => Self::Faulted,
+            5 => Self::Turning,
             _ => Self::Absent,
         }
     }
@@ -262,10 +268,10 @@ mod tests {
 
     #[test]
     fn states_have_their_numbers() {
-        use RobotState::{Absent, Driving, Faulted, Held, Idle, Waiting};
-        for state in [Idle, Driving, Waiting, Held, Faulted, Absent] {
+        use RobotState::{Absent, Driving, Faulted, Held, Idle, Turning, Waiting};
+        for state in [Idle, Driving, Waiting, Held, Faulted, Turning, Absent] {
             assert_eq!(RobotState::from_number(state as u8), state);
         }
-        assert_eq!(RobotState::from_number(77), Absent);
+        assert_eq!([RobotState::COUNT as u8, 77].map(RobotState::from_number), [Absent; 2]);
     }
 }

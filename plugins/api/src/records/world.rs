@@ -1,15 +1,23 @@
 //! The world: the route graph and the robot types, published once per change on `regatta/F/world`.
-//! A sample is a block of lines: nodes, edges and robot types, each section starting on a whole line.
+//!
+//! A sample is a block of lines with five sections: nodes, edges, curves, robot types and texts. Each section starts on a
+//! whole line. Readers get them as a [`World`]; producers fill in a [`WorldData`].
 
 use bytemuck::{Pod, Zeroable};
 use iceoryx2::prelude::ZeroCopySend;
 
-use super::frame::{BYTES_PER_LINE, Line};
 use super::sequence::Sequenced;
 use super::{padded, text};
+pub use data::WorldData;
+pub use texts::Texts;
+pub use view::World;
+
+mod data;
+mod texts;
+mod view;
 
 /// The iceoryx2 user header of `regatta/F/world`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, ZeroCopySend)]
 #[repr(C)]
 #[type_name("regatta_WorldHeader")]
 pub struct WorldHeader {
@@ -17,12 +25,19 @@ pub struct WorldHeader {
     pub run_id: u64,
     /// Counts the worlds of a run, from 1.
     pub revision: u64,
+    /// Metres east and north of (0, 0) of the fleet's positions, on the map of the route graph's file: a position on that
+    /// map is `origin` + position. Double precision, because such maps may have coordinates of millions of metres.
+    pub origin: [f64; 2],
     /// Number of [`NodeRecord`]s.
     pub nodes: u32,
     /// Number of [`EdgeRecord`]s.
     pub edges: u32,
+    /// Number of [`CurveRecord`]s.
+    pub curves: u32,
     /// Number of [`RobotTypeRecord`]s.
     pub robot_types: u32,
+    /// Length of the [`Texts`] in bytes.
+    pub text_bytes: u32,
     /// Zero.
     pub reserved: u32,
 }
@@ -34,15 +49,40 @@ pub struct WorldHeader {
 pub struct NodeRecord {
     /// Id in the route graph's file.
     pub id: u32,
-    /// Metres east.
+    /// Metres east of the world's origin.
     pub x: f32,
-    /// Metres north.
+    /// Metres north of the world's origin.
     pub y: f32,
     /// Radians in (-π, π].
     pub theta: f32,
+    /// Offset of the name in the [`Texts`]; 0 for none.
+    pub name: u32,
+    /// Offset of the name of its level (floor) in the [`Texts`]; 0 for none.
+    pub level: u32,
+    /// Offset of the name of its zone in the [`Texts`]; 0 for none.
+    pub zone: u32,
+    /// A [`NodeRole`].
+    pub role: u32,
 }
 
-/// An edge of the route graph: a cubic Bézier curve. Straight edges are written as one too.
+/// What robots do at a node.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[repr(u32)]
+pub enum NodeRole {
+    /// Nothing in particular.
+    #[default]
+    None = 0,
+    /// Pick a load up.
+    Pick = 1,
+    /// Drop a load.
+    Drop = 2,
+    /// Park.
+    Park = 3,
+    /// Charge.
+    Charge = 4,
+}
+
+/// An edge of the route graph: one or more cubic Bézier curves, end to end.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, ZeroCopySend)]
 #[repr(C)]
 #[type_name("regatta_EdgeRecord")]
@@ -53,16 +93,51 @@ pub struct EdgeRecord {
     pub origin: u32,
     /// Index of the destination in the world's nodes.
     pub destination: u32,
-    /// Arc length in metres.
+    /// Arc length of all its curves in metres.
     pub length: f32,
-    /// Control points P0 to P3, each x and y in metres.
-    pub control_points: [[f32; 2]; 4],
+    /// Index of the first of its curves in the world's curves.
+    pub first_curve: u32,
+    /// Number of its curves; at least 1.
+    pub curves: u32,
     /// Metres per second from origin to destination.
     pub velocity_forward: f32,
     /// Metres per second from destination to origin in reverse gear; 0 if that is not allowed.
     pub velocity_backwards: f32,
+    /// Offset of the name in the [`Texts`]; 0 for none.
+    pub name: u32,
+    /// Offset of the name of its level (floor) in the [`Texts`]; 0 for none.
+    pub level: u32,
+    /// Offset of the name of its zone in the [`Texts`]; 0 for none.
+    pub zone: u32,
+    /// The heading of robots along the edge: 0 for the tangent's, 1 for `orientation_angle` to the tangent, 2 for
+    /// `orientation_angle` on the map. See [`orientation`](Self::orientation()).
+    pub orientation: u32,
+    /// Radians in (-π, π]; 0 if `orientation` is 0.
+    pub orientation_angle: f32,
     /// Zero.
-    pub reserved: [u32; 2],
+    pub reserved: [u32; 3],
+}
+
+/// The heading of robots along an edge, in both gears. Angles are in radians, in (-π, π].
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Orientation {
+    /// That of the edge's tangent, from origin to destination.
+    #[default]
+    Tangential,
+    /// At this angle to the tangent.
+    Offset(f32),
+    /// This heading on the map.
+    Fixed(f32),
+}
+
+/// A cubic Bézier curve: an edge or a part of one. It starts where the edge's curve before it ends. Straight lines are
+/// curves with evenly spaced control points.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, ZeroCopySend)]
+#[repr(C)]
+#[type_name("regatta_CurveRecord")]
+pub struct CurveRecord {
+    /// Control points P0 to P3, each metres east and north of the world's origin.
+    pub control_points: [[f32; 2]; 4],
 }
 
 /// A robot type.
@@ -71,7 +146,7 @@ pub struct EdgeRecord {
 #[type_name("regatta_RobotTypeRecord")]
 pub struct RobotTypeRecord {
     /// Name in UTF-8, padded with zeros.
-    pub name: [u8; 44],
+    pub name: [u8; MAX_TYPE_NAME_BYTES],
     /// A [`Shape`].
     pub shape: u32,
     /// Metres along the heading; of a circle, its diameter.
@@ -82,7 +157,14 @@ pub struct RobotTypeRecord {
     pub max_speed: f32,
     /// Metres per second squared; `f32::INFINITY` for no limit.
     pub max_acceleration: f32,
+    /// Radians per second, of a turn on the spot; 0 if the type can't turn on the spot, `f32::INFINITY` for no limit.
+    pub max_rotation_speed: f32,
+    /// Radians per second squared, of a turn on the spot; `f32::INFINITY` for no limit.
+    pub max_rotation_acceleration: f32,
 }
+
+/// The longest name of a robot type, in bytes.
+pub const MAX_TYPE_NAME_BYTES: usize = 36;
 
 /// The footprint of a robot, about its pose.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -95,109 +177,91 @@ pub enum Shape {
     Circle = 1,
 }
 
-/// The sections of a world in its block of lines: each starts on a whole line.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct WorldLayout {
-    pub(crate) nodes: usize,
-    pub(crate) edges: usize,
-    pub(crate) robot_types: usize,
+impl NodeRecord {
+    /// What robots do here. An unknown number counts as nothing in particular.
+    pub fn role(&self) -> NodeRole {
+        NodeRole::ALL.into_iter().find(|role| *role as u32 == self.role).unwrap_or_default()
+    }
 }
 
-impl WorldLayout {
-    fn of(header: &WorldHeader) -> Self {
-        Self { nodes: header.nodes as usize, edges: header.edges as usize, robot_types: header.robot_types as usize }
-    }
+impl NodeRole {
+    /// All roles, by number.
+    pub const ALL: [Self; 5] = [Self::None, Self::Pick, Self::Drop, Self::Park, Self::Charge];
 
-    pub(crate) fn header(self, run_id: u64, revision: u64) -> WorldHeader {
-        WorldHeader {
-            run_id,
-            revision,
-            nodes: self.nodes as u32,
-            edges: self.edges as u32,
-            robot_types: self.robot_types as u32,
-            reserved: 0,
+    /// The name, in lower case.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::None => "none",
+            Self::Pick => "pick",
+            Self::Drop => "drop",
+            Self::Park => "park",
+            Self::Charge => "charge",
+        }
+    }
+}
+
+impl EdgeRecord {
+    /// The heading of robots along the edge. An unknown number, or an angle that is no number, counts as the tangent.
+    pub fn orientation(&self) -> Orientation {
+        match self.orientation {
+            1 if self.orientation_angle.is_finite() => Orientation::Offset(self.orientation_angle),
+            2 if self.orientation_angle.is_finite() => Orientation::Fixed(self.orientation_angle),
+            _ => Orientation::Tangential,
         }
     }
 
-    /// Returns the number of lines before the edges, before the robot types, and in all.
-    fn ends(self) -> [usize; 3] {
-        let nodes = (self.nodes * size_of::<NodeRecord>()).div_ceil(BYTES_PER_LINE);
-        let edges = nodes + (self.edges * size_of::<EdgeRecord>()).div_ceil(BYTES_PER_LINE);
-        [nodes, edges, edges + (self.robot_types * size_of::<RobotTypeRecord>()).div_ceil(BYTES_PER_LINE)]
-    }
-
-    pub(crate) fn lines(self) -> usize {
-        self.ends()[2]
-    }
-
-    pub(crate) fn write(
-        self,
-        lines: &mut [Line],
-        nodes: &[NodeRecord],
-        edges: &[EdgeRecord],
-        robot_types: &[RobotTypeRecord],
-    ) {
-        let [edges_at, types_at, _] = self.ends();
-        let (nodes_lines, rest) = lines.split_at_mut(edges_at);
-        let (edges_lines, types_lines) = rest.split_at_mut(types_at - edges_at);
-        bytemuck::cast_slice_mut::<Line, NodeRecord>(nodes_lines)[..self.nodes].copy_from_slice(nodes);
-        bytemuck::cast_slice_mut::<Line, EdgeRecord>(edges_lines)[..self.edges].copy_from_slice(edges);
-        bytemuck::cast_slice_mut::<Line, RobotTypeRecord>(types_lines)[..self.robot_types].copy_from_slice(robot_types);
+    /// Returns the edge with another heading of robots along it.
+    #[must_use]
+    pub fn with_orientation(self, orientation: Orientation) -> Self {
+        let (orientation, orientation_angle) = match orientation {
+            Orientation::Tangential => (0, 0.0),
+            Orientation::Offset(angle) => (1, angle),
+            Orientation::Fixed(angle) => (2, angle),
+        };
+        Self { orientation, orientation_angle, ..self }
     }
 }
 
-/// A reader's view of the world: slices of shared memory, not copies.
-#[derive(Clone, Copy, Debug)]
-pub struct World<'sample> {
-    header: &'sample WorldHeader,
-    nodes: &'sample [NodeRecord],
-    edges: &'sample [EdgeRecord],
-    robot_types: &'sample [RobotTypeRecord],
-}
-
-impl<'sample> World<'sample> {
-    /// Splits a block of lines into its sections. Returns `None` if it has fewer lines than the header implies.
-    pub(crate) fn split(header: &'sample WorldHeader, lines: &'sample [Line]) -> Option<Self> {
-        let layout = WorldLayout::of(header);
-        let [edges_at, types_at, end] = layout.ends();
-        if lines.len() < end {
-            return None;
+impl Orientation {
+    /// Returns the heading, in radians in (-π, π], where the tangent of the edge has the angle `tangent`, in the same range.
+    pub fn heading(self, tangent: f32) -> f32 {
+        use core::f32::consts::{PI, TAU};
+        match self {
+            Self::Tangential => tangent,
+            Self::Fixed(heading) => heading,
+            Self::Offset(offset) => match tangent + offset {
+                sum if sum > PI => sum - TAU,
+                sum if sum <= -PI => sum + TAU,
+                sum => sum,
+            },
         }
-        Some(Self {
-            header,
-            nodes: &bytemuck::cast_slice(&lines[..edges_at])[..layout.nodes],
-            edges: &bytemuck::cast_slice(&lines[edges_at..types_at])[..layout.edges],
-            robot_types: &bytemuck::cast_slice(&lines[types_at..end])[..layout.robot_types],
-        })
     }
+}
 
-    /// The run that the world belongs to.
-    pub fn run_id(&self) -> u64 {
-        self.header.run_id
-    }
-
-    /// Counts the worlds of a run, from 1.
-    pub fn revision(&self) -> u64 {
-        self.header.revision
-    }
-
-    /// The nodes of the route graph.
-    pub fn nodes(&self) -> &'sample [NodeRecord] {
-        self.nodes
-    }
-
-    /// The edges of the route graph; a frame's `edge` column holds indices into them.
-    pub fn edges(&self) -> &'sample [EdgeRecord] {
-        self.edges
-    }
-
-    /// The robot types; the column `type` holds indices into them.
-    pub fn robot_types(&self) -> &'sample [RobotTypeRecord] {
-        self.robot_types
+impl CurveRecord {
+    /// Returns a straight line between two points, each metres east and north.
+    pub fn straight(from: [f32; 2], to: [f32; 2]) -> Self {
+        let at = |part: f32| [0, 1].map(|axis| from[axis] + part * (to[axis] - from[axis]));
+        Self { control_points: [from, at(1.0 / 3.0), at(2.0 / 3.0), to] }
     }
 }
 
 impl RobotTypeRecord {
+    /// Returns a rectangular type without limits of speed and acceleration, which can't turn on the spot. Length and width
+    /// are in metres; the name is cut to [`MAX_TYPE_NAME_BYTES`].
+    pub fn new(name: &str, length: f32, width: f32) -> Self {
+        Self {
+            name: Self::padded_name(name),
+            shape: Shape::Rectangle as u32,
+            length,
+            width,
+            max_speed: f32::INFINITY,
+            max_acceleration: f32::INFINITY,
+            max_rotation_speed: 0.0,
+            max_rotation_acceleration: f32::INFINITY,
+        }
+    }
+
     /// The name, up to the first byte that is not UTF-8.
     pub fn name(&self) -> &str {
         text(&self.name)
@@ -208,8 +272,8 @@ impl RobotTypeRecord {
         if self.shape == Shape::Circle as u32 { Shape::Circle } else { Shape::Rectangle }
     }
 
-    /// Returns `name` as the record holds it: cut to 44 bytes, padded with zeros.
-    pub fn padded_name(name: &str) -> [u8; 44] {
+    /// Returns `name` as the record holds it: cut to [`MAX_TYPE_NAME_BYTES`], padded with zeros.
+    pub fn padded_name(name: &str) -> [u8; MAX_TYPE_NAME_BYTES] {
         padded(name)
     }
 }
@@ -226,20 +290,36 @@ impl Sequenced for WorldHeader {
 
 #[cfg(test)]
 mod tests {
+    use core::f32::consts::{FRAC_PI_2, PI};
+
     use super::*;
 
     #[test]
-    fn a_world_is_cut_where_it_was_joined() {
-        let nodes: Vec<_> = (0..5).map(|id| NodeRecord { id, x: id as f32, ..NodeRecord::default() }).collect();
-        let edges: Vec<_> = (0..3).map(|id| EdgeRecord { id, length: 2.0, ..EdgeRecord::default() }).collect();
-        let types = [RobotTypeRecord { name: padded("tug"), ..Zeroable::zeroed() }];
-        let layout = WorldLayout { nodes: 5, edges: 3, robot_types: 1 };
-        let mut lines = vec![Line::default(); layout.lines()];
-        layout.write(&mut lines, &nodes, &edges, &types);
-        let header = layout.header(7, 1);
-        let world = World::split(&header, &lines).unwrap();
-        assert_eq!((world.nodes(), world.edges()), (&nodes[..], &edges[..]));
-        assert_eq!(world.robot_types()[0].name(), "tug");
-        assert!(World::split(&header, &lines[1..]).is_none(), "a line is missing");
+    fn records_have_their_sizes() {
+        let sizes = [size_of::<NodeRecord>(), size_of::<EdgeRecord>(), size_of::<CurveRecord>()];
+        assert_eq!((sizes, size_of::<RobotTypeRecord>()), ([32, 64, 32], 64));
+    }
+
+    #[test]
+    fn orientations_and_roles_are_read_as_they_were_written() {
+        for orientation in [Orientation::Tangential, Orientation::Offset(PI), Orientation::Fixed(-1.5)] {
+            assert_eq!(EdgeRecord::default().with_orientation(orientation).orientation(), orientation);
+        }
+        let edge = EdgeRecord { orientation: 77, orientation_angle: 1.0, ..EdgeRecord::default() };
+        assert_eq!(edge.orientation(), Orientation::Tangential);
+        let edge = EdgeRecord { orientation: 1, orientation_angle: f32::NAN, ..EdgeRecord::default() };
+        assert_eq!(edge.orientation(), Orientation::Tangential);
+        for role in NodeRole::ALL {
+            assert_eq!(NodeRecord { role: role as u32, ..NodeRecord::default() }.role(), role);
+        }
+        assert_eq!(NodeRecord { role: 9, ..NodeRecord::default() }.role().name(), "none");
+    }
+
+    #[test]
+    fn headings_are_within_half_a_turn() {
+        assert_eq!(Orientation::Tangential.heading(1.0), 1.0);
+        assert_eq!(Orientation::Fixed(2.0).heading(1.0), 2.0);
+        assert!((Orientation::Offset(PI).heading(FRAC_PI_2) + FRAC_PI_2).abs() < 1e-6);
+        assert!((Orientation::Offset(-FRAC_PI_2).heading(-3.0) - (1.5 * PI - 3.0)).abs() < 1e-6);
     }
 }

@@ -8,7 +8,7 @@ use proptest::prelude::*;
 use regatta_plugin::world::EdgeRecord;
 
 use super::*;
-use crate::geometry_reference::{HORIZON, Point, on_polyline, outline, outline_at, polyline, timed};
+use crate::geometry_reference::{HORIZON, Point, on_polyline, outline, outline_at, polyline, timed, world};
 use crate::heading::heading;
 use crate::leg_table::LegTable;
 
@@ -55,8 +55,8 @@ proptest! {
         let control_points = if straight { control_points.map(|[x, _]| [x, 0.0]) } else { control_points };
         let polyline = polyline(&control_points);
         let length = polyline[polyline.len() - 1].0;
-        let edge = EdgeRecord { control_points, length: length as f32, destination: 1, ..EdgeRecord::default() };
-        let table = LegTable::new(&[edge]);
+        let edge = EdgeRecord { length: length as f32, destination: 1, ..EdgeRecord::default() };
+        let table = LegTable::new(&world([(edge, control_points)]).view(1, 1));
         let s = part * length;
         let (start, theta) = on_polyline(&polyline, s);
         let heading = heading(theta as f32);
@@ -83,8 +83,8 @@ proptest! {
     ) {
         let polyline = polyline(&control_points);
         let length = polyline[polyline.len() - 1].0 as f32;
-        let edge = EdgeRecord { control_points, length, destination: 1, ..EdgeRecord::default() };
-        let table = LegTable::new(&[edge]);
+        let edge = EdgeRecord { length, destination: 1, ..EdgeRecord::default() };
+        let table = LegTable::new(&world([(edge, control_points)]).view(1, 1));
         let (start, theta) = on_polyline(&polyline, 1.0);
         let trajectories = [(0.0, 0.0), (turned, aside)].map(|(turned, aside)| {
             let position = [start[0] as f32 + aside, start[1] as f32 - aside];

@@ -15,7 +15,7 @@ pub(super) struct Tracer<'out, 'table> {
     horizon: f32,
     position: [f32; 2],
     heading: [f32; 2],
-    /// Angle from the edge to the robot's heading, as a unit vector.
+    /// Angle from the heading that robots have on the edge to this robot's, as a unit vector.
     offset: [f32; 2],
     /// Chords of the edge; empty if the robot is on none, and drives straight on.
     chords: &'table [Chord],
@@ -50,12 +50,13 @@ impl<'out, 'table> Tracer<'out, 'table> {
         // In reverse gear, the chord behind a knot is the next one.
         let is_behind = |chord: &Chord| if self.sign > 0.0 { chord.end <= s } else { chord.end < s };
         self.at = chords.partition_point(is_behind).min(chords.len().saturating_sub(1));
-        if let Some(tangent) = self.tangent() {
-            self.offset = angle_between(self.heading, tangent);
+        if let Some(edge_heading) = self.edge_heading() {
+            self.offset = angle_between(self.heading, edge_heading);
         }
     }
 
-    /// Puts the robot at the start of the next leg, on an edge of that length, with an unchanged angle to the edge.
+    /// Puts the robot at the start of the next leg, on an edge of that length, with an unchanged angle to
+    /// the heading that robots have on it.
     pub(super) fn enter_next(&mut self, chords: &'table [Chord], length: f32, sign: f32) {
         let offset = self.offset;
         self.sign = sign;
@@ -126,19 +127,19 @@ impl<'out, 'table> Tracer<'out, 'table> {
     }
 
     fn turn_to_edge(&mut self) {
-        if let Some(tangent) = self.tangent() {
-            self.heading = rotate(self.offset, tangent);
+        if let Some(edge_heading) = self.edge_heading() {
+            self.heading = rotate(self.offset, edge_heading);
         }
     }
 
-    /// Returns the heading of the edge where the robot is.
-    fn tangent(&self) -> Option<[f32; 2]> {
+    /// Returns the heading that robots have on the edge where this one is.
+    fn edge_heading(&self) -> Option<[f32; 2]> {
         let chord = self.chords.get(self.at)?;
         let start = before(self.chords, self.at);
         if chord.turn == 0.0 {
             return Some(chord.heading);
         }
-        Some(rotate(heading(chord.turn * (self.s - start)), chord.tangent))
+        Some(rotate(heading(chord.turn * (self.s - start)), chord.start_heading))
     }
 }
 

@@ -12,11 +12,12 @@ use super::{format, theme};
 use crate::snapshot::Run;
 use crate::state_counts::{STATE_NAMES, STATES, StateCounts};
 
-/// The colours of the states, in the order of their numbers: idle, driving, waiting, held, faulted.
-const STATE_COLOURS: [Color; STATES] = [theme::QUIET, theme::GOOD, theme::WAITING, theme::WARNING, theme::BAD];
+/// The colours of the states, in the order of their numbers: idle, driving, waiting, held, faulted, turning.
+const STATE_COLOURS: [Color; STATES] =
+    [theme::QUIET, theme::GOOD, theme::WAITING, theme::WARNING, theme::BAD, theme::GOOD];
 
 /// The display order of the states, the most important first.
-const ORDER: [usize; STATES] = [1, 0, 2, 3, 4];
+const ORDER: [usize; STATES] = [1, 5, 0, 2, 3, 4];
 
 /// The largest width of a figure with its name, in columns, at which the eye can follow.
 const MAX_FIGURE_WIDTH: u16 = 34;

@@ -50,7 +50,7 @@ pub fn draw(frame: &mut Frame<'_>, view: &mut View) {
 fn draw_run(frame: &mut Frame<'_>, area: Rect, view: &View, run: &Run) -> usize {
     let graphs = (area.height / 5).clamp(5, 14);
     let [above, middle, below] =
-        Layout::vertical([Constraint::Length(graphs), Constraint::Length(6), Constraint::Min(0)])
+        Layout::vertical([Constraint::Length(graphs), Constraint::Length(7), Constraint::Min(0)])
             .spacing(1)
             .areas(inset(area));
     graphs::draw(frame, above, &view.history, run);

@@ -8,6 +8,7 @@ use regatta_plugin::event::{EventHeader, EventRecord};
 use regatta_plugin::frame::{ColumnsMut, FrameHeader, Line, frame_lines, stride_lines};
 use regatta_plugin::order::OrderRecord;
 use regatta_plugin::order_log::OrderLogHeader;
+use regatta_plugin::world::{CurveRecord, EdgeRecord, NodeRecord, NodeRole, Orientation, RobotTypeRecord, WorldData};
 use regatta_plugin::{ColumnValues, ContactEvents, Events, Frame, OrderLog};
 
 use crate::contacts::ContactList;
@@ -158,4 +159,48 @@ fn contacts_are_decoded_as_they_were_encoded() {
     let header = ContactEventHeader { run_id: 1, tick: 9, sequence: 2 };
     let message = encode::contact_events(&ContactEvents { header: &header, records: &[event], missed: 0 });
     assert_eq!(decode::contact_events(&message).unwrap(), (1, 9, vec![event]));
+}
+
+/// Returns a world with an edge of two curves, texts, an orientation and an origin.
+fn world() -> WorldData {
+    let mut world = WorldData { origin: [3.5e6, -5.25e6], ..WorldData::default() };
+    let (name, level, zone) = (world.texts.add("dock 1"), world.texts.add("ground floor"), world.texts.add("north"));
+    world.nodes = vec![
+        NodeRecord { id: 1, x: 1.0, name, level, role: NodeRole::Charge as u32, ..NodeRecord::default() },
+        NodeRecord { id: 2, level, zone, ..NodeRecord::default() },
+    ];
+    let edge = EdgeRecord { id: 7, length: 5.0, destination: 1, velocity_forward: 1.5, zone, ..EdgeRecord::default() };
+    let line = CurveRecord::straight;
+    world.add_edge(
+        edge.with_orientation(Orientation::Offset(1.5)),
+        [line([0.0; 2], [2.0, 0.0]), line([2.0, 0.0], [2.0, 3.0])],
+    );
+    world.add_edge(EdgeRecord { id: 8, ..edge }, [line([0.0; 2], [1.0, 1.0])]);
+    world.robot_types = vec![RobotTypeRecord { max_rotation_speed: 0.5, ..RobotTypeRecord::new("tug", 1.2, 0.8) }];
+    world
+}
+
+#[test]
+fn a_world_is_decoded_as_it_was_encoded() {
+    let data = world();
+    let decoded = decode::world(&encode::world(&data.view(9, 1))).unwrap();
+    assert_eq!((decoded.run_id, decoded.is_repeated), (9, false));
+    assert_eq!(decoded.data.edges, data.edges);
+    assert_eq!(decoded.data, data);
+}
+
+#[test]
+fn a_world_of_an_older_recording_has_one_curve_per_edge() {
+    let numbers: Vec<_> = (0..8_u8).map(f32::from).collect();
+    let edge = regatta::Edge { id: 7, length: 5.0, control_points: numbers, ..regatta::Edge::default() };
+    let robot_type = regatta::RobotType { name: "tug".into(), max_speed: 2.0, ..regatta::RobotType::default() };
+    let world =
+        regatta::World { run_id: 9, edges: vec![edge], robot_types: vec![robot_type], ..regatta::World::default() };
+    let data = decode::world(&world.encode_to_vec()).unwrap().data;
+    let view = data.view(9, 1);
+    let curves = view.curves(&view.edges()[0]);
+    assert_eq!(curves, [CurveRecord { control_points: [[0.0, 1.0], [2.0, 3.0], [4.0, 5.0], [6.0, 7.0]] }]);
+    assert_eq!((view.edges()[0].orientation(), view.origin()), (Orientation::Tangential, [0.0; 2]));
+    let robot_type = view.robot_types()[0];
+    assert_eq!((robot_type.max_rotation_speed, robot_type.max_rotation_acceleration), (0.0, f32::INFINITY));
 }

@@ -91,11 +91,16 @@ pub struct World {
     pub edges: ::prost::alloc::vec::Vec<Edge>,
     #[prost(message, repeated, tag = "5")]
     pub robot_types: ::prost::alloc::vec::Vec<RobotType>,
+    /// Metres east and north of (0, 0) of all positions, on the map of the route graph's file.
+    #[prost(double, tag = "6")]
+    pub origin_x: f64,
+    #[prost(double, tag = "7")]
+    pub origin_y: f64,
     /// The same world was recorded before; it is repeated for readers that start here, or have lost it.
     #[prost(bool, tag = "15")]
     pub is_repeated: bool,
 }
-#[derive(Clone, Copy, PartialEq, ::prost::Message)]
+#[derive(Clone, PartialEq, ::prost::Message)]
 pub struct Node {
     #[prost(uint32, tag = "1")]
     pub id: u32,
@@ -105,8 +110,17 @@ pub struct Node {
     pub y: f32,
     #[prost(float, tag = "4")]
     pub theta: f32,
+    /// Empty texts for none.
+    #[prost(string, tag = "5")]
+    pub name: ::prost::alloc::string::String,
+    #[prost(string, tag = "6")]
+    pub level: ::prost::alloc::string::String,
+    #[prost(string, tag = "7")]
+    pub zone: ::prost::alloc::string::String,
+    #[prost(enumeration = "NodeRole", tag = "8")]
+    pub role: i32,
 }
-/// A cubic Bézier curve between two nodes.
+/// One or more cubic Bézier curves, end to end, between two nodes.
 #[derive(Clone, PartialEq, ::prost::Message)]
 pub struct Edge {
     #[prost(uint32, tag = "1")]
@@ -120,7 +134,7 @@ pub struct Edge {
     /// Arc length in metres.
     #[prost(float, tag = "4")]
     pub length: f32,
-    /// Control points P0 to P3: x0, y0, x1, y1, ...
+    /// Control points P0 to P3 of each curve: x0, y0, x1, y1, ... Eight numbers per curve.
     #[prost(float, repeated, tag = "5")]
     pub control_points: ::prost::alloc::vec::Vec<f32>,
     /// Speed limit in metres per second.
@@ -129,6 +143,17 @@ pub struct Edge {
     /// Speed limit in reverse gear, in metres per second; 0 if driving in reverse is not allowed.
     #[prost(float, tag = "7")]
     pub velocity_backwards: f32,
+    /// Empty texts for none.
+    #[prost(string, tag = "8")]
+    pub name: ::prost::alloc::string::String,
+    #[prost(string, tag = "9")]
+    pub level: ::prost::alloc::string::String,
+    #[prost(string, tag = "10")]
+    pub zone: ::prost::alloc::string::String,
+    #[prost(enumeration = "Orientation", tag = "11")]
+    pub orientation: i32,
+    #[prost(float, tag = "12")]
+    pub orientation_angle: f32,
 }
 #[derive(Clone, PartialEq, ::prost::Message)]
 pub struct RobotType {
@@ -148,6 +173,12 @@ pub struct RobotType {
     /// Metres per second squared; infinity for no limit.
     #[prost(float, tag = "6")]
     pub max_acceleration: f32,
+    /// Of turns on the spot, in radians per second; 0 if the type can't turn on the spot.
+    #[prost(float, tag = "7")]
+    pub max_rotation_speed: f32,
+    /// Of turns on the spot, in radians per second squared; infinity for no limit.
+    #[prost(float, optional, tag = "8")]
+    pub max_rotation_acceleration: ::core::option::Option<f32>,
 }
 /// The events of one tick.
 #[derive(Clone, PartialEq, ::prost::Message)]
@@ -392,6 +423,8 @@ pub enum RobotState {
     Waiting = 2,
     Held = 3,
     Faulted = 4,
+    /// The robot turns on the spot at a node.
+    Turning = 5,
     /// There is no robot with this id.
     Absent = 255,
 }
@@ -407,6 +440,7 @@ impl RobotState {
             Self::Waiting => "WAITING",
             Self::Held => "HELD",
             Self::Faulted => "FAULTED",
+            Self::Turning => "TURNING",
             Self::Absent => "ABSENT",
         }
     }
@@ -418,7 +452,77 @@ impl RobotState {
             "WAITING" => Some(Self::Waiting),
             "HELD" => Some(Self::Held),
             "FAULTED" => Some(Self::Faulted),
+            "TURNING" => Some(Self::Turning),
             "ABSENT" => Some(Self::Absent),
+            _ => None,
+        }
+    }
+}
+/// What robots do at a node.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, ::prost::Enumeration)]
+#[repr(i32)]
+pub enum NodeRole {
+    NoRole = 0,
+    Pick = 1,
+    Drop = 2,
+    Park = 3,
+    Charge = 4,
+}
+impl NodeRole {
+    /// String value of the enum field names used in the ProtoBuf definition.
+    ///
+    /// The values are not transformed in any way and thus are considered stable
+    /// (if the ProtoBuf definition does not change) and safe for programmatic use.
+    pub fn as_str_name(&self) -> &'static str {
+        match self {
+            Self::NoRole => "NO_ROLE",
+            Self::Pick => "PICK",
+            Self::Drop => "DROP",
+            Self::Park => "PARK",
+            Self::Charge => "CHARGE",
+        }
+    }
+    /// Creates an enum from field names used in the ProtoBuf definition.
+    pub fn from_str_name(value: &str) -> ::core::option::Option<Self> {
+        match value {
+            "NO_ROLE" => Some(Self::NoRole),
+            "PICK" => Some(Self::Pick),
+            "DROP" => Some(Self::Drop),
+            "PARK" => Some(Self::Park),
+            "CHARGE" => Some(Self::Charge),
+            _ => None,
+        }
+    }
+}
+/// The heading of robots along an edge.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, ::prost::Enumeration)]
+#[repr(i32)]
+pub enum Orientation {
+    /// That of the tangent.
+    Tangential = 0,
+    /// At orientation_angle to the tangent.
+    OffsetToTangent = 1,
+    /// orientation_angle on the map.
+    FixedOnMap = 2,
+}
+impl Orientation {
+    /// String value of the enum field names used in the ProtoBuf definition.
+    ///
+    /// The values are not transformed in any way and thus are considered stable
+    /// (if the ProtoBuf definition does not change) and safe for programmatic use.
+    pub fn as_str_name(&self) -> &'static str {
+        match self {
+            Self::Tangential => "TANGENTIAL",
+            Self::OffsetToTangent => "OFFSET_TO_TANGENT",
+            Self::FixedOnMap => "FIXED_ON_MAP",
+        }
+    }
+    /// Creates an enum from field names used in the ProtoBuf definition.
+    pub fn from_str_name(value: &str) -> ::core::option::Option<Self> {
+        match value {
+            "TANGENTIAL" => Some(Self::Tangential),
+            "OFFSET_TO_TANGENT" => Some(Self::OffsetToTangent),
+            "FIXED_ON_MAP" => Some(Self::FixedOnMap),
             _ => None,
         }
     }

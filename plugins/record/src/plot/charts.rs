@@ -34,9 +34,10 @@ const CHARTS: [Chart; 4] = [
     Chart { name: "speed [m/s]", colour: "#aa5f8d", value: |sample| sample.speed, least: 0.2, is_angle: false },
 ];
 
-const STATES: [(RobotState, &str, &str); 5] = [
+const STATES: [(RobotState, &str, &str); RobotState::COUNT] = [
     (RobotState::Idle, "idle", "#b8c2cc"),
     (RobotState::Driving, "driving", "#8fc9b5"),
+    (RobotState::Turning, "turning", "#56b4e9"),
     (RobotState::Waiting, "waiting", "#f0e442"),
     (RobotState::Held, "held", "#e69f00"),
     (RobotState::Faulted, "faulted", "#d55e00"),

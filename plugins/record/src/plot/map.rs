@@ -15,8 +15,8 @@ pub(super) fn draw(svg: &mut Svg, area: Area, track: &Track) {
     svg.rect(area, "panel");
     view.grid(svg);
     svg.clipped(area, |svg| {
-        let edges = track.edges.iter().map(|edge| edge.control_points.map(|[x, y]| view.at(x.into(), y.into())));
-        edges.filter(|edge| view.may_show(edge)).for_each(|edge| svg.curve(edge, "edge"));
+        let curves = track.curves.iter().map(|curve| curve.control_points.map(|[x, y]| view.at(x.into(), y.into())));
+        curves.filter(|curve| view.may_show(curve)).for_each(|curve| svg.curve(curve, "edge"));
         for segment in &track.segments {
             let points: Vec<_> = segment.iter().map(|sample| view.at(sample.x, sample.y)).collect();
             svg.polyline(&points, "path", "");

@@ -8,8 +8,11 @@ use resvg::usvg::{Options, Tree, fontdb};
 /// Pixels of the PNG per pixel of the SVG, so that text is sharp on a screen of high resolution.
 const SCALE: f32 = 2.0;
 
-/// Returns a picture as PNG. Text is drawn with the same font on all machines.
-pub(super) fn png(svg: &str) -> Result<Vec<u8>, String> {
+/// Returns the picture of an SVG text as PNG, at twice its size. Text is drawn with the same font on all machines.
+///
+/// # Errors
+/// If the text isn't SVG, or the picture is empty or too large.
+pub fn png(svg: &str) -> Result<Vec<u8>, String> {
     let mut fonts = fontdb::Database::new();
     fonts.load_font_data(epaint_default_fonts::UBUNTU_LIGHT.to_vec());
     let family = fonts.faces().flat_map(|face| face.families.clone()).map(|(name, _)| name).next();

@@ -1,6 +1,6 @@
 //! A robot's track: the samples of its motion.
 
-use regatta_plugin::world::EdgeRecord;
+use regatta_plugin::world::CurveRecord;
 
 /// A robot in one frame.
 #[derive(Clone, Copy, Debug)]
@@ -19,7 +19,8 @@ pub(super) struct Sample {
 /// A robot's track. A new segment starts with each run, and when the robot is present again after an absence.
 pub(super) struct Track {
     pub segments: Vec<Vec<Sample>>,
-    pub edges: Vec<EdgeRecord>,
+    /// The curves of the route graph's edges.
+    pub curves: Vec<CurveRecord>,
 }
 
 impl Track {

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use regatta_plugin::control::ControlKind;
-use regatta_plugin::frame::ClockState;
+use regatta_plugin::frame::{ClockState, RobotState};
 use regatta_plugin::producer::{Moment, Producer, RefusalReason, Session};
 
 use super::{Replay, ReplayError, explain};
@@ -36,7 +36,7 @@ impl Producer for Replay<'_> {
         shown.map_err(|error| explain(self.recording, &Topic::Frames, time, error))
     }
 
-    fn robots_by_state(&self) -> [u32; 5] {
+    fn robots_by_state(&self) -> [u32; RobotState::COUNT] {
         self.stage.robots_by_state()
     }
 

@@ -85,12 +85,14 @@ impl Stage {
     }
 
     /// The number of robots of the frame shown last, by state.
-    pub fn robots_by_state(&self) -> [u32; 5] {
-        let mut counts = [0; 256];
-        self.states.iter().for_each(|state| counts[usize::from(*state)] += 1);
-        let [idle, driving, waiting, held, faulted, ..] = counts;
-        debug_assert!(RobotState::Faulted as usize == 4, "states are numbered in this order");
-        [idle, driving, waiting, held, faulted]
+    pub fn robots_by_state(&self) -> [u32; RobotState::COUNT] {
+        let mut counts = [0; RobotState::COUNT];
+        for state in &self.states {
+            if let Some(count) = counts.get_mut(usize::from(*state)) {
+                *count += 1;
+            }
+        }
+        counts
     }
 
     /// Begins another run, to go back in time.
@@ -171,8 +173,7 @@ impl Stage {
     }
 
     fn publish_world(&mut self, session: &mut Session) -> Result<(), PublishError> {
-        let RecordedWorld { nodes, edges, robot_types, .. } = &self.world;
-        session.ports().publish_world(nodes, edges, robot_types).map(drop)
+        session.ports().publish_world(&self.world.data).map(drop)
     }
 
     /// Continues with contacts that were decoded so far, and publishes the last list.

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use clap::Parser;
 use regatta_plugin::FleetName;
-use regatta_plugin::world::{RobotTypeRecord, Shape};
+use regatta_plugin::world::RobotTypeRecord;
 
 use crate::options::{self, Form, Offset};
 use crate::packer::MAX_DATAGRAM_BYTES;
@@ -63,14 +63,7 @@ pub struct SourceOptions {
 impl SourceOptions {
     /// Returns the robots' type, if a length and width are given.
     pub fn robot_type(&self) -> Option<RobotTypeRecord> {
-        Some(RobotTypeRecord {
-            name: RobotTypeRecord::padded_name("udp"),
-            shape: Shape::Rectangle as u32,
-            length: self.robot_length?,
-            width: self.robot_width?,
-            max_speed: f32::INFINITY,
-            max_acceleration: f32::INFINITY,
-        })
+        Some(RobotTypeRecord::new("udp", self.robot_length?, self.robot_width?))
     }
 }
 

@@ -3,7 +3,9 @@
 use std::time::{Duration, Instant};
 
 use regatta_plugin::control::ControlKind;
+use regatta_plugin::frame::RobotState;
 use regatta_plugin::producer::{Producer, RefusalReason, Session};
+use regatta_plugin::world::WorldData;
 use regatta_plugin::{Error, Result};
 
 use super::Source;
@@ -12,7 +14,8 @@ impl Producer for Source {
     type Error = Error;
 
     fn start(&mut self, session: &mut Session) -> Result {
-        session.ports().publish_world(&[], &[], self.robot_type.as_slice())?;
+        let world = WorldData { robot_types: self.robot_type.into_iter().collect(), ..WorldData::default() };
+        session.ports().publish_world(&world)?;
         self.show(session)
     }
 
@@ -30,9 +33,9 @@ impl Producer for Source {
         Ok(session.publish(rows, |columns| self.intake.robots.write(columns, now))?)
     }
 
-    fn robots_by_state(&self) -> [u32; 5] {
+    fn robots_by_state(&self) -> [u32; RobotState::COUNT] {
         let [standing, driving] = self.intake.robots.standing_and_driving(self.now());
-        [standing, driving, 0, 0, 0]
+        [standing, driving, 0, 0, 0, 0]
     }
 
     fn between_ticks(&mut self, session: &mut Session) -> Result {

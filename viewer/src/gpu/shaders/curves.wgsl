@@ -1,43 +1,43 @@
-// The world's edge and node records, and the edges' Bézier curves.
+// The nodes and curves of the route graph.
 
-struct Edge {
-    id: u32,
-    origin: u32,
-    destination: u32,
+// A cubic Bézier curve: an edge, or a part of one. The same as `CurveInstance` in graph.rs.
+struct Curve {
+    // Index of the edge in the world.
+    edge: u32,
     length: f32,
+    edge_length: f32,
+    backwards: f32,
     start: vec2f,
     control_a: vec2f,
     control_b: vec2f,
     end: vec2f,
-    forward: f32,
-    backwards: f32,
-    reserved: vec2u,
+    // The parameter of the edge's arrow, or a negative number if the arrow is on another curve.
+    arrow: f32,
+    reserved: f32,
 }
 
 struct Node {
-    id: u32,
     x: f32,
     y: f32,
-    theta: f32,
 }
 
-@group(1) @binding(0) var<storage, read> edges: array<Edge>;
+@group(1) @binding(0) var<storage, read> curves: array<Curve>;
 @group(1) @binding(1) var<storage, read> nodes: array<Node>;
 
-// The point of an edge's curve at a parameter from 0 to 1.
-fn curve(edge: Edge, at: f32) -> vec2f {
+// The point of a curve at a parameter from 0 to 1.
+fn point_at(curve: Curve, at: f32) -> vec2f {
     let back = 1.0 - at;
-    return back * back * (back * edge.start + 3.0 * at * edge.control_a)
-        + at * at * (3.0 * back * edge.control_b + at * edge.end);
+    return back * back * (back * curve.start + 3.0 * at * curve.control_a)
+        + at * at * (3.0 * back * curve.control_b + at * curve.end);
 }
 
 // The curve's direction at a parameter, not normalized.
-fn tangent(edge: Edge, at: f32) -> vec2f {
+fn tangent(curve: Curve, at: f32) -> vec2f {
     let back = 1.0 - at;
-    let derivative = back * back * (edge.control_a - edge.start) + 2.0 * back * at * (edge.control_b - edge.control_a)
-        + at * at * (edge.end - edge.control_b);
+    let derivative = back * back * (curve.control_a - curve.start)
+        + 2.0 * back * at * (curve.control_b - curve.control_a) + at * at * (curve.end - curve.control_b);
     // The derivative vanishes at an end whose control point coincides with it.
-    return select(edge.end - edge.start, derivative, dot(derivative, derivative) > 1e-8);
+    return select(curve.end - curve.start, derivative, dot(derivative, derivative) > 1e-8);
 }
 
 // A point of the middle line of a strip along a curve, and the direction across the strip in the picture.
@@ -47,10 +47,10 @@ struct Spine {
     across: vec2f,
 }
 
-fn spine(edge: Edge, at: f32) -> Spine {
-    let local = curve(edge, at) - view.origin.xy;
+fn spine(curve: Curve, at: f32) -> Spine {
+    let local = point_at(curve, at) - view.origin.xy;
     let clip = clip_from(vec3f(local, 0.0));
-    let ahead = view.clip_from_local * vec4f(normalize(tangent(edge, at)), 0.0, 0.0);
+    let ahead = view.clip_from_local * vec4f(normalize(tangent(curve, at)), 0.0, 0.0);
     let direction = (ahead.xy * clip.w - clip.xy * ahead.w) * view.viewport.xy;
     return Spine(local, clip, normalize(vec2f(-direction.y, direction.x) + vec2f(1e-12, 0.0)));
 }

@@ -1,4 +1,4 @@
-// The route graph: edges as ribbons along their Bézier curves, arrows, and nodes. Compute shaders choose what is drawn,
+// The route graph: ribbons along the Bézier curves of edges, arrows, and nodes. Compute shaders choose what is drawn,
 // and with how many segments.
 
 // Widths in metres of edges, arrows and nodes near the camera.
@@ -29,41 +29,43 @@ struct Draw {
 @group(2) @binding(0) var<storage, read_write> lists: array<u32>;
 @group(2) @binding(1) var<storage, read_write> draws: array<Draw, 7>;
 
-// Appends an edge or a node to a list. The lists are: far edges, straight ones, then bent ones in three levels of
-// curvature, arrows, nodes. Each list has room for all edges, the last one for all nodes.
+// Appends a curve or a node to a list. The lists are: far curves, straight ones, then bent ones in three levels of
+// curvature, arrows, nodes. Each list has room for all curves, the last one for all nodes.
 fn append(list: u32, index: u32) {
     let slot = atomicAdd(&draws[list].instances, 1u);
-    lists[list * arrayLength(&edges) + slot] = index;
+    lists[list * arrayLength(&curves) + slot] = index;
 }
 
 @compute @workgroup_size(64)
-fn sort_edges(@builtin(global_invocation_id) at: vec3u, @builtin(num_workgroups) groups: vec3u) {
+fn sort_curves(@builtin(global_invocation_id) at: vec3u, @builtin(num_workgroups) groups: vec3u) {
     let i = at.x + at.y * groups.x * 64u;
-    if i >= arrayLength(&edges) {
+    if i >= arrayLength(&curves) {
         return;
     }
-    let edge = edges[i];
-    let low = min(min(edge.start, edge.end), min(edge.control_a, edge.control_b)) - view.origin.xy;
-    let high = max(max(edge.start, edge.end), max(edge.control_a, edge.control_b)) - view.origin.xy;
+    let curve = curves[i];
+    let low = min(min(curve.start, curve.end), min(curve.control_a, curve.control_b)) - view.origin.xy;
+    let high = max(max(curve.start, curve.end), max(curve.control_a, curve.control_b)) - view.origin.xy;
     let middle = (low + high) * 0.5;
     let radius = length(high - low) * 0.5;
     if !inside(middle, radius + 1.0) {
         return;
     }
     let nearest = max(dot(vec3f(middle, 0.0) - view.eye.xyz, view.forward.xyz) - radius, 0.05);
-    let pixels = edge.length * view.eye.w / nearest;
-    let chord = normalize(edge.end - edge.start + vec2f(1e-9, 0.0));
-    let aside_a = edge.control_a - edge.start;
-    let aside_b = edge.control_b - edge.start;
+    let pixels = curve.length * view.eye.w / nearest;
+    let chord = normalize(curve.end - curve.start + vec2f(1e-9, 0.0));
+    let aside_a = curve.control_a - curve.start;
+    let aside_b = curve.control_b - curve.start;
     let bend = max(abs(chord.x * aside_a.y - chord.y * aside_a.x), abs(chord.x * aside_b.y - chord.y * aside_b.x));
     let bent = bend * view.eye.w / nearest;
-    if pixels > 0.4 {
+    // Of the whole edge: an edge of many short curves is visible from as far away as one of a single curve.
+    let edge_pixels = curve.edge_length * view.eye.w / nearest;
+    if edge_pixels > 0.4 {
         let near = 1u + u32(bent >= 0.5) + u32(bent >= 12.0) + u32(bent >= 120.0);
-        // Straight edges are thin lines up to a greater length.
+        // Straight curves are thin lines up to a greater length.
         let thin = pixels < select(min(view.spacing.w, 8.0), view.spacing.w, near == 1u);
         append(select(near, 0u, thin), i);
     }
-    if pixels > 36.0 {
+    if edge_pixels > 36.0 && curve.arrow >= 0.0 {
         append(5u, i);
     }
 }
@@ -82,8 +84,8 @@ fn sort_nodes(@builtin(global_invocation_id) at: vec3u, @builtin(num_workgroups)
 
 // --- Drawing.
 
-fn edge_colour(edge: Edge) -> vec3f {
-    return select(view.edge.rgb, view.two_way.rgb, edge.backwards > 0.0);
+fn edge_colour(curve: Curve) -> vec3f {
+    return select(view.edge.rgb, view.two_way.rgb, curve.backwards > 0.0);
 }
 
 // The opacity of edges: lower far away, where many edges share a pixel.
@@ -102,23 +104,23 @@ struct Ribbon {
 
 // A vertex of a strip that has two vertices for each of the curve's points.
 fn ribbon(index: u32, vertex: u32, points: u32, least: f32) -> Ribbon {
-    let edge = edges[index];
+    let curve = curves[index];
     let at = f32(vertex / 2u) / f32(points - 1u);
-    let spine = spine(edge, at);
+    let spine = spine(curve, at);
     let local = spine.local;
     let half_width = max(clamp(EDGE_METRES / metres_per_pixel(vec3f(local, 0.0)), EDGE_PIXELS.x, EDGE_PIXELS.y), least) * 0.5;
     let across = select(-1.0, 1.0, (vertex & 1u) == 1u) * (half_width + 0.5);
-    let colour = vec4f(edge_colour(edge), edge_alpha(local));
-    return Ribbon(beside(spine, across), colour, across, half_width, index);
+    let colour = vec4f(edge_colour(curve), edge_alpha(local));
+    return Ribbon(beside(spine, across), colour, across, half_width, curve.edge);
 }
 
 @vertex
 fn edge_far(@location(0) index: u32, @builtin(vertex_index) vertex: u32) -> Ribbon {
-    let edge = edges[index];
-    let local = select(edge.start, edge.end, vertex == 1u) - view.origin.xy;
+    let curve = curves[index];
+    let local = select(curve.start, curve.end, vertex == 1u) - view.origin.xy;
     let clip = clip_from(vec3f(local, 0.0));
     // A line has no antialiased border and looks stronger than a ribbon, so it is fainter.
-    return Ribbon(cropped(clip), vec4f(edge_colour(edge), edge_alpha(local) * 0.8), 0.0, 0.5, index);
+    return Ribbon(cropped(clip), vec4f(edge_colour(curve), edge_alpha(local) * 0.8), 0.0, 0.5, curve.edge);
 }
 
 @vertex
@@ -173,19 +175,21 @@ struct Flat {
 // Draws an arrow in the edge's direction, and a second one in the opposite direction on two-way edges.
 @vertex
 fn arrow(@location(0) index: u32, @builtin(vertex_index) vertex: u32) -> Flat {
-    let edge = edges[index];
-    let both = edge.backwards > 0.0;
+    let curve = curves[index];
+    let both = curve.backwards > 0.0;
     let back = vertex >= 3u;
-    let at = select(0.5, select(0.56, 0.44, back), both);
-    let local = curve(edge, at) - view.origin.xy;
-    let direction = normalize(tangent(edge, at)) * select(1.0, -1.0, back);
+    // Two arrows are apart by an eighth of the edge, of which the curve may be a part.
+    let apart = min(0.06 * curve.edge_length / max(curve.length, 1e-6), 0.5);
+    let at = clamp(curve.arrow + select(0.0, select(apart, -apart, back), both), 0.0, 1.0);
+    let local = point_at(curve, at) - view.origin.xy;
+    let direction = normalize(tangent(curve, at)) * select(1.0, -1.0, back);
     let pixel = metres_per_pixel(vec3f(local, 0.0));
     let size = clamp(ARROW_METRES, 6.0 * pixel, 16.0 * pixel) * select(1.0, 0.0, back && !both);
     let corner = vertex % 3u;
     let along = select(-0.5, 0.6, corner == 2u);
     let across = (f32(corner == 0u) - f32(corner == 1u)) * 0.42;
     let ground = local + (direction * along + vec2f(-direction.y, direction.x) * across) * size;
-    let colour = vec4f(mix(edge_colour(edge), view.node.rgb, 0.45), clamp(0.4 / pixel * 0.1, 0.55, 1.0));
+    let colour = vec4f(mix(edge_colour(curve), view.node.rgb, 0.45), clamp(0.4 / pixel * 0.1, 0.55, 1.0));
     return Flat(cropped(clip_from(vec3f(ground, 0.0))), colour, vec2f(0.0), index);
 }
 

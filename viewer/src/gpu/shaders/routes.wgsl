@@ -14,12 +14,12 @@ struct Route {
     // Distance from the middle line and half the width, in pixels.
     @location(0) @interpolate(linear) across: f32,
     @location(1) half_width: f32,
-    // Distance from the edge's origin, in dashes.
+    // Distance from the curve's start, in dashes.
     @location(2) along: f32,
     @location(3) @interpolate(flat) released: u32,
 }
 
-// An instance is an edge's index, the curve parameters of the segment's start and end, and whether the edge is released.
+// An instance is a curve's index, the parameters of the segment's start and end, and whether the edge is released.
 @vertex
 fn route(
     @location(0) index: u32,
@@ -27,16 +27,16 @@ fn route(
     @location(2) released: u32,
     @builtin(vertex_index) vertex: u32,
 ) -> Route {
-    let edge = edges[index];
+    let curve = curves[index];
     let at = mix(range.x, range.y, f32(vertex / 2u) / f32(PARTS));
-    let spine = spine(edge, at);
+    let spine = spine(curve, at);
     let pixel = metres_per_pixel(vec3f(spine.local, 0.0));
     let half_width = clamp(ROUTE_METRES / pixel, ROUTE_PIXELS.x, ROUTE_PIXELS.y) * 0.5;
     let across = select(-1.0, 1.0, (vertex & 1u) == 1u) * (half_width + 0.5);
-    // An edge has a whole number of dashes, and begins and ends in the middle of one, so that dashes continue from edge to
-    // edge. Their length grows by powers of two as the camera moves away, so that it seldom changes.
+    // A curve has a whole number of dashes, and begins and ends in the middle of one, so that dashes continue from curve to
+    // curve. Their length grows by powers of two as the camera moves away, so that it seldom changes.
     let dash = max(DASH_METRES, exp2(ceil(log2(DASH_PIXELS * view.spacing.y))));
-    let dashes = max(round(edge.length / dash), 1.0);
+    let dashes = max(round(curve.length / dash), 1.0);
     return Route(beside(spine, across), across, half_width, at * dashes, released);
 }
 

@@ -5,15 +5,16 @@ use std::collections::BTreeMap;
 use regatta_plugin::contact::{ContactChange, ContactLevel};
 use regatta_plugin::frame::RobotState;
 use regatta_plugin::route::RouteResponse;
-use regatta_plugin::world::{EdgeRecord, RobotTypeRecord};
+use regatta_plugin::world::{CurveRecord, EdgeRecord, RobotTypeRecord, WorldData};
 
 use super::fleet::{Robot, robot_types, update};
 use crate::detector::Detector;
+use crate::geometry_reference::world;
 use crate::settings::Settings;
 
 fn detector(margin: f32, horizon: f32) -> Detector {
     let mut detector = Detector::new(Settings::new(margin, horizon).expect("valid settings"));
-    detector.set_world(&[], &robot_types());
+    detector.set_world(&WorldData { robot_types: robot_types(), ..WorldData::default() }.view(1, 1));
     detector
 }
 
@@ -100,18 +101,16 @@ fn held_robots_stay_put_and_reversing_ones_go_backwards() {
 /// Robots of 0.9 m that brake at 0.8 m/s² on a fork: edge 0 leads 10 m to the east, from there edge 1 on to the east and
 /// edge 2 to the north.
 fn fork() -> Detector {
-    let edge = |origin, destination, control_points: [[f32; 2]; 2]| {
-        let [from, to] = control_points;
-        let at = |part: f32| [0, 1].map(|axis| from[axis] + part * (to[axis] - from[axis]));
-        let control_points = [from, at(0.3), at(0.7), to];
-        EdgeRecord { origin, destination, length: 10.0, velocity_forward: 1.5, control_points, ..EdgeRecord::default() }
+    let edge = |origin, destination, [from, to]: [[f32; 2]; 2]| {
+        let edge = EdgeRecord { origin, destination, length: 10.0, velocity_forward: 1.5, ..EdgeRecord::default() };
+        (edge, CurveRecord::straight(from, to).control_points)
     };
     let limited = RobotTypeRecord { max_speed: 1.5, max_acceleration: 0.8, ..robot_types()[0] };
     let mut detector = Detector::new(Settings::new(0.0, 2.0).expect("valid settings"));
     let middle = [10.0, 0.0];
     let edges =
         [edge(0, 1, [[0.0, 0.0], middle]), edge(1, 2, [middle, [20.0, 0.0]]), edge(1, 3, [middle, [10.0, 10.0]])];
-    detector.set_world(&edges, &[limited]);
+    detector.set_world(&WorldData { robot_types: vec![limited], ..world(edges) }.view(1, 1));
     detector
 }
 

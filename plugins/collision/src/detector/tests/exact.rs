@@ -1,13 +1,13 @@
 //! Predictions against the exact motion: a large robot on a curve, and a small one beside it.
 
 use proptest::prelude::*;
-use regatta_plugin::world::{EdgeRecord, RobotTypeRecord, Shape};
+use regatta_plugin::world::{EdgeRecord, RobotTypeRecord, Shape, WorldData};
 
 use super::fleet::{Robot, robot_types, update};
 use crate::body::Body;
 use crate::detector::Detector;
 use crate::footprint::CIRCLE;
-use crate::geometry_reference::{distance, on_polyline, outline, polyline};
+use crate::geometry_reference::{distance, on_polyline, outline, polyline, world};
 use crate::heading::heading;
 use crate::settings::Settings;
 
@@ -59,8 +59,10 @@ proptest! {
         };
         let small_shape = if is_circle { Shape::Circle } else { Shape::Rectangle };
         let mut detector = Detector::new(Settings::new(0.0, HORIZON).expect("valid settings"));
-        let edge = EdgeRecord { control_points, length: length as f32, destination: 1, ..EdgeRecord::default() };
-        detector.set_world(&[edge], &[robot_type(LARGE, Shape::Rectangle), robot_type(SMALL, small_shape)]);
+        let edge = EdgeRecord { length: length as f32, destination: 1, ..EdgeRecord::default() };
+        let robot_types = vec![robot_type(LARGE, Shape::Rectangle), robot_type(SMALL, small_shape)];
+        let world = WorldData { robot_types, ..world([(edge, control_points)]) };
+        detector.set_world(&world.view(1, 1));
         update(&mut detector, &[large, small], 1);
         let predicted = detector.levels()[0] > 0.0;
 

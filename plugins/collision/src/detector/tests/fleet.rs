@@ -2,9 +2,10 @@
 
 use proptest::prelude::*;
 use regatta_plugin::frame::{Columns, NO_EDGE};
-use regatta_plugin::world::{EdgeRecord, RobotTypeRecord, Shape};
+use regatta_plugin::world::{EdgeRecord, Orientation, RobotTypeRecord, Shape, WorldData};
 
 use crate::detector::{Detector, FrameInput};
+use crate::geometry_reference::world;
 
 /// A robot as a row of a frame, which is easier to write down than columns.
 #[derive(Clone, Copy, Debug)]
@@ -27,12 +28,8 @@ impl Robot {
 /// Returns robot types, with and without limits: usual ones, huge and tiny ones, and an invalid one.
 pub(super) fn robot_types() -> Vec<RobotTypeRecord> {
     let unlimited = |shape: Shape, length: f32, width: f32| RobotTypeRecord {
-        name: RobotTypeRecord::padded_name("type"),
         shape: shape as u32,
-        length,
-        width,
-        max_speed: f32::INFINITY,
-        max_acceleration: f32::INFINITY,
+        ..RobotTypeRecord::new("type", length, width)
     };
     let limited =
         |max_acceleration: f32, robot_type| RobotTypeRecord { max_speed: 1.5, max_acceleration, ..robot_type };
@@ -46,23 +43,23 @@ pub(super) fn robot_types() -> Vec<RobotTypeRecord> {
     ]
 }
 
-/// Returns edges between three nodes, of which one isn't a curve. Two leave the second node, one in reverse gear.
-pub(super) fn edges() -> Vec<EdgeRecord> {
-    let edge = |[origin, destination]: [u32; 2], [forward, backwards]: [f32; 2], control_points, length| EdgeRecord {
-        origin,
-        destination,
-        velocity_forward: forward,
-        velocity_backwards: backwards,
-        control_points,
-        length,
-        ..EdgeRecord::default()
+/// Returns the robot types, and edges between three nodes, of which one isn't a curve. Two leave the second node, one in
+/// reverse gear; on that one, robots drive sideways.
+pub(super) fn test_world() -> WorldData {
+    let edge = |[origin, destination]: [u32; 2], [forward, backwards]: [f32; 2], control_points, length| {
+        let (velocity_forward, velocity_backwards) = (forward, backwards);
+        let edge =
+            EdgeRecord { origin, destination, velocity_forward, velocity_backwards, length, ..EdgeRecord::default() };
+        (edge, control_points)
     };
-    vec![
+    let mut edges = [
         edge([0, 1], [1.5, 0.0], [[0.0, 0.0], [2.0, 0.0], [4.0, 0.0], [6.0, 0.0]], 6.0),
         edge([1, 2], [0.6, 0.3], [[0.0, 0.0], [1.1, 0.0], [2.0, 0.9], [2.0, 2.0]], 3.2),
         edge([1, 1], [0.0, 0.0], [[0.0, 0.0], [5.0, 0.0], [-5.0, 5.0], [8.0, 5.0]], 13.0),
         edge([2, 0], [1.0, 1.0], [[f32::NAN; 2]; 4], 5.0),
-    ]
+    ];
+    edges[1].0 = edges[1].0.with_orientation(Orientation::Offset(1.5));
+    WorldData { robot_types: robot_types(), ..world(edges) }
 }
 
 /// Passes a frame of these robots to a detector.
@@ -124,7 +121,7 @@ fn robots() -> impl Strategy<Value = Robot> {
     let theta = prop_oneof![axis, -3.2_f32..3.2];
     let speed = prop_oneof![Just(0.0_f32), -2.0_f32..2.0, Just(1.0)];
     let edge = prop::sample::select(vec![0, 1, 2, 2, 3, 77, NO_EDGE]);
-    let state = prop::sample::select(vec![0_u8, 1, 1, 1, 2, 3, 4, 5, 255]);
+    let state = prop::sample::select(vec![0_u8, 1, 1, 1, 2, 3, 4, 5, 6, 255]);
     let robot_type =
         prop::sample::select(vec![0.0_f32, 0.0, 0.0, 0.0, 1.0, 1.0, 2.0, 3.0, 3.0, 4.0, 5.0, 6.0, -1.0, f32::NAN]);
     let unit = [0.0_f32..1.0, 0.0_f32..1.0];

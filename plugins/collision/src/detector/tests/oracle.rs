@@ -7,7 +7,7 @@ use regatta_plugin::contact::{ContactChange, ContactEvent, ContactLevel};
 use regatta_plugin::frame::{NO_EDGE, RobotState};
 use regatta_plugin::world::{RobotTypeRecord, Shape};
 
-use super::fleet::{Robot, edges, frames, later, robot_types, update};
+use super::fleet::{Robot, frames, later, test_world, update};
 use crate::body::Body;
 use crate::continuous::{ALWAYS, closest_proximity};
 use crate::criteria::{Criteria, INFLATION};
@@ -34,8 +34,9 @@ struct Trial {
 impl Trial {
     fn new(settings: Settings) -> Self {
         let mut detector = Detector::new(settings);
-        detector.set_world(&edges(), &robot_types());
-        let (legs, robot_types) = (LegTable::new(&edges()), robot_types());
+        let world = test_world();
+        detector.set_world(&world.view(1, 1));
+        let (legs, robot_types) = (LegTable::new(&world.view(1, 1)), world.robot_types);
         Self { settings, detector, legs, robot_types, levels: BTreeMap::new(), tick: 0 }
     }
 
@@ -113,7 +114,7 @@ impl Trial {
     /// Returns a robot as the documentation defines it; `None` if it is excluded.
     fn body(&self, robot: &Robot) -> Option<(Body, Ways)> {
         let is_pose = robot.x.abs() <= 1e6 && robot.y.abs() <= 1e6 && robot.theta.abs() <= 1e3;
-        if robot.state > 4 || !is_pose {
+        if robot.state > 5 || !is_pose {
             return None;
         }
         let is_index = robot.robot_type >= 0.0 && (robot.robot_type as usize) < self.robot_types.len();

@@ -2,19 +2,27 @@
 
 use proptest::prelude::*;
 
+use regatta_plugin::world::{CurveRecord, Orientation, WorldData};
+
 use super::*;
 
+/// An edge with its control points.
+type Edge = (EdgeRecord, [[f32; 2]; 4]);
+
 /// A straight edge from a point to another, at some speed.
-fn straight([origin, destination]: [u32; 2], from: [f32; 2], to: [f32; 2], velocity_forward: f32) -> EdgeRecord {
-    let at = |part: f32| [0, 1].map(|axis| from[axis] + part * (to[axis] - from[axis]));
+fn straight([origin, destination]: [u32; 2], from: [f32; 2], to: [f32; 2], velocity_forward: f32) -> Edge {
     let length = (to[0] - from[0]).hypot(to[1] - from[1]);
-    let control_points = [from, at(1.0 / 3.0), at(2.0 / 3.0), to];
-    EdgeRecord { origin, destination, length, control_points, velocity_forward, ..EdgeRecord::default() }
+    let edge = EdgeRecord { origin, destination, length, velocity_forward, ..EdgeRecord::default() };
+    (edge, CurveRecord::straight(from, to).control_points)
+}
+
+fn leg_table<const N: usize>(edges: [Edge; N]) -> LegTable {
+    LegTable::new(&world(edges).view(1, 1))
 }
 
 /// A fork 4 m to the east: edge 1 leads on to the east, edge 2 to the north. Edge 3 leads on to the east, slowly.
 fn fork() -> LegTable {
-    LegTable::new(&[
+    leg_table([
         straight([0, 1], [0.0, 0.0], [4.0, 0.0], 1.5),
         straight([1, 2], [4.0, 0.0], [8.0, 0.0], 1.5),
         straight([1, 3], [4.0, 0.0], [4.0, 4.0], 1.5),
@@ -57,11 +65,8 @@ fn without_a_route_a_robot_may_take_any_way_and_with_one_it_takes_that() {
 #[test]
 fn a_robot_too_fast_for_a_way_does_not_take_it() {
     let slow = straight([1, 3], [4.0, 0.0], [4.0, 4.0], 0.3);
-    let table = LegTable::new(&[
-        straight([0, 1], [0.0, 0.0], [4.0, 0.0], 1.5),
-        straight([1, 2], [4.0, 0.0], [8.0, 0.0], 1.5),
-        slow,
-    ]);
+    let table =
+        leg_table([straight([0, 1], [0.0, 0.0], [4.0, 0.0], 1.5), straight([1, 2], [4.0, 0.0], [8.0, 0.0], 1.5), slow]);
     let motion = Motion { speed: 1.5, s: 3.5, limits: LIMITS, ..FREE };
     let way = trajectory(&robot(3.5), &motion, &table);
     assert!(near(end(&way), [6.5, 0.0]), "{:?}", end(&way));
@@ -90,12 +95,38 @@ fn a_held_robot_brakes_and_stands_at_once_without_a_limit() {
 #[test]
 fn a_robot_in_reverse_gear_follows_its_route_into_the_other_gear() {
     let mut edges = [straight([0, 1], [0.0, 0.0], [4.0, 0.0], 1.0), straight([0, 2], [0.0, 0.0], [0.0, 4.0], 1.0)];
-    edges[0].velocity_backwards = 0.5;
+    edges[0].0.velocity_backwards = 0.5;
     let legs = [Leg::new(1, false)];
     let route = Some(RouteAhead { reverse: Some(true), legs: &legs, end: RouteEnd::Stop });
     let motion = Motion { speed: -0.5, s: 0.5, route, ..FREE };
-    let way = trajectory(&robot(0.5), &motion, &LegTable::new(&edges));
+    let way = trajectory(&robot(0.5), &motion, &leg_table(edges));
     assert!(near(end(&way), [0.0, 1.0]), "half a metre back in a second, then a metre to the north: {:?}", end(&way));
+}
+
+#[test]
+fn a_robot_follows_all_curves_of_an_edge_with_the_heading_of_its_orientation() {
+    let line = CurveRecord::straight;
+    for orientation in [Orientation::Tangential, Orientation::Offset(1.0), Orientation::Fixed(-2.0)] {
+        let mut world = WorldData::default();
+        let edge = EdgeRecord { length: 4.0, destination: 1, velocity_forward: 1.5, ..EdgeRecord::default() };
+        let curves = [line([0.0, 0.0], [1.0, 0.0]), line([1.0, 0.0], [2.0, 0.0]), line([2.0, 0.0], [2.0, 2.0])];
+        world.add_edge(edge.with_orientation(orientation), curves);
+        let facing = |tangent: f32| heading(orientation.heading(tangent));
+        let body = Body { heading: facing(0.0), ..robot(0.5) };
+        let motion = Motion { speed: 1.5, s: 0.5, ..FREE };
+        let way = trajectory(&body, &motion, &LegTable::new(&world.view(1, 1)));
+        assert!(near(end(&way), [2.0, 1.5]), "{orientation:?}: {way:?}");
+        let last = way[way.len() - 1].heading;
+        assert!(near(last, facing(std::f32::consts::FRAC_PI_2)), "{orientation:?}: {last:?}");
+    }
+}
+
+#[test]
+fn a_robot_takes_the_heading_of_the_next_edge() {
+    let mut edges = [straight([0, 1], [0.0, 0.0], [4.0, 0.0], 1.5), straight([1, 2], [4.0, 0.0], [8.0, 0.0], 1.5)];
+    edges[1].0 = edges[1].0.with_orientation(Orientation::Fixed(2.0));
+    let way = trajectory(&robot(3.0), &Motion { speed: 1.5, s: 3.0, ..FREE }, &leg_table(edges));
+    assert!(near(end(&way), [6.0, 0.0]) && near(way[way.len() - 1].heading, heading(2.0)), "{way:?}");
 }
 
 proptest! {

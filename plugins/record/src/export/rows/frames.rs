@@ -101,6 +101,7 @@ fn state(number: u8) -> &'static str {
         RobotState::Waiting => "waiting",
         RobotState::Held => "held",
         RobotState::Faulted => "faulted",
+        RobotState::Turning => "turning",
         RobotState::Absent => "absent",
     }
 }

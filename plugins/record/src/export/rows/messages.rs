@@ -143,7 +143,7 @@ impl Rows<'_> {
     fn take_world(&mut self, message: &[u8]) -> Result<(), MessageError> {
         let world = decode::world(message)?;
         self.run(world.run_id);
-        self.edges = world.edges;
+        self.edges = world.data.edges;
         Ok(())
     }
 

@@ -1,0 +1,210 @@
+//! The differences between two route graphs, by the names or ids of their nodes, edges and stations.
+
+use std::collections::BTreeMap;
+use std::fmt;
+
+use super::route_graph::{Edge, Node, RouteGraph};
+use super::tags::Station;
+
+/// The distance in metres, and the angle in radians, up to which poses count as equal.
+const TOLERANCE: f64 = 1e-6;
+
+/// The number of points at which two paths are compared.
+const SAMPLES: u32 = 32;
+
+/// A difference between two graphs.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Difference {
+    /// What the second graph has, hasn't, or has otherwise.
+    pub kind: DifferenceKind,
+    /// `node A`, `edge 12` or `station dock`.
+    pub subject: String,
+    /// What has changed; empty unless the kind is [`DifferenceKind::Changed`].
+    pub changes: Vec<String>,
+}
+
+/// The kind of a [`Difference`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DifferenceKind {
+    /// Only the first graph has it.
+    Removed,
+    /// Only the second graph has it.
+    Added,
+    /// Both have it, but not the same.
+    Changed,
+}
+
+impl fmt::Display for Difference {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.kind {
+            DifferenceKind::Removed => write!(f, "- {}", self.subject),
+            DifferenceKind::Added => write!(f, "+ {}", self.subject),
+            DifferenceKind::Changed => write!(f, "~ {}: {}", self.subject, self.changes.join(", ")),
+        }
+    }
+}
+
+/// Returns what differs from the first graph to the second: nodes, then edges, then stations, each by name or id.
+pub fn diff(first: &RouteGraph, second: &RouteGraph) -> Vec<Difference> {
+    let sides = Sides { first, second };
+    let mut found = compare("node", first.nodes(), second.nodes(), node_key, |a, b| sides.node_changes(a, b));
+    found.extend(compare("edge", first.edges(), second.edges(), edge_key, |a, b| sides.edge_changes(a, b)));
+    let name = |station: &Station| station.name.clone();
+    found.extend(compare("station", first.stations(), second.stations(), name, |a, b| sides.station_changes(a, b)));
+    found
+}
+
+fn compare<T>(
+    kind: &str,
+    first: &[T],
+    second: &[T],
+    key: impl Fn(&T) -> String,
+    changes: impl Fn(&T, &T) -> Vec<String>,
+) -> Vec<Difference> {
+    let index = |items| -> BTreeMap<String, &T> { <[T]>::iter(items).map(|item| (key(item), item)).collect() };
+    let (first, second) = (index(first), index(second));
+    let subject = |name: &str| format!("{kind} {name}");
+    let mut found = Vec::new();
+    for (name, item) in &first {
+        let Some(other) = second.get(name) else {
+            found.push(Difference { kind: DifferenceKind::Removed, subject: subject(name), changes: Vec::new() });
+            continue;
+        };
+        let changes = changes(item, other);
+        if !changes.is_empty() {
+            found.push(Difference { kind: DifferenceKind::Changed, subject: subject(name), changes });
+        }
+    }
+    let added = second.keys().filter(|name| !first.contains_key(*name));
+    found.extend(added.map(|name| Difference {
+        kind: DifferenceKind::Added,
+        subject: subject(name),
+        changes: Vec::new(),
+    }));
+    found
+}
+
+fn node_key(node: &Node) -> String {
+    node.name().map_or_else(|| node.id.to_string(), str::to_owned)
+}
+
+fn edge_key(edge: &Edge) -> String {
+    edge.name().map_or_else(|| edge.id.to_string(), str::to_owned)
+}
+
+struct Sides<'g> {
+    first: &'g RouteGraph,
+    second: &'g RouteGraph,
+}
+
+impl Sides<'_> {
+    fn node_changes(&self, a: &Node, b: &Node) -> Vec<String> {
+        let distance = (a.position + self.first.origin()).distance(b.position + self.second.origin());
+        let turn = super::spline::normalize_angle(b.theta - a.theta).abs();
+        let mut changes = Vec::new();
+        if distance > TOLERANCE {
+            changes.push(format!("moved by {distance:.3} m"));
+        }
+        if turn > TOLERANCE {
+            changes.push(format!("turned by {:.2}°", turn.to_degrees()));
+        }
+        if a.role != b.role {
+            changes.push(format!("role {} → {}", a.role.name(), b.role.name()));
+        }
+        if a.tags != b.tags {
+            changes.push("other names or properties".to_owned());
+        }
+        changes
+    }
+
+    fn edge_changes(&self, a: &Edge, b: &Edge) -> Vec<String> {
+        let mut changes = Vec::new();
+        let ends =
+            |graph: &RouteGraph, edge: &Edge| [edge.origin, edge.destination].map(|node| node_key(graph.node(node)));
+        let (from, to) = (ends(self.first, a), ends(self.second, b));
+        if from != to {
+            changes.push(format!("{} to {} → {} to {}", from[0], from[1], to[0], to[1]));
+        }
+        let distance = self.path_distance(a, b);
+        if distance > TOLERANCE {
+            changes.push(format!("path differs by {distance:.3} m"));
+        }
+        if a.velocity_forward != b.velocity_forward {
+            changes.push(format!("speed {} → {} m/s", a.velocity_forward, b.velocity_forward));
+        }
+        if a.velocity_backwards != b.velocity_backwards {
+            let speed = |speed: Option<f64>| speed.map_or("none".to_owned(), |speed| format!("{speed} m/s"));
+            let (from, to) = (speed(a.velocity_backwards), speed(b.velocity_backwards));
+            changes.push(format!("reverse speed {from} → {to}"));
+        }
+        if a.orientation != b.orientation {
+            changes.push("other orientation".to_owned());
+        }
+        if a.tags != b.tags {
+            changes.push("other names or properties".to_owned());
+        }
+        changes
+    }
+
+    fn station_changes(&self, a: &Station, b: &Station) -> Vec<String> {
+        let nodes = |graph: &RouteGraph, station: &Station| -> Vec<String> {
+            station.nodes.iter().map(|&node| node_key(graph.node(node))).collect()
+        };
+        let mut changes = Vec::new();
+        if a.role != b.role {
+            changes.push(format!("role {} → {}", a.role.name(), b.role.name()));
+        }
+        if nodes(self.first, a) != nodes(self.second, b) {
+            changes.push("other nodes".to_owned());
+        }
+        let position = |graph: &RouteGraph, station: &Station| station.position.map(|at| at + graph.origin());
+        match (position(self.first, a), position(self.second, b)) {
+            (Some(from), Some(to)) if from.distance(to) <= TOLERANCE => {}
+            (None, None) => {}
+            _ => changes.push("moved".to_owned()),
+        }
+        changes
+    }
+
+    /// Returns the largest distance of points at the same fraction of two paths.
+    fn path_distance(&self, a: &Edge, b: &Edge) -> f64 {
+        let at = |graph: &RouteGraph, edge: &Edge, i: u32| {
+            edge.path.at(f64::from(i) / f64::from(SAMPLES)).0 + graph.origin()
+        };
+        (0..=SAMPLES).map(|i| at(self.first, a, i).distance(at(self.second, b, i))).fold(0.0, f64::max)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::graph::{ReadOptions, parse};
+
+    fn graph(speed: f64, x: f64, more: &str) -> RouteGraph {
+        let text = format!(
+            "Vertices:\n- {{Id: 1, X: 0, Y: 0, Theta: 0}}\n- {{Id: 2, X: {x}, Y: 0, Theta: 0, Role: park}}\n{more}\
+             Edges:\n- {{Id: 7, Origin_ID: 1, Destination_ID: 2, CurveType: Linear, VelocityForward: {speed}}}\n"
+        );
+        parse(&text, "g", &ReadOptions::default()).expect("a graph").0
+    }
+
+    fn differences(first: &RouteGraph, second: &RouteGraph) -> Vec<String> {
+        diff(first, second).iter().map(ToString::to_string).collect()
+    }
+
+    #[test]
+    fn a_graph_doesnt_differ_from_itself() {
+        assert_eq!(differences(&graph(1.0, 5.0, ""), &graph(1.0, 5.0, "")), [""; 0]);
+    }
+
+    #[test]
+    fn every_difference_is_named() {
+        let more = "- {Id: 3, X: 9, Y: 9, Theta: 0}\n";
+        let found = differences(&graph(1.0, 5.0, ""), &graph(2.0, 5.5, more));
+        assert_eq!(
+            found,
+            ["~ node 2: moved by 0.500 m", "+ node 3", "~ edge 7: path differs by 0.500 m, speed 1 → 2 m/s"]
+        );
+        assert_eq!(differences(&graph(1.0, 5.0, more), &graph(1.0, 5.0, "")), ["- node 3"]);
+    }
+}

@@ -1,0 +1,191 @@
+//! Mends what has one obvious answer: angles in degrees, edges that are given twice, ends that nearly meet.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use glam::DVec2;
+
+use super::item::{RawEdge, RawNode};
+use super::spline::normalize_angle;
+use super::validate::SUSPICIOUS_ANGLE;
+use super::yaml::RawGraph;
+
+/// The distance in metres up to which ends that don't meet are joined.
+pub const MAX_JOINED_GAP: f64 = 0.05;
+
+/// The difference of headings in radians up to which nodes are joined: 5°.
+const MAX_JOINED_TURN: f64 = super::SMOOTH_TURN;
+
+/// Mends a graph. Returns what was done, one line each.
+pub(super) fn fix(raw: &mut RawGraph) -> Vec<String> {
+    let mut fixes = Vec::new();
+    fixes.extend(fix_angle_unit(raw));
+    fixes.extend(remove_duplicate_edges(raw));
+    fixes.extend(join_ends(raw));
+    fixes
+}
+
+fn fix_angle_unit(raw: &mut RawGraph) -> Option<String> {
+    let is_suspicious = |node: &RawNode| node.theta.is_some_and(|theta| theta.abs() > SUSPICIOUS_ANGLE);
+    if raw.degrees || !raw.nodes.iter().any(is_suspicious) {
+        return None;
+    }
+    raw.degrees = true;
+    Some("the headings are in degrees: `AngleUnit: deg`".to_owned())
+}
+
+/// Removes edges that are the same as an earlier one, and gives those with an earlier id another one.
+fn remove_duplicate_edges(raw: &mut RawGraph) -> Vec<String> {
+    let mut fixes = Vec::new();
+    let mut next_id = raw.edges.iter().filter_map(|edge| edge.id).max().unwrap_or(0);
+    let mut by_ends: BTreeMap<_, Vec<RawEdge>> = BTreeMap::new();
+    let mut ids = BTreeSet::new();
+    let mut kept = Vec::with_capacity(raw.edges.len());
+    for mut edge in std::mem::take(&mut raw.edges) {
+        let earlier = by_ends.entry((edge.origin, edge.destination)).or_default();
+        if earlier.iter().any(|other| is_same(other, &edge)) {
+            fixes.push(format!("edge {}: removed, it is the same as an earlier one", name(edge.id)));
+            continue;
+        }
+        if let Some(id) = edge.id.filter(|id| !ids.insert(*id))
+            && let Some(free) = next_id.checked_add(1)
+        {
+            next_id = free;
+            edge.id = Some(free);
+            ids.insert(free);
+            fixes.push(format!("edge {id}: the second one with this id is now edge {free}"));
+        }
+        earlier.push(edge.clone());
+        kept.push(edge);
+    }
+    raw.edges = kept;
+    fixes
+}
+
+/// Whether two edges between the same nodes are driven alike.
+fn is_same(a: &RawEdge, b: &RawEdge) -> bool {
+    let shape = |edge: &RawEdge| (edge.curve.clone(), edge.forward, edge.backward);
+    let speeds = |edge: &RawEdge| (edge.velocity_forward, edge.velocity_backwards, edge.orientation);
+    a.origin.is_some() && shape(a) == shape(b) && speeds(a) == speeds(b)
+}
+
+fn name(id: Option<u32>) -> String {
+    id.map_or_else(|| "without id".to_owned(), |id| id.to_string())
+}
+
+/// Joins nodes that are nearly at the same place with nearly the same heading, if one of them is a loose end: robots arrive
+/// there and can't leave, or leave and never arrive.
+fn join_ends(raw: &mut RawGraph) -> Vec<String> {
+    let loose = loose_ends(raw);
+    let mut joined: BTreeMap<u32, u32> = BTreeMap::new();
+    let mut fixes = Vec::new();
+    let grid = cells(&raw.nodes);
+    for node in raw.nodes.iter().filter(|node| node.id.is_some_and(|id| loose.contains(&id))) {
+        let Some((id, other, gap)) = nearest(node, raw, &grid, &joined) else { continue };
+        joined.insert(id, other);
+        fixes.push(format!("node {id}: joined with node {other}, {gap:.3} m away"));
+    }
+    let target = |id: &mut Option<u32>| *id = id.map(|id| joined.get(&id).copied().unwrap_or(id));
+    for edge in &mut raw.edges {
+        target(&mut edge.origin);
+        target(&mut edge.destination);
+    }
+    for station in &mut raw.stations {
+        station.nodes.iter_mut().for_each(|id| *id = joined.get(id).copied().unwrap_or(*id));
+    }
+    raw.nodes.retain(|node| node.id.is_none_or(|id| !joined.contains_key(&id)));
+    fixes
+}
+
+/// Returns the ids of nodes with edges of which none leaves, or none arrives.
+fn loose_ends(raw: &RawGraph) -> BTreeSet<u32> {
+    let reverse = |edge: &&RawEdge| edge.velocity_backwards.is_some_and(|speed| speed > 0.0);
+    let reversed = || raw.edges.iter().filter(reverse);
+    let left: BTreeSet<u32> =
+        raw.edges.iter().filter_map(|edge| edge.origin).chain(reversed().filter_map(|edge| edge.destination)).collect();
+    let reached: BTreeSet<u32> =
+        raw.edges.iter().filter_map(|edge| edge.destination).chain(reversed().filter_map(|edge| edge.origin)).collect();
+    left.symmetric_difference(&reached).copied().collect()
+}
+
+/// The nodes by squares of [`MAX_JOINED_GAP`].
+type Cells = BTreeMap<(i64, i64), Vec<usize>>;
+
+fn cell(position: DVec2) -> (i64, i64) {
+    let index = (position / MAX_JOINED_GAP).floor();
+    (index.x as i64, index.y as i64)
+}
+
+fn cells(nodes: &[RawNode]) -> Cells {
+    let mut cells = Cells::new();
+    for (index, node) in nodes.iter().enumerate() {
+        if let Some(position) = position(node) {
+            cells.entry(cell(position)).or_default().push(index);
+        }
+    }
+    cells
+}
+
+fn position(node: &RawNode) -> Option<DVec2> {
+    Some(DVec2::new(node.x?, node.y?)).filter(|position| position.is_finite())
+}
+
+/// Returns the id of a node, that of the nearest one that it can be joined with, and their distance in metres.
+fn nearest(node: &RawNode, raw: &RawGraph, cells: &Cells, joined: &BTreeMap<u32, u32>) -> Option<(u32, u32, f64)> {
+    let (id, at) = (node.id?, position(node)?);
+    let (x, y) = cell(at);
+    let around = (x.saturating_sub(1)..=x.saturating_add(1))
+        .flat_map(|x| (y.saturating_sub(1)..=y.saturating_add(1)).map(move |y| (x, y)));
+    let others = around.filter_map(|cell| cells.get(&cell)).flatten().map(|&index| &raw.nodes[index]);
+    let candidates = others.filter_map(|other| {
+        let gap = position(other)?.distance(at);
+        let turn = to_radians(other.theta?, raw.degrees) - to_radians(node.theta?, raw.degrees);
+        let is_near = gap <= MAX_JOINED_GAP && normalize_angle(turn).abs() <= MAX_JOINED_TURN;
+        let other = other.id.filter(|other| *other != id && !joined.contains_key(other))?;
+        // Joining the ends of one edge would leave an edge from a node to itself.
+        let is_edge = |edge: &RawEdge| {
+            [edge.origin, edge.destination].map(|end| end == Some(id) || end == Some(other)) == [true; 2]
+        };
+        (is_near && !raw.edges.iter().any(is_edge)).then_some((id, other, gap))
+    });
+    candidates.min_by(|a, b| a.2.total_cmp(&b.2))
+}
+
+fn to_radians(angle: f64, degrees: bool) -> f64 {
+    if degrees { angle.to_radians() } else { angle }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::graph::{ReadOptions, parse, parse_fixed};
+
+    const EDGE: &str = "CurveType: Linear, VelocityForward: 1";
+
+    fn fixed(text: &str) -> (crate::graph::RouteGraph, Vec<String>) {
+        let (graph, fixes) = parse_fixed(text, "g", &ReadOptions::default()).expect("it can be mended");
+        (graph, fixes)
+    }
+
+    #[test]
+    fn a_good_graph_stays_as_it_is() {
+        let text = include_str!("../../../graphs/porto.yaml");
+        let (graph, fixes) = fixed(text);
+        let (same, _) = parse(text, "g", &ReadOptions::default()).expect("a graph");
+        assert_eq!((graph.nodes(), graph.edges(), fixes.len()), (same.nodes(), same.edges(), 0));
+    }
+
+    #[test]
+    fn degrees_duplicates_and_gaps_are_mended() {
+        let text = format!(
+            "Vertices:\n- {{Id: 1, X: 0, Y: 0, Theta: 90}}\n- {{Id: 2, X: 0, Y: 5, Theta: 90}}\n\
+             - {{Id: 3, X: 0.02, Y: 5.01, Theta: 91}}\n- {{Id: 4, X: 0, Y: 9, Theta: 90}}\n\
+             Edges:\n- {{Id: 1, Origin_ID: 1, Destination_ID: 2, {EDGE}}}\n- {{Id: 1, Origin_ID: 1, Destination_ID: 2, {EDGE}}}\n\
+             - {{Id: 1, Origin_ID: 3, Destination_ID: 4, {EDGE}}}\n"
+        );
+        assert!(parse(&text, "g", &ReadOptions::default()).is_err(), "edges with the same id");
+        let (graph, fixes) = fixed(&text);
+        assert_eq!((graph.nodes().len(), graph.edges().len(), fixes.len()), (3, 2, 4), "{fixes:?}");
+        assert!((graph.nodes()[0].theta - std::f64::consts::FRAC_PI_2).abs() < 1e-12);
+        assert_eq!(graph.edges()[0].destination, graph.edges()[1].origin, "they meet now");
+        assert_eq!(graph.edges()[1].id, 2);
+    }
+}

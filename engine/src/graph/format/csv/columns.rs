@@ -1,0 +1,129 @@
+//! The columns of a table, by the names in its header.
+
+use std::f64::consts::PI;
+
+/// The meaning of a column.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Field {
+    Id,
+    X,
+    Y,
+    Theta,
+    Name,
+    Level,
+    Zone,
+    Role,
+    From,
+    To,
+    Speed,
+    ReverseSpeed,
+    /// Whether there is a second edge in the opposite direction.
+    Bidirectional,
+    /// Control points of a curve.
+    X1,
+    Y1,
+    X2,
+    Y2,
+    /// A property.
+    Other,
+}
+
+/// The names of columns in lower case, without spaces, underscores and hyphens.
+const NAMES: [(Field, &[&str]); 17] = [
+    (
+        Field::Id,
+        &[
+            "id", "node", "vertex", "point", "edge", "lane", "path", "nodeid", "vertexid", "pointid", "edgeid",
+            "laneid", "pathid",
+        ],
+    ),
+    (Field::X, &["x", "xposition", "positionx", "posx", "xpos"]),
+    (Field::Y, &["y", "yposition", "positiony", "posy", "ypos"]),
+    (Field::Theta, &["theta", "heading", "yaw", "orientation"]),
+    (Field::Name, &["name", "label"]),
+    (Field::Level, &["level", "floor"]),
+    (Field::Zone, &["zone", "block", "mutex"]),
+    (Field::Role, &["role"]),
+    (Field::From, &["from", "origin", "start", "source"]),
+    (Field::To, &["to", "destination", "end", "target"]),
+    (
+        Field::Speed,
+        &["speed", "velocity", "maxspeed", "maxvelocity", "vmax", "speedlimit", "velocityforward", "forwardspeed"],
+    ),
+    (
+        Field::ReverseSpeed,
+        &[
+            "reversespeed",
+            "reversevelocity",
+            "maxreversespeed",
+            "maxreversevelocity",
+            "backwardspeed",
+            "velocitybackward",
+            "velocitybackwards",
+        ],
+    ),
+    (Field::Bidirectional, &["bidirectional", "twoway"]),
+    (Field::X1, &["x1"]),
+    (Field::Y1, &["y1"]),
+    (Field::X2, &["x2"]),
+    (Field::Y2, &["y2"]),
+];
+
+/// What may follow the names of the ends of an edge.
+const END_SUFFIXES: [&str; 6] = ["nodeid", "vertexid", "pointid", "node", "vertex", "id"];
+
+/// A column.
+#[derive(Debug)]
+pub(super) struct Column {
+    pub field: Field,
+    /// As in the header.
+    pub name: String,
+    /// The metres, radians or metres per second of one unit, if the header says.
+    pub unit: Option<f64>,
+}
+
+/// The columns of a table of nodes or edges.
+#[derive(Debug)]
+pub(super) struct Columns {
+    pub list: Vec<Column>,
+    pub is_edges: bool,
+}
+
+impl Columns {
+    /// Returns the columns if a row is the header of a table.
+    pub fn of_header<'row>(cells: impl Iterator<Item = &'row str>) -> Option<Self> {
+        let list: Vec<_> = cells.map(Column::new).collect();
+        let has = |fields: &[Field]| fields.iter().all(|field| list.iter().any(|column| column.field == *field));
+        let is_edges = has(&[Field::From, Field::To]);
+        (is_edges || has(&[Field::Id, Field::X, Field::Y])).then_some(Self { list, is_edges })
+    }
+}
+
+impl Column {
+    fn new(name: &str) -> Self {
+        let (plain, unit) = split_unit(name.trim());
+        let letters = plain.chars().filter(|letter| !" _-".contains(*letter));
+        let key: String = letters.flat_map(char::to_lowercase).collect();
+        let is = |names: &[&str]| {
+            let start = END_SUFFIXES.into_iter().find_map(|suffix| key.strip_suffix(suffix)).unwrap_or("");
+            names.contains(&key.as_str()) || (names.contains(&start) && ["from", "to"].contains(&names[0]))
+        };
+        let field = NAMES.iter().find(|(_, names)| is(names)).map_or(Field::Other, |(field, _)| *field);
+        Self { field, name: name.trim().to_owned(), unit }
+    }
+}
+
+/// Splits a unit in brackets from the end of a name, as in `x [mm]`.
+fn split_unit(name: &str) -> (&str, Option<f64>) {
+    let inner = name.strip_suffix([']', ')']).and_then(|start| start.rsplit_once(['[', '(']));
+    let Some((plain, unit)) = inner else { return (name, None) };
+    let factor = match unit.trim().to_ascii_lowercase().as_str() {
+        "mm" | "mm/s" => 0.001,
+        "cm" | "cm/s" => 0.01,
+        "m" | "m/s" | "rad" => 1.0,
+        "km/h" => 1.0 / 3.6,
+        "deg" | "°" => PI / 180.0,
+        _ => return (name, None),
+    };
+    (plain, Some(factor))
+}

@@ -1,0 +1,136 @@
+//! A roadmap along the skeleton of the free space.
+
+use std::collections::BTreeMap;
+use std::f64::consts::FRAC_1_SQRT_2;
+
+use glam::DVec2;
+
+use super::chains::{Chains, trace};
+use super::distance::squared_distances;
+use super::grid::Grid;
+use super::skeleton::skeleton;
+
+/// Cells between the robot's side and the nearest cell that isn't free, besides half a diagonal.
+const MARGIN: f64 = 1.0;
+
+/// The distance in cells by which a simplified road may differ from the skeleton.
+const TOLERANCE: f64 = 1.0;
+
+/// The interval of clearance checks in cells.
+const STEP: f64 = 0.25;
+
+/// The least length of a connected part of the roadmap, in widths of the robot.
+const LEAST_WIDTHS: f64 = 5.0;
+
+/// Roads between places, in cells from the corner of the grid.
+#[derive(Debug, Default)]
+pub struct Roadmap {
+    pub nodes: Vec<DVec2>,
+    pub edges: Vec<Road>,
+    /// The number of connected parts that are left out, and their length in metres.
+    pub dropped: usize,
+    pub dropped_length: f64,
+}
+
+/// A road between two nodes.
+#[derive(Debug)]
+pub struct Road {
+    pub ends: [usize; 2],
+    /// At least two points, of which the first and the last are the nodes.
+    pub points: Vec<DVec2>,
+}
+
+impl Roadmap {
+    /// Makes a roadmap for robots with a width in metres.
+    pub fn new(grid: &Grid, robot_width: f64) -> Self {
+        let squares = squared_distances(grid);
+        let robot_cells = robot_width / grid.resolution;
+        let least = (robot_cells / 2.0 + FRAC_1_SQRT_2 + MARGIN).powi(2).ceil().min(f64::from(u32::MAX)) as u32;
+        let cells = skeleton(&squares, grid.width, least);
+        let space = Space { squares, width: grid.width, radius: robot_cells / 2.0 };
+        let mut chains = Chains { chains: trace(&cells, &space), space: &space };
+        chains.prune(robot_cells);
+        chains.merge_junctions();
+        chains.split_loops();
+        let least_length = LEAST_WIDTHS * robot_cells;
+        let (dropped, dropped_length) = chains.drop_short_parts(least_length);
+        let mut roadmap = Self { dropped, dropped_length: dropped_length * grid.resolution, ..Self::default() };
+        roadmap.add_roads(&chains.chains, &space);
+        roadmap
+    }
+
+    fn add_roads(&mut self, chains: &[Vec<u32>], space: &Space) {
+        let mut by_cell = BTreeMap::new();
+        for chain in chains {
+            let ends = [chain[0], chain[chain.len() - 1]].map(|cell| {
+                *by_cell.entry(cell).or_insert_with(|| {
+                    self.nodes.push(space.centre(cell));
+                    self.nodes.len() - 1
+                })
+            });
+            let points: Vec<DVec2> = chain.iter().map(|&cell| space.centre(cell)).collect();
+            self.edges.push(Road { ends, points: space.simplify(&points) });
+        }
+    }
+}
+
+/// The free space.
+pub struct Space {
+    /// Squared distances in cells.
+    pub squares: Vec<u32>,
+    /// The number of columns.
+    pub width: usize,
+    /// Half the robot's width in cells.
+    radius: f64,
+}
+
+impl Space {
+    pub fn centre(&self, cell: u32) -> DVec2 {
+        let cell = cell as usize;
+        DVec2::new((cell % self.width) as f64 + 0.5, (cell / self.width) as f64 + 0.5)
+    }
+
+    pub fn distance(&self, cell: u32) -> f64 {
+        f64::from(self.squares[cell as usize]).sqrt()
+    }
+
+    /// Returns whether robots on a segment are clear of all cells that aren't free.
+    fn is_clear(&self, start: DVec2, end: DVec2) -> bool {
+        let count = (start.distance(end) / STEP).ceil().max(1.0) as u32;
+        (0..=count).all(|index| {
+            let point = start.lerp(end, f64::from(index) / f64::from(count));
+            let cell = point.y as usize * self.width + point.x as usize;
+            let to_centre = point.distance(self.centre(cell as u32));
+            let clearance = self.distance(cell as u32) - to_centre - FRAC_1_SQRT_2;
+            // Between two points, the clearance is less by at most half the step.
+            clearance >= self.radius + STEP / 2.0
+        })
+    }
+
+    /// Returns a line with fewer points that is clear (Ramer, Douglas and Peucker).
+    fn simplify(&self, points: &[DVec2]) -> Vec<DVec2> {
+        let mut simple = Vec::new();
+        let mut parts = vec![(0, points.len() - 1)];
+        while let Some((first, last)) = parts.pop() {
+            let (start, end) = (points[first], points[last]);
+            let farthest = (first + 1..last)
+                .map(|index| (index, distance_to_segment(points[index], start, end)))
+                .max_by(|a, b| a.1.total_cmp(&b.1));
+            match farthest {
+                Some((middle, distance)) if distance > TOLERANCE || !self.is_clear(start, end) => {
+                    parts.push((middle, last));
+                    parts.push((first, middle));
+                }
+                _ => simple.push(start),
+            }
+        }
+        simple.extend(points.last());
+        simple
+    }
+}
+
+fn distance_to_segment(point: DVec2, start: DVec2, end: DVec2) -> f64 {
+    let along = end - start;
+    let fraction = (point - start).dot(along) / along.length_squared().max(f64::MIN_POSITIVE);
+    point.distance(start + along * fraction.clamp(0.0, 1.0))
+}

@@ -1,0 +1,114 @@
+//! A scenario for a layout that has none: what a user wants to see first of a plant.
+
+use std::fmt::Write;
+
+use crate::graph::{ReadOptions, RouteGraph};
+
+/// Metres of edges per robot.
+const METRES_PER_ROBOT: f64 = 10.0;
+
+/// The most robots.
+const MOST_ROBOTS: f64 = 1000.0;
+
+/// Returns the text of a scenario for a layout: robots on random routes, one for each 10 m of edges and at most a thousand,
+/// which turn on the spot, and the collision checker.
+///
+/// `file` is the path of the layout as the scenario names it, and `options` are those with which it was read.
+pub fn made_up_scenario(graph: &RouteGraph, file: &str, options: &ReadOptions) -> String {
+    let metres: f64 = graph.edges().iter().map(|edge| edge.path.length()).sum();
+    let most = MOST_ROBOTS.min(graph.edges().len() as f64);
+    let robots = (metres / METRES_PER_ROBOT).floor().clamp(1.0, most) as u32;
+    let mut text = format!("graph: {}\n", quoted(file));
+    write_options(&mut text, options).expect("writing to a String never fails");
+    text += &format!(
+        "rate: 50                            # ticks per simulated second\n\
+         robot_types:\n\
+         - name: amr\n  \
+           length: 0.9                       # metres\n  \
+           width: 0.6\n  \
+           max_speed: 1.5                    # metres per second; edges limit it further\n  \
+           max_acceleration: 0.8             # metres per second squared\n  \
+           max_rotation_speed: 1.0           # radians per second, on the spot\n  \
+           max_rotation_acceleration: 2.0    # radians per second squared\n\
+         robots:\n\
+         - count: {robots}\n  \
+           routes: random\n\
+         plugins:\n\
+         - collision\n"
+    );
+    text
+}
+
+fn write_options(text: &mut String, options: &ReadOptions) -> std::fmt::Result {
+    let ReadOptions { handles: _, format, level, vehicle_type, layers, units, skeleton, cell_size, background } =
+        options;
+    let layers: Vec<_> = layers.iter().map(|layer| quoted(layer)).collect();
+    let entries = [
+        format.map(|format| format!("format: {format}")),
+        level.as_ref().map(|level| format!("level: {}", quoted(level))),
+        (!layers.is_empty()).then(|| format!("layers: [{}]", layers.join(", "))),
+        units.map(|unit| format!("units: {}", unit.name())),
+        skeleton.map(|width| format!("skeleton: {width}")),
+        vehicle_type.as_ref().map(|name| format!("vehicle_type: {}", quoted(name))),
+        background.as_ref().map(|map| format!("background: {}", quoted(&map.display().to_string()))),
+        cell_size.map(|length| format!("cell_size: {length}")),
+    ];
+    let entries: Vec<_> = entries.into_iter().flatten().collect();
+    if entries.is_empty() {
+        return Ok(());
+    }
+    writeln!(text, "layout:")?;
+    entries.iter().try_for_each(|entry| writeln!(text, "  {entry}"))
+}
+
+/// Returns a text as a YAML scalar in double quotes.
+fn quoted(text: &str) -> String {
+    let mut quoted = String::from("\"");
+    for letter in text.chars() {
+        match letter {
+            '"' | '\\' => quoted.extend(['\\', letter]),
+            control if control.is_control() => quoted += &format!("\\u{:04x}", u32::from(control)),
+            other => quoted.push(other),
+        }
+    }
+    quoted + "\""
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::graph::{LengthUnit, Millimetres, parse};
+    use crate::scenario::{Overrides, Scenario};
+
+    const GRAPH: &str = include_str!("../../../graphs/square.yaml");
+
+    #[test]
+    fn a_made_up_scenario_can_be_run() {
+        let (graph, _) = parse(GRAPH, "square.yaml", &ReadOptions::default()).expect("a graph");
+        let text = made_up_scenario(&graph, "a \"plant\".yaml", &ReadOptions::default());
+        let scenario = Scenario::from_texts(&text, GRAPH, Path::new("s.yaml"), &Overrides::default());
+        let scenario = scenario.expect("a scenario");
+        assert!(scenario.robots() >= 1 && scenario.robot_types[0].max_rotation_speed == 1.0);
+    }
+
+    #[test]
+    fn the_options_of_the_layout_are_kept() {
+        let (graph, _) = parse(GRAPH, "square.yaml", &ReadOptions::default()).expect("a graph");
+        let options = ReadOptions {
+            level: Some("L \"1\"".into()),
+            layers: vec!["Lanes".into(), "0".into()],
+            units: Some(LengthUnit::Inch),
+            skeleton: Some(Millimetres(650)),
+            ..ReadOptions::default()
+        };
+        let text = made_up_scenario(&graph, "x", &options);
+        assert!(
+            text.contains(
+                "layout:\n  level: \"L \\\"1\\\"\"\n  layers: [\"Lanes\", \"0\"]\n  units: in\n  skeleton: 0.65\n"
+            ),
+            "{text}"
+        );
+    }
+}

@@ -1,0 +1,10 @@
+//! `cargo +nightly fuzz run open_rmf graphs/imported/open-rmf/office -- -max_total_time=600`
+
+#![no_main]
+
+mod layout;
+
+use libfuzzer_sys::fuzz_target;
+use regatta_engine::graph::Format;
+
+fuzz_target!(|text: &str| layout::read(text, Format::OpenRmf));

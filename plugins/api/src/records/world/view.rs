@@ -1,0 +1,232 @@
+//! A reader's view of the world, and the places of its sections in a block of lines.
+
+use bytemuck::{NoUninit, Pod};
+
+use super::texts::text_at;
+use super::{CurveRecord, EdgeRecord, NodeRecord, RobotTypeRecord, WorldData, WorldHeader};
+use crate::records::frame::{BYTES_PER_LINE, Line};
+
+/// The number of a world's sections.
+const SECTIONS: usize = 5;
+
+/// The sections of a world in its block of lines: each starts on a whole line.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct WorldLayout {
+    pub(crate) nodes: usize,
+    pub(crate) edges: usize,
+    pub(crate) curves: usize,
+    pub(crate) robot_types: usize,
+    pub(crate) text_bytes: usize,
+}
+
+impl WorldLayout {
+    fn of(header: &WorldHeader) -> Self {
+        Self {
+            nodes: header.nodes as usize,
+            edges: header.edges as usize,
+            curves: header.curves as usize,
+            robot_types: header.robot_types as usize,
+            text_bytes: header.text_bytes as usize,
+        }
+    }
+
+    pub(crate) fn header(self, origin: [f64; 2], run_id: u64, revision: u64) -> WorldHeader {
+        WorldHeader {
+            run_id,
+            revision,
+            origin,
+            nodes: self.nodes as u32,
+            edges: self.edges as u32,
+            curves: self.curves as u32,
+            robot_types: self.robot_types as u32,
+            text_bytes: self.text_bytes as u32,
+            reserved: 0,
+        }
+    }
+
+    /// Returns the number of lines of each section.
+    fn section_lines(self) -> [usize; SECTIONS] {
+        let bytes = [
+            self.nodes * size_of::<NodeRecord>(),
+            self.edges * size_of::<EdgeRecord>(),
+            self.curves * size_of::<CurveRecord>(),
+            self.robot_types * size_of::<RobotTypeRecord>(),
+            self.text_bytes,
+        ];
+        bytes.map(|bytes| bytes.div_ceil(BYTES_PER_LINE))
+    }
+
+    pub(crate) fn lines(self) -> usize {
+        self.section_lines().iter().sum()
+    }
+
+    /// Writes a world of this layout to a block of [`lines`](Self::lines).
+    pub(crate) fn write(self, lines: &mut [Line], world: &WorldData) {
+        let mut rest = lines;
+        let sections = self.section_lines().map(|count| {
+            let (section, after) = std::mem::take(&mut rest).split_at_mut(count);
+            rest = after;
+            section
+        });
+        let [nodes, edges, curves, robot_types, texts] = sections;
+        copy(nodes, &world.nodes);
+        copy(edges, &world.edges);
+        copy(curves, &world.curves);
+        copy(robot_types, &world.robot_types);
+        copy(texts, world.texts.as_bytes());
+    }
+}
+
+fn copy<T: NoUninit>(section: &mut [Line], records: &[T]) {
+    let bytes: &[u8] = bytemuck::cast_slice(records);
+    bytemuck::cast_slice_mut::<Line, u8>(section)[..bytes.len()].copy_from_slice(bytes);
+}
+
+/// A reader's view of the world: slices of shared memory, not copies.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct World<'sample> {
+    pub(super) header: WorldHeader,
+    pub(super) nodes: &'sample [NodeRecord],
+    pub(super) edges: &'sample [EdgeRecord],
+    pub(super) curves: &'sample [CurveRecord],
+    pub(super) robot_types: &'sample [RobotTypeRecord],
+    pub(super) texts: &'sample [u8],
+}
+
+impl<'sample> World<'sample> {
+    /// Splits a block of lines into its sections. Returns `None` if it has fewer lines than the header implies.
+    pub(crate) fn split(header: &WorldHeader, lines: &'sample [Line]) -> Option<Self> {
+        let layout = WorldLayout::of(header);
+        let mut rest = lines;
+        let mut section = |count: usize| -> Option<&'sample [Line]> {
+            let (section, after) = rest.split_at_checked(count)?;
+            rest = after;
+            Some(section)
+        };
+        let [nodes, edges, curves, robot_types, texts] = layout.section_lines();
+        Some(Self {
+            header: *header,
+            nodes: records(section(nodes)?, layout.nodes),
+            edges: records(section(edges)?, layout.edges),
+            curves: records(section(curves)?, layout.curves),
+            robot_types: records(section(robot_types)?, layout.robot_types),
+            texts: records(section(texts)?, layout.text_bytes),
+        })
+    }
+
+    /// The run that the world belongs to.
+    pub fn run_id(&self) -> u64 {
+        self.header.run_id
+    }
+
+    /// Counts the worlds of a run, from 1.
+    pub fn revision(&self) -> u64 {
+        self.header.revision
+    }
+
+    /// Metres east and north of (0, 0) of the fleet's positions, on the map of the route graph's file: a position on that
+    /// map is `origin` + position.
+    pub fn origin(&self) -> [f64; 2] {
+        self.header.origin
+    }
+
+    /// The nodes of the route graph.
+    pub fn nodes(&self) -> &'sample [NodeRecord] {
+        self.nodes
+    }
+
+    /// The edges of the route graph; a frame's `edge` column holds indices into them.
+    pub fn edges(&self) -> &'sample [EdgeRecord] {
+        self.edges
+    }
+
+    /// The curves of an edge of this world, from origin to destination; empty if the record refers to curves that the world
+    /// doesn't have.
+    pub fn curves(&self, edge: &EdgeRecord) -> &'sample [CurveRecord] {
+        let first = edge.first_curve as usize;
+        let end = first.checked_add(edge.curves as usize);
+        end.and_then(|end| self.curves.get(first..end)).unwrap_or_default()
+    }
+
+    /// The curves of all edges.
+    pub fn all_curves(&self) -> &'sample [CurveRecord] {
+        self.curves
+    }
+
+    /// The robot types; the column `type` holds indices into them.
+    pub fn robot_types(&self) -> &'sample [RobotTypeRecord] {
+        self.robot_types
+    }
+
+    /// The text that a record refers to by its offset: the name, level or zone of a node or an edge. Empty for the offset 0
+    /// and for an offset at which there is no text.
+    pub fn text(&self, offset: u32) -> &'sample str {
+        text_at(self.texts, offset)
+    }
+}
+
+/// Returns the first `count` records of a section, which has the lines for them.
+fn records<T: Pod>(section: &[Line], count: usize) -> &[T] {
+    &bytemuck::cast_slice(section)[..count]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::records::world::Texts;
+
+    /// A world of five nodes, three edges with one, two and three curves, and a robot type.
+    fn world() -> WorldData {
+        let mut texts = Texts::default();
+        let (level, zone) = (texts.add("1st floor"), texts.add("north"));
+        let mut world = WorldData {
+            origin: [3.5e6, -5.25e6],
+            nodes: (0..5).map(|id| NodeRecord { id, x: id as f32, level, zone, ..NodeRecord::default() }).collect(),
+            robot_types: vec![RobotTypeRecord::new("tug", 1.2, 0.8)],
+            texts,
+            ..WorldData::default()
+        };
+        for id in 0..3 {
+            let edge = EdgeRecord { id, length: 2.0, level, ..EdgeRecord::default() };
+            let curve = |x: u32| CurveRecord::straight([x as f32, 0.0], [x as f32 + 1.0, id as f32]);
+            world.add_edge(edge, (0..=id).map(curve));
+        }
+        world
+    }
+
+    #[test]
+    fn a_world_is_cut_where_it_was_joined() {
+        let data = world();
+        let layout = data.layout();
+        let mut lines = vec![Line::default(); layout.lines()];
+        layout.write(&mut lines, &data);
+        let header = layout.header(data.origin, 7, 1);
+        let world = World::split(&header, &lines).expect("enough lines");
+        assert_eq!((world.nodes(), world.edges()), (&data.nodes[..], &data.edges[..]));
+        assert_eq!((world.all_curves(), world.origin()), (&data.curves[..], [3.5e6, -5.25e6]));
+        assert_eq!((world.robot_types()[0].name(), world.run_id(), world.revision()), ("tug", 7, 1));
+        assert_eq!((world.text(world.nodes()[4].level), world.text(world.nodes()[4].zone)), ("1st floor", "north"));
+        assert!(World::split(&header, &lines[1..]).is_none(), "a line is missing");
+    }
+
+    #[test]
+    fn each_edge_has_its_curves() {
+        let data = world();
+        let world = data.view(1, 1);
+        let counts: Vec<_> = world.edges().iter().map(|edge| world.curves(edge).len()).collect();
+        assert_eq!(counts, [1, 2, 3]);
+        let last = world.curves(&world.edges()[2]);
+        assert_eq!((last[0].control_points[0], last[2].control_points[3]), ([0.0, 0.0], [3.0, 2.0]));
+        for (first_curve, curves) in [(5, 2), (6, 1), (u32::MAX, u32::MAX)] {
+            let wrong = EdgeRecord { first_curve, curves, ..EdgeRecord::default() };
+            assert!(world.curves(&wrong).is_empty(), "{first_curve} {curves}");
+        }
+    }
+
+    #[test]
+    fn a_wrong_offset_is_the_empty_text() {
+        let data = world();
+        let world = data.view(1, 1);
+        assert_eq!([0, 1_000, u32::MAX].map(|offset| world.text(offset)), [""; 3]);
+    }
+}

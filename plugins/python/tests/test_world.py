@@ -1,0 +1,65 @@
+"""Worlds with several curves per edge, texts and an origin, of a made-up sample."""
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+import regatta
+from regatta._contract import BYTES_PER_LINE, CurveRecord, EdgeRecord, NodeRecord, RobotTypeRecord, WorldHeader
+from regatta._world import Orientation, world_of
+
+TEXTS = b"\x00\x00" + b"\x06\x00dock 1" + b"\x05\x00gr\xc3\xbcn" + b"\xff\x00short"
+
+
+def padded(data: bytes) -> bytes:
+    """Returns a section that ends with a whole line."""
+    return data + bytes(-len(data) % BYTES_PER_LINE)
+
+
+def line(x: float) -> CurveRecord:
+    """Returns a straight curve of 3 m to the east."""
+    points = np.array([(x + step, 1.0) for step in range(4)], np.float32)
+    return CurveRecord.from_buffer_copy(points.tobytes())
+
+
+def sample(cut: int = 0) -> Any:
+    """Returns a world of two nodes, and two edges of two curves and one, without its last bytes."""
+    nodes = [NodeRecord(id=1, name=2, zone=10, role=4), NodeRecord(id=2, name=17, level=10, zone=9_999)]
+    edges = [
+        EdgeRecord(id=7, first_curve=0, curves=2, orientation=2, orientation_angle=1.5, level=10),
+        EdgeRecord(id=8, first_curve=2, curves=1, name=2),
+    ]
+    curves = [line(0.0), line(3.0), line(6.0)]
+    types = [RobotTypeRecord(name=b"tug", max_rotation_speed=0.5)]
+    sections = [b"".join(bytes(record) for record in records) for records in (nodes, edges, curves, types)]
+    payload = b"".join(padded(section) for section in [*sections, TEXTS])
+    header = WorldHeader(run_id=5, revision=2, nodes=2, edges=2, curves=3, robot_types=1, text_bytes=len(TEXTS))
+    header.origin[:] = (3.5e6, -5.25e6)
+    data = np.frombuffer(payload[: len(payload) - cut], np.uint8)
+    return SimpleNamespace(header=header, payload=data, elements=len(data) // BYTES_PER_LINE)
+
+
+def test_a_world_has_texts_curves_and_an_origin() -> None:
+    world = world_of(sample())
+    assert world.origin == (3.5e6, -5.25e6) and (world.run_id, world.revision) == (5, 2)
+    assert world.nodes["name"].tolist() == ["dock 1", ""], "the second one's text is shorter than its length"
+    assert world.nodes["level"].tolist() == ["", "grün"]
+    assert world.nodes["zone"].tolist() == ["grün", ""], "there is no text at the second one's offset"
+    assert world.nodes["role"].tolist() == [regatta.NodeRole.CHARGE, regatta.NodeRole.NONE]
+    assert world.edges["name"].tolist() == ["", "dock 1"] and world.edges["level"].tolist() == ["grün", ""]
+    assert world.edges["orientation"].tolist() == [Orientation.FIXED, Orientation.TANGENTIAL]
+    assert world.robot_types["name"].tolist() == ["tug"] and world.robot_types["max_rotation_speed"][0] == 0.5
+
+
+def test_each_edge_has_its_curves() -> None:
+    world = world_of(sample())
+    assert world.curves.shape == (3, 4, 2)
+    assert world.curves_of(0)[:, :, 0].tolist() == [[0.0, 1.0, 2.0, 3.0], [3.0, 4.0, 5.0, 6.0]]
+    assert world.curves_of(1)[:, 0].tolist() == [[6.0, 1.0]]
+
+
+def test_a_world_that_is_too_short_is_an_error() -> None:
+    with pytest.raises(regatta.ReadError, match="shorter than its header"):
+        world_of(sample(cut=BYTES_PER_LINE))
