@@ -26,6 +26,10 @@ use super::layout::Layout;
 use super::read::ReadOptions;
 use super::route_graph::RouteGraph;
 
+/// The largest number of bytes of a name that many nodes and edges share, or that is part of their ids: of a level, a block, a
+/// column. A small file with a longer one could take all memory.
+const MAX_NAME: usize = 100;
+
 /// A format of route graphs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Format {

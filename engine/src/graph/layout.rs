@@ -11,6 +11,7 @@ use super::finding::{Report, Subject};
 use super::item::{RawCurve, RawEdge, RawNode, RawStation};
 use super::path::Path;
 use super::tags::{Orientation, Role, Rotation, Tags};
+use super::value::shorten;
 use super::yaml::RawGraph;
 
 /// Everything that a reader understands of a file. Numbers need not be in range, nor ids unique or known.
@@ -123,7 +124,11 @@ impl Numbering {
         for (index, (at, id)) in ids.enumerate() {
             let number = numbers.as_ref().map_or(index as u32 + 1, |numbers| numbers[index]);
             if by_id.insert(id.to_owned(), number).is_some() && numbers.is_none() {
-                report.error(at, Subject::File, format!("{kind} `{id}` is given twice: give each a unique id"));
+                report.error(
+                    at,
+                    Subject::File,
+                    format!("{kind} `{}` is given twice: give each a unique id", shorten(id)),
+                );
             }
         }
         Self { by_id, numbers }
@@ -194,8 +199,8 @@ fn raw_edge(edge: LayoutEdge, number: Number, nodes: &BTreeMap<String, u32>, rep
     let mut end = |id: &str, which: &str| {
         let found = nodes.get(id).copied();
         if found.is_none() {
-            let message =
-                format!("edge `{}` {which} node `{id}`, which doesn't exist: add it or correct the id", edge.id);
+            let (name, node) = (shorten(&edge.id), shorten(id));
+            let message = format!("edge `{name}` {which} node `{node}`, which doesn't exist: add it or correct the id");
             report.error(edge.at, Subject::File, message);
         }
         found
@@ -221,7 +226,8 @@ fn raw_edge(edge: LayoutEdge, number: Number, nodes: &BTreeMap<String, u32>, rep
 
 fn raw_station(station: LayoutStation, nodes: &BTreeMap<String, u32>, report: &mut Report<'_>) -> RawStation {
     for id in station.nodes.iter().filter(|id| !nodes.contains_key(*id)) {
-        let message = format!("station `{}` names node `{id}`, which doesn't exist: ignored", station.name);
+        let (name, node) = (shorten(&station.name), shorten(id));
+        let message = format!("station `{name}` names node `{node}`, which doesn't exist: ignored");
         report.warning(station.at, Subject::File, message);
     }
     RawStation {
@@ -238,7 +244,8 @@ fn warn_of_unknown_speeds(edges: &[LayoutEdge], report: &mut Report<'_>) {
     let mut unknown = edges.iter().filter(|edge| edge.speed.is_none());
     let Some(first) = unknown.next() else { return };
     let others = unknown.count();
-    let who = if others == 0 { format!("edge `{}` has", first.id) } else { format!("{} edges have", others + 1) };
+    let who =
+        if others == 0 { format!("edge `{}` has", shorten(&first.id)) } else { format!("{} edges have", others + 1) };
     let message = format!("{who} no speed limit: {DEFAULT_SPEED} m/s is used; robot types limit it further");
     report.warning(first.at, Subject::File, message);
 }

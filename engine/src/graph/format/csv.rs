@@ -13,7 +13,7 @@ use glam::DVec2;
 
 use self::columns::Columns;
 use self::rows::{EdgeRow, Row};
-use super::{Ignored, Source, SyntaxError};
+use super::{Ignored, MAX_NAME, Source, SyntaxError};
 use crate::graph::bezier::CubicBezier;
 use crate::graph::finding::{Report, Subject};
 use crate::graph::layout::{Layout, LayoutEdge, LayoutNode, Shape};
@@ -105,6 +105,12 @@ impl Reader<'_, '_> {
                 continue;
             }
             if let Some(header) = Columns::of_header(record.iter()) {
+                if let Some(column) = header.list.iter().find(|column| column.name.len() > MAX_NAME) {
+                    let name = shorten(&column.name);
+                    let message =
+                        format!("the name of the column `{name}` is longer than {MAX_NAME} bytes: shorten it");
+                    return Err(self.syntax(place.line, &message));
+                }
                 columns = Some(header);
                 continue;
             }

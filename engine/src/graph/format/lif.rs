@@ -17,7 +17,7 @@ use std::collections::BTreeMap;
 
 use serde_json::value::RawValue;
 
-use super::{Source, SyntaxError};
+use super::{MAX_NAME, Source, SyntaxError};
 use crate::graph::finding::Report;
 use crate::graph::layout::Layout;
 use crate::graph::read::ReadOptions;
@@ -97,7 +97,13 @@ fn check_version<'text>(meta: Raw<'text>, context: &mut Context<'_, 'text>) {
 impl<'text> Sheet<'text> {
     fn parse(raw: Raw<'text>, context: &mut Context<'_, 'text>) -> Option<Self> {
         let mut layout = Object::parse(raw, "a layout", context)?;
-        let names = ["layoutId", "layoutName", "layoutLevelId"].map(|key| layout.take_text(key, context));
+        let names = ["layoutId", "layoutName", "layoutLevelId"].map(|key| {
+            let name = layout.take_text(key, context)?;
+            if name.len() > MAX_NAME {
+                context.error(layout.at, format!("`{key}` of a layout is longer than {MAX_NAME} bytes: shorten it"));
+            }
+            Some(name).filter(|name| name.len() <= MAX_NAME)
+        });
         let [nodes, edges, stations] = ["nodes", "edges", "stations"].map(|key| layout.take_list(key, context));
         for key in ["layoutVersion", "layoutDescription"] {
             layout.take(key);

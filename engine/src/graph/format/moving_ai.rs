@@ -113,14 +113,16 @@ struct Grid {
     height: usize,
     /// `row × width + column` of each free cell, ascending, with its byte offset.
     free: Vec<(usize, u32)>,
-    /// Whether a cell is free, by `row × width + column`; cells after the last row of the text are absent.
+    /// Whether a cell is free, row by row. The cells that the text lacks are absent: they may be many.
     is_free: Vec<bool>,
+    /// By row: the index of its first cell in `is_free`.
+    starts: Vec<usize>,
 }
 
 impl Grid {
     fn read(header: Header, text: &str, report: &mut Report<'_>) -> Result<Self, SyntaxError> {
         let Header { width, height, cells_at, .. } = header;
-        let mut grid = Self { width, height, free: Vec::new(), is_free: Vec::new() };
+        let mut grid = Self { width, height, free: Vec::new(), is_free: Vec::new(), starts: Vec::new() };
         let mut ignored = Ignored::default();
         let mut at = cells_at;
         let mut rows = 0;
@@ -147,26 +149,29 @@ impl Grid {
 
     /// Reads a row that starts at a byte offset. Cells that it lacks are blocked.
     fn read_row(&mut self, row: &str, at: usize, ignored: &mut Ignored) {
-        let start = self.is_free.len();
-        for (offset, cell) in row.char_indices().take(self.width) {
-            if is_free(cell, at + offset, ignored) {
-                self.free.push((self.is_free.len(), (at + offset) as u32));
+        let (start, first) = (self.is_free.len(), self.starts.len() * self.width);
+        for (column, (offset, cell)) in row.char_indices().take(self.width).enumerate() {
+            let is_free = is_free(cell, at + offset, ignored);
+            if is_free {
+                self.free.push((first + column, (at + offset) as u32));
             }
-            self.is_free.push(self.free.last().is_some_and(|&(last, _)| last == self.is_free.len()));
+            self.is_free.push(is_free);
         }
+        self.starts.push(start);
         if self.is_free.len() < start + self.width {
             ignored.add(at as u32, "a row that is shorter than the map, whose missing cells count as blocked");
         } else if row.trim_end().chars().nth(self.width).is_some() {
             ignored.add(at as u32, "cells beyond the width of the map");
         }
-        self.is_free.resize(start + self.width, false);
     }
 
     /// Returns a free cell's free neighbour.
     fn neighbour(&self, cell: usize, [columns, rows]: [isize; 2]) -> Option<usize> {
         let column = (cell % self.width).checked_add_signed(columns).filter(|&column| column < self.width)?;
         let row = (cell / self.width).checked_add_signed(rows)?;
-        Some(row * self.width + column).filter(|&cell| self.is_free.get(cell) == Some(&true))
+        let end = self.starts.get(row + 1).copied().unwrap_or(self.is_free.len());
+        let index = self.starts.get(row)? + column;
+        (index < end && self.is_free[index]).then_some(row * self.width + column)
     }
 }
 

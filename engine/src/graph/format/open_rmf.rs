@@ -19,15 +19,12 @@ use crate::graph::layout::Layout;
 use crate::graph::read::ReadOptions;
 use crate::graph::value::shorten;
 
-use super::{Ignored, Source, SyntaxError};
+use super::{Ignored, MAX_NAME, Source, SyntaxError};
 use model::{Building, Lane, Level, Vertex};
 use tree::{Content, Tree};
 
 /// Keys of the file that say nothing about the graph: positions are in metres whatever the coordinate system.
 const FILE_KEYS: [&str; 6] = ["building_name", "levels", "doors", "lifts", "crs_name", "offset"];
-
-/// The largest number of bytes of a level's name, which is part of every id.
-const MAX_NAME: usize = 100;
 
 /// Reads a navigation graph.
 pub(super) fn read<'text>(

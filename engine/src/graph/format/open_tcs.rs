@@ -18,7 +18,7 @@ use glam::DVec2;
 use self::drawing::Drawing;
 use self::element::Element;
 pub use self::write::write;
-use super::{Ignored, Source, SyntaxError};
+use super::{Ignored, MAX_NAME, Source, SyntaxError};
 use crate::graph::bezier::CubicBezier;
 use crate::graph::finding::{Report, Subject};
 use crate::graph::layout::{Layout, LayoutEdge, LayoutNode, Shape};
@@ -28,6 +28,9 @@ use crate::graph::value::shorten;
 
 /// The start of the names of properties that our writer adds.
 const OWN: &str = "regatta:";
+
+/// The largest number of blocks of a point, path or location that are listed.
+const MAX_BLOCKS: usize = 20;
 
 type Properties = BTreeMap<Box<str>, Box<str>>;
 
@@ -50,7 +53,7 @@ pub(super) fn read<'text>(
     if options.level.is_some() {
         report.warning(0, Subject::File, "plant models of openTCS have no levels: all of it is read");
     }
-    let mut reader = Reader { ignored, report, drawing: Drawing::default() };
+    let mut reader = Reader { ignored, report, drawing: Drawing::default(), inherited: 0 };
     reader.version(&mut model);
     reader.drawing = Drawing::read(&mut model, &mut reader.ignored);
     let layout = reader.layout(&mut model);
@@ -68,6 +71,8 @@ struct Reader<'r, 'text> {
     ignored: Ignored,
     report: &'r mut Report<'text>,
     drawing: Drawing,
+    /// The bytes that locations have got from their types.
+    inherited: usize,
 }
 
 /// The id and the name that our writer has given as properties.
@@ -237,9 +242,24 @@ impl Reader<'_, '_> {
         let mut blocks = Blocks::default();
         for mut element in model.take_children("block") {
             let (name, kind) = (element.take_text("name"), element.take_text("type"));
+            if name.len().max(kind.len()) > MAX_NAME {
+                let message = format!(
+                    "block `{}` has a name or a type of more than {MAX_NAME} bytes: shorten it",
+                    shorten(&name)
+                );
+                self.report.error(element.at, Subject::File, message);
+                continue;
+            }
             for mut member in element.take_children("member") {
-                let member = member.take_text("name");
-                blocks.by_member.entry(member).or_default().push(blocks.names.len());
+                let indices = blocks.by_member.entry(member.take_text("name")).or_default();
+                if indices.last() == Some(&blocks.names.len()) {
+                    continue;
+                }
+                if indices.len() < MAX_BLOCKS {
+                    indices.push(blocks.names.len());
+                } else {
+                    self.ignored.add(element.at, format!("block whose member is in {MAX_BLOCKS} others"));
+                }
             }
             blocks.names.push((name, kind));
             for property in self.properties(&mut element, "a block").into_keys() {
@@ -256,7 +276,7 @@ impl Reader<'_, '_> {
 struct Blocks {
     /// Names and types.
     names: Vec<(String, String)>,
-    /// The indices of the blocks of a point, path or location.
+    /// The indices of the first blocks of a point, path or location.
     by_member: BTreeMap<String, Vec<usize>>,
 }
 

@@ -124,6 +124,15 @@ fn mistakes_are_reported() {
     }
 }
 
+#[test]
+fn long_names_of_columns_are_refused() {
+    let name = "n".repeat(101);
+    let text = format!("id,x,y,{name}\n1,0,0,a\n2,1,0,b\n\nfrom,to\n1,2\n");
+    let error = error(&text);
+    assert!(error.contains("map.csv:1:") && error.contains("is longer than 100 bytes"), "{error}");
+    graph(&text.replace(&name, &name[1..]));
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(if cfg!(miri) { 2 } else { 256 }))]
 

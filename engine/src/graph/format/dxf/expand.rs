@@ -70,6 +70,10 @@ impl<'a> Expander<'a> {
 
     fn entity(&mut self, entity: &'a Entity, place: Place<'a>) {
         self.steps += 1;
+        // Those in blocks may be read many times.
+        if place.depth > 0 {
+            self.steps += size(&entity.specific);
+        }
         if self.is_full() {
             return;
         }
@@ -102,6 +106,7 @@ impl<'a> Expander<'a> {
 
     /// Adds a curve in the units of its place.
     fn push(&mut self, mut cubics: Vec<CubicBezier>, layer: &str, place: Place<'_>) {
+        self.cubics += cubics.len();
         for cubic in &mut cubics {
             cubic.control_points = cubic.control_points.map(|point| place.to_metres.transform_point2(point));
         }
@@ -109,7 +114,6 @@ impl<'a> Expander<'a> {
         if !points.all(|point| point.is_finite() && point.abs().max_element() <= MAX_COORDINATE) {
             self.ignored.add(place.at, "entity further than 10,000 km from (0, 0)");
         } else if !cubics.is_empty() {
-            self.cubics += cubics.len();
             self.curves.push(Curve { at: place.at, layer: layer.to_owned(), cubics });
         }
     }
@@ -203,6 +207,16 @@ impl<'a> Expander<'a> {
                 return;
             }
         }
+    }
+}
+
+/// Returns the number of points of an entity, which take as long as so many entities.
+fn size(entity: &EntityType) -> usize {
+    match entity {
+        EntityType::LwPolyline(line) => line.vertices.len(),
+        EntityType::Polyline(line) => line.vertices().count(),
+        EntityType::Spline(spline) => spline.control_points.len(),
+        _ => 0,
     }
 }
 

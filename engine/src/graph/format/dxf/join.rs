@@ -127,20 +127,25 @@ impl Network {
     /// Adds the parts of a link between nodes at its cubics' parameters.
     fn split(&mut self, link: Link, mut splits: Vec<(usize, f64, usize)>) {
         splits.sort_by(|a, b| (a.0, a.1).partial_cmp(&(b.0, b.1)).unwrap_or(std::cmp::Ordering::Equal));
-        let (mut from, mut rest) = (link.from, link.curve.cubics);
-        // The cubics and the part of the first of them that have been cut off.
-        let (mut cut_cubics, mut cut_part) = (0, 0.0);
-        for (cubic, parameter, node) in splits {
-            let part = if cubic == cut_cubics { (parameter - cut_part) / (1.0 - cut_part) } else { parameter };
-            if node == from || !(0.0..=1.0).contains(&part) {
-                continue;
+        let Link { mut from, to, curve: Curve { at, layer, cubics } } = link;
+        let mut splits = splits.into_iter().peekable();
+        // The cubics since the last split.
+        let mut part = Vec::new();
+        for (index, mut rest) in cubics.into_iter().enumerate() {
+            let mut cut_at = 0.0;
+            while let Some((_, parameter, node)) = splits.next_if(|(cubic, ..)| *cubic == index) {
+                let share = (parameter - cut_at) / (1.0 - cut_at);
+                if node == from || !(0.0..=1.0).contains(&share) {
+                    continue;
+                }
+                let (before, after) = halves(&rest, share);
+                part.push(before);
+                self.push(from, node, std::mem::take(&mut part), &layer, at);
+                (from, rest, cut_at) = (node, after, parameter);
             }
-            let after = cut(&mut rest, cubic - cut_cubics, part);
-            let before = std::mem::replace(&mut rest, after);
-            self.push(from, node, before, &link.curve.layer, link.curve.at);
-            (from, cut_cubics, cut_part) = (node, cubic, parameter);
+            part.push(rest);
         }
-        self.push(from, link.to, rest, &link.curve.layer, link.curve.at);
+        self.push(from, to, part, &layer, at);
     }
 
     fn push(&mut self, from: usize, to: usize, mut cubics: Vec<CubicBezier>, layer: &str, at: u32) {
@@ -190,17 +195,6 @@ fn move_ends(cubics: &mut [CubicBezier], start: DVec2, end: DVec2) {
     }
 }
 
-/// Cuts a curve at a parameter of one of its cubics, and returns the part after it.
-fn cut(cubics: &mut Vec<CubicBezier>, index: usize, parameter: f64) -> Vec<CubicBezier> {
-    let mut after = cubics.split_off(index + 1);
-    if let Some(last) = cubics.last_mut() {
-        let (left, right) = halves(last, parameter);
-        *last = left;
-        after.insert(0, right);
-    }
-    after
-}
-
 /// Splits a cubic by de Casteljau's scheme.
 fn halves(cubic: &CubicBezier, parameter: f64) -> (CubicBezier, CubicBezier) {
     let [a, b, c, d] = cubic.control_points;
@@ -248,17 +242,23 @@ impl NodeIndex {
         let reach = NEAR.min(self.size / 2.0);
         let mut found: BTreeMap<usize, Nearest> = BTreeMap::new();
         for (cubic, content) in link.curve.cubics.iter().enumerate() {
-            for (from, to) in chords(content, self.size) {
+            let (count, bend) = chords(content, self.size, nodes.len());
+            let parameter = |index: u32| f64::from(index) / f64::from(count);
+            for (from, to) in (0..count).map(|index| (parameter(index), parameter(index + 1))) {
                 let (start, end) = (content.position(from), content.position(to));
-                // The curve is outside the box of its chord by less than the chord's length.
-                let margin = reach + if is_straight(std::slice::from_ref(content)) { 0.0 } else { self.size / 4.0 };
-                let cells = cells(start.min(end) - margin, start.max(end) + margin, self.size);
-                for &node in cells.filter_map(|cell| self.nodes.get(&cell)).flatten() {
-                    self.comparisons += 1;
-                    if node == link.from || node == link.to || self.comparisons > MAX_COMPARISONS {
+                let margin = reach + bend;
+                let candidates = self.candidates(start.min(end) - margin, start.max(end) + margin, nodes.len());
+                // Chords without candidates take time too.
+                self.comparisons += 1 + candidates.len() as u64;
+                if self.comparisons > MAX_COMPARISONS {
+                    return found.into_iter().collect();
+                }
+                for node in candidates.into_iter().filter(|&node| node != link.from && node != link.to) {
+                    let point = nodes[node].0;
+                    if distance_to_chord(point, start, end).1 > margin {
                         continue;
                     }
-                    let (parameter, distance) = nearest(content, nodes[node].0, from, to);
+                    let (parameter, distance) = nearest(content, point, from, to);
                     let known = found.get(&node).is_none_or(|known| distance < known.distance);
                     if known && distance <= reach {
                         found.insert(node, Nearest { cubic, parameter, distance });
@@ -266,27 +266,43 @@ impl NodeIndex {
                 }
             }
         }
-        let mut found: Vec<_> = found.into_iter().collect();
-        found.sort_by_key(|&(node, _)| node);
-        found
+        found.into_iter().collect()
+    }
+
+    /// Returns the nodes in the cells between two corners; all of `count` nodes where these cells are more, as along a line
+    /// that is much longer than the rest of the drawing.
+    fn candidates(&self, min: DVec2, max: DVec2, count: usize) -> Vec<usize> {
+        let sides = (max / self.size).floor() - (min / self.size).floor() + 1.0;
+        if sides.x * sides.y > count as f64 {
+            return (0..count).collect();
+        }
+        cells(min, max, self.size).filter_map(|cell| self.nodes.get(&cell)).flatten().copied().collect()
     }
 }
 
-/// Returns intervals of a cubic with chords of at most about a length.
-fn chords(cubic: &CubicBezier, length: f64) -> impl Iterator<Item = (f64, f64)> {
-    let least = if is_straight(std::slice::from_ref(cubic)) { 1.0 } else { f64::from(INTERVALS) };
+/// Returns the number of equal intervals of a cubic whose chords have at most about a length, and the largest distance of
+/// the curve from its chords. There are not many more chords than nodes, since each is compared with some nodes.
+fn chords(cubic: &CubicBezier, length: f64, nodes: usize) -> (u32, f64) {
+    let is_straight = is_straight(std::slice::from_ref(cubic));
+    let least = if is_straight { 1.0 } else { f64::from(INTERVALS) };
     let [a, b, c, d] = cubic.control_points;
     let polygon = a.distance(b) + b.distance(c) + c.distance(d);
     // A cubic is at most three times as fast as a straight segment of the length of its control polygon.
-    let count = (3.0 * polygon / length).ceil().clamp(least, 1e4) as u32;
-    (0..count).map(move |index| (f64::from(index) / f64::from(count), f64::from(index + 1) / f64::from(count)))
+    let count = (3.0 * polygon / length).ceil().clamp(least, (nodes as f64).clamp(64.0, 1e4));
+    // |p''| is at most six times that length, and the distance |p''| / 8 for the whole curve.
+    (count as u32, if is_straight { 0.0 } else { 0.75 * polygon / (count * count) })
+}
+
+/// Returns the fraction of a chord at which it is nearest to a point, and the distance there.
+fn distance_to_chord(point: DVec2, start: DVec2, end: DVec2) -> (f64, f64) {
+    let chord = end - start;
+    let fraction = ((point - start).dot(chord) / chord.length_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
+    (fraction, point.distance(start + chord * fraction))
 }
 
 /// Returns the parameter in an interval where a cubic is nearest to a point, and the distance there.
 fn nearest(cubic: &CubicBezier, point: DVec2, from: f64, to: f64) -> (f64, f64) {
-    let (start, end) = (cubic.position(from), cubic.position(to));
-    let chord = end - start;
-    let fraction = ((point - start).dot(chord) / chord.length_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
+    let (fraction, _) = distance_to_chord(point, cubic.position(from), cubic.position(to));
     let mut parameter = from + (to - from) * fraction;
     for _ in 0..4 {
         let tangent = cubic.tangent(parameter, Side::After);

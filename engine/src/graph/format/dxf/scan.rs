@@ -13,6 +13,9 @@ use crate::graph::finding::{Report, Subject};
 /// The largest number of entities, vertices of old polylines included: each takes about a kilobyte.
 const MAX_ENTITIES: usize = 500_000;
 
+/// The largest number of bytes of the name of a layer or a block, as in AutoCAD: each line has a copy of it.
+const MAX_NAME: usize = 255;
+
 /// What the scanner finds in a file.
 #[derive(Debug, Default)]
 pub struct Scan {
@@ -210,6 +213,7 @@ impl<'a, 'text> Scanner<'a, 'text> {
         let Pair { code, value, .. } = pair;
         let Some(expected) = used(self.kind, code) else { return };
         let copy = match expected {
+            Value::Text if value.len() > MAX_NAME => return self.wrong(pair, "a name of at most 255 bytes"),
             Value::Text => escaped(value),
             Value::Whole => match value.parse::<f64>().ok().filter(|number| number.abs() <= f64::from(i16::MAX)) {
                 Some(number) => (number as i16).to_string(),

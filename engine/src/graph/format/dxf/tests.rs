@@ -236,6 +236,57 @@ fn nested_blocks_are_bounded() {
 }
 
 #[test]
+fn curves_in_blocks_are_bounded_by_their_points() {
+    let insert = "0 INSERT 2 B 70 32000 71 32000";
+    let end = "0 ENDBLK 0 ENDSEC 0 SECTION 2 ENTITIES";
+    // Each fails, or is left out as too far away, after it has been read.
+    let knots: String = (0..2002).map(|knot| format!(" 40 {knot}")).collect();
+    let spline = format!("0 SPLINE 71 1{knots}{}", " 10 2e7 20 1 10 3e7 20 1".repeat(1000));
+    for entity in [&spline, &spline.replace("71 1", "71 9"), &format!("0 LWPOLYLINE{}", " 10 1 20 1".repeat(2000))] {
+        let text = format!("0 SECTION 2 BLOCKS 0 BLOCK 2 B {entity} {end} {insert}").replace(' ', "\n");
+        let error = parse(&text, "t.dxf", &metres(&[])).expect_err("too much");
+        assert!(error.to_string().contains("too many entities"), "{error}");
+    }
+}
+
+#[test]
+fn long_names_are_refused() {
+    let name = "n".repeat(256);
+    let error = |text: &str| parse(text, "t.dxf", &metres(&[])).expect_err("a long name").to_string();
+    assert!(error(&drawing(&[&line([0.0, 0.0], [1.0, 0.0], &name)])).contains("isn't a name of at most 255 bytes"));
+    let (graph, _) = graph(&drawing(&[&line([0.0, 0.0], [1.0, 0.0], &name[1..])]), &metres(&[]));
+    assert_eq!(graph.edges()[0].tags.as_ref().expect("tags").properties["layer"].as_ref(), &name[1..]);
+}
+
+#[test]
+fn curves_that_are_much_longer_than_the_rest_take_no_longer() {
+    let short = |x: f64| line([x, 0.0], [x, 1.0], "0");
+    let mut entities: Vec<String> = (0..200).map(|index| short(f64::from(index) * 0.002)).collect();
+    entities.push(line([0.0, 0.0], [7000.0, 7000.0], "0"));
+    entities.push(line([-7000.0, 0.5], [7000.0, 0.5], "0"));
+    let (graph, _) = graph(&drawing(&entities.iter().map(String::as_str).collect::<Vec<_>>()), &metres(&[]));
+    // The long ones cross the others, whose ends they don't touch; one starts at an end.
+    assert_eq!((graph.nodes().len(), graph.edges().len()), (2 * 200 + 3, 2 * 202));
+    // A circle whose only node is where it starts and ends.
+    let circle = parse(&drawing(&["0 ARC 10 0 20 0 40 5000"]), "t.dxf", &metres(&[])).expect_err("a loop");
+    assert!(circle.to_string().contains("starts and ends at the same node"), "{circle}");
+}
+
+#[test]
+fn a_curve_of_many_parts_is_split_at_each() {
+    let count = 3000;
+    let knots: String = (0..count + 2).map(|knot| format!(" 40 {knot}")).collect();
+    let points: String = (0..count).map(|index| format!(" 10 {index} 20 {}", index % 2)).collect();
+    let mut entities = vec![format!("0 SPLINE 71 1{knots}{points}")];
+    entities
+        .extend((0..count - 1).map(|index| line([f64::from(index) + 0.5, 0.5], [f64::from(index) + 0.5, -9.0], "0")));
+    let (graph, messages) = graph(&drawing(&entities.iter().map(String::as_str).collect::<Vec<_>>()), &metres(&[]));
+    assert_eq!(graph.edges().len(), 2 * (count as usize + count as usize - 1), "{messages}");
+    let corner = &graph.edges()[2].path;
+    assert_eq!((corner.start(), corner.end(), corner.cubic_count()), (DVec2::new(0.5, 0.5), DVec2::new(1.5, 0.5), 2));
+}
+
+#[test]
 fn arcs_stay_within_a_micrometre() {
     for radius in [0.1, 1.0, 30.0, 1000.0] {
         let arc = EllipticArc::circular(DVec2::ZERO, radius, 0.3, 4.0);

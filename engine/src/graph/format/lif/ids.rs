@@ -7,7 +7,7 @@ use super::object::{Raw, plain};
 
 /// The ids of the nodes, edges or stations of all layouts.
 pub(super) struct Ids {
-    /// By id: the indices of the layouts that have it.
+    /// By id: the indices of the layouts that have it, ascending.
     homes: BTreeMap<String, Vec<usize>>,
     /// By layout: its unique name.
     prefixes: Vec<String>,
@@ -46,14 +46,14 @@ impl Ids {
 
     /// Returns the unique id for an id of a layout.
     pub fn unique(&self, id: String, layout: usize) -> String {
-        let is_shared = self.homes.get(&id).is_some_and(|homes| self.read(homes).count() > 1);
+        let is_shared = self.homes.get(&id).is_some_and(|homes| self.read(homes).nth(1).is_some());
         if is_shared { format!("{}/{id}", self.prefixes[layout]) } else { id }
     }
 
     /// Looks up what an id means in a layout: something of that layout if it has that id, else of another.
     pub fn resolve(&self, id: String, layout: usize) -> Target {
         let homes = self.homes.get(&id).map(Vec::as_slice).unwrap_or_default();
-        let home = if homes.contains(&layout) { Some(layout) } else { self.read(homes).next() };
+        let home = if homes.binary_search(&layout).is_ok() { Some(layout) } else { self.read(homes).next() };
         match home {
             Some(home) => Target::Known(self.unique(id, home)),
             None if homes.is_empty() => Target::Known(id),
@@ -63,7 +63,7 @@ impl Ids {
 
     /// Returns the first id that several layouts have, and the number of such ids.
     pub fn shared(&self) -> Option<(&str, usize)> {
-        let mut shared = self.homes.iter().filter(|(_, homes)| self.read(homes).count() > 1);
+        let mut shared = self.homes.iter().filter(|(_, homes)| self.read(homes).nth(1).is_some());
         let (first, _) = shared.next()?;
         Some((first, 1 + shared.count()))
     }

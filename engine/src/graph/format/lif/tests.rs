@@ -291,6 +291,30 @@ fn files_of_no_use_say_what_to_do() {
     }
 }
 
+#[test]
+fn long_names_of_layouts_are_refused() {
+    let name = "n".repeat(101);
+    for key in ["layoutId", "layoutName", "layoutLevelId"] {
+        let text = one_edge("").replace("\"layoutId\": \"L\"", &format!("\"{key}\": \"{name}\""));
+        let found = errors(&text, &options());
+        assert!(found.contains(&format!("`{key}` of a layout is longer than 100 bytes")), "{found}");
+        read(&text.replace(&name, &name[1..]));
+    }
+}
+
+#[test]
+fn messages_have_only_the_start_of_long_ids() {
+    let long = "i".repeat(1000);
+    let edges = [edge("e", ["1", &long], "")];
+    let text = file(&[layout("\"layoutId\": \"L\"", &[node("1", 0.0, 0.0, "")], &edges)]);
+    let found = errors(&text, &options());
+    assert!(found.contains("ends at node `iiii") && found.len() < 300, "{found}");
+    let station = format!(r#""stations": [{{"stationId": "{long}", "interactionNodeIds": ["7"]}}], "nodes""#);
+    let (_, findings) = read(&one_edge("").replacen("\"nodes\"", &station, 1));
+    let messages = messages(&findings);
+    assert!(messages.contains("names node `7`, which doesn't exist") && messages.len() < 600, "{messages}");
+}
+
 proptest! {
     #[test]
     fn damaged_files_never_panic(

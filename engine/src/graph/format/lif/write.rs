@@ -57,7 +57,7 @@ struct Sheet {
 /// What is needed to write nodes, edges and stations.
 struct Writer<'a> {
     graph: &'a RouteGraph,
-    names: Names<'a>,
+    names: Names,
     losses: Losses,
     /// By level.
     sheets: BTreeMap<Option<&'a str>, Sheet>,

@@ -77,6 +77,17 @@ fn texts_that_are_no_maps_are_refused() {
 }
 
 #[test]
+fn cells_that_the_text_lacks_take_no_memory() {
+    let text = format!("type octile\nheight 65536\nwidth 65536\nmap\n{}.\n.@\n..", "\n".repeat(65_533));
+    let (map, findings) = graph(&text);
+    let ids: Vec<u32> = map.nodes().iter().map(|node| node.id).collect();
+    let last = 65_535 * 65_536;
+    assert_eq!(ids, [last - 2 * 65_536, last - 65_536, last, last + 1]);
+    assert_eq!(map.edges().len(), 6);
+    assert!(messages(&findings).contains("whose missing cells count as blocked: not used (65536 times)"));
+}
+
+#[test]
 fn a_scenario_has_a_route_for_each_pair() {
     let entries = scen(&sample("random-32-32-10-random-1.scen")).expect("a scenario");
     assert_eq!((entries[0].start, entries[0].goal, entries[0].size), ([11, 6], [7, 18], Some([32, 32])));

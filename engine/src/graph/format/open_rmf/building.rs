@@ -17,7 +17,7 @@ use crate::graph::value::shorten;
 
 use super::model::{Building, Lane, Level, Vertex};
 use super::tree::Tree;
-use super::{Ignored, Reader, Source, SyntaxError, ignore_unknown, levels, plain};
+use super::{Ignored, MAX_NAME, Reader, Source, SyntaxError, ignore_unknown, levels, plain};
 use transform::{CoordinateSystem, Transforms};
 
 /// Keys of the file that are used, or that say nothing about the graph.
@@ -114,7 +114,7 @@ impl<'a, 'text> Points<'a, 'text> {
             if let Some(ends) = reader.ends(tree, level.vertices.len(), "lane") {
                 let properties = tree.items().get(2).map(|map| reader.properties(map, "a lane")).unwrap_or_default();
                 let lane = Lane { at: tree.at, index, is_reverse: false, ends, properties };
-                level.lanes.extend(with_docks(lane, &level.vertices));
+                level.lanes.extend(with_docks(lane, &level.vertices, reader.ignored));
             }
         }
         level
@@ -147,13 +147,16 @@ impl<'a, 'text> Points<'a, 'text> {
 }
 
 /// Returns the directions of a lane, with the docks at its ends, as the generator does.
-fn with_docks(mut lane: Lane, vertices: &[Vertex]) -> Vec<Lane> {
+fn with_docks(mut lane: Lane, vertices: &[Vertex], ignored: &mut Ignored) -> Vec<Lane> {
     let orientation = lane.properties.remove("orientation");
     lane.properties.extend(orientation.map(|value| ("orientation_constraint".to_owned(), value)));
     let is_bidirectional = lane.properties.remove("bidirectional").is_some_and(|value| is_true(&value));
     for (end, key) in lane.ends.into_iter().zip(["undock_name", "dock_name"]) {
-        if let Some(dock) = vertices.get(end).and_then(|vertex| vertex.properties.get("dock_name")) {
-            lane.properties.insert(key.to_owned(), dock.clone());
+        match vertices.get(end).and_then(|vertex| vertex.properties.get("dock_name")) {
+            Some(dock) if dock.len() > MAX_NAME => {
+                ignored.add(lane.at, format!("dock with a name of more than {MAX_NAME} bytes"));
+            }
+            dock => lane.properties.extend(dock.map(|dock| (key.to_owned(), dock.clone()))),
         }
     }
     if is_bidirectional { vec![lane.reversed(), lane].into_iter().rev().collect() } else { vec![lane] }

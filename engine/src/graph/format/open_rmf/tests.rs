@@ -246,6 +246,36 @@ fn broken_files_say_what_to_do() {
     }
 }
 
+#[test]
+fn long_names_are_not_copied() {
+    let long = "n".repeat(101);
+    let text =
+        format!("levels:\n  A:\n    vertices: [[0, 1, {{name: {long}}}], [3, 4, {{}}]]\n    lanes: [[0, 1, {{}}]]\n");
+    let (layout, _) = layout_of(&text, None);
+    assert_eq!((layout.nodes[0].id.as_str(), layout.nodes[0].tags.name.as_deref()), ("A/0", Some(long.as_str())));
+    let (layout, _) = layout_of(&text.replace(&long, &long[1..]), None);
+    assert_eq!(layout.edges[0].origin, long[1..]);
+    let map = |name: &str| {
+        format!(
+            "coordinate_system: cartesian_meters\nlevels:\n  A:\n    vertices: [[0, 0, 0, a, {{dock_name: [1, {name}]}}], \
+             [2, 0, 0, b], [1, -1, 0, c], [1, 1, 0, d]]\n    lanes: [[0, 1, {{}}]]\n    doors: [[2, 3, {{name: [1, {name}]}}]]\n\
+             lifts:\n  {name}: {{x: 2, y: 0, width: 1, depth: 1, level_doors: {{A: [d]}}}}\n"
+        )
+    };
+    let (layout, _) = layout_of(&map(&long[1..]), None);
+    let properties = &layout.edges[0].tags.properties;
+    assert_eq!(["door_name", "undock_name"].map(|key| &*properties[key]), [&long[1..]; 2]);
+    assert_eq!(*node(&layout, "b").tags.properties["lift"], long[1..]);
+    let (layout, findings) = layout_of(&map(&long), None);
+    let properties = &layout.edges[0].tags.properties;
+    assert!(["door_name", "undock_name"].iter().all(|key| !properties.contains_key(*key)));
+    assert!(node(&layout, "b").tags.properties.is_empty());
+    let messages = messages(&findings);
+    for what in ["name of the door `n", "name of the lift `n", "dock with a name of more than 100 bytes"] {
+        assert!(messages.contains(what), "{messages}");
+    }
+}
+
 /// Reads any text in both ways: it must return.
 fn read_both(text: &str) {
     for format in [Format::OpenRmf, Format::OpenRmfBuilding] {

@@ -15,12 +15,21 @@ const WORDS: [(Role, &[&str]); 4] = [
     (Role::Park, &["park"]),
 ];
 
+/// The largest number of bytes that all locations get from their types: some large types could take much memory, once for
+/// each of their locations.
+const MAX_INHERITED: usize = 16 << 20;
+
+/// The bytes that a text takes besides its letters.
+const BYTES_PER_TEXT: usize = 64;
+
 /// A type of locations.
 #[derive(Default)]
 struct LocationType {
     operations: Vec<String>,
     peripheral_operations: Vec<String>,
     properties: Properties,
+    /// What each location of the type takes.
+    bytes: usize,
 }
 
 impl Reader<'_, '_> {
@@ -32,11 +41,13 @@ impl Reader<'_, '_> {
 
     fn location_type(&mut self, mut element: Element<'_>) -> (String, LocationType) {
         let name = element.take_text("name");
-        let kind = LocationType {
-            operations: operations(&mut element, "allowedOperation"),
-            peripheral_operations: operations(&mut element, "allowedPeripheralOperation"),
-            properties: self.properties(&mut element, "a location type"),
-        };
+        let operations = ["allowedOperation", "allowedPeripheralOperation"].map(|kind| operations(&mut element, kind));
+        let properties = self.properties(&mut element, "a location type");
+        let texts = operations.iter().flatten().map(String::len);
+        let texts = texts.chain(properties.iter().map(|(key, value)| key.len() + value.len()));
+        let bytes = texts.map(|length| length + BYTES_PER_TEXT).sum();
+        let [operations, peripheral_operations] = operations;
+        let kind = LocationType { operations, peripheral_operations, properties, bytes };
         element.ignore_rest("a location type", &mut self.ignored);
         (name, kind)
     }
@@ -52,7 +63,7 @@ impl Reader<'_, '_> {
         let has_position = element.attributes.iter().any(|(name, _)| ["positionX", "xPosition"].contains(name));
         let position = has_position.then(|| self.position(&mut element, &format!("location `{name}`")));
         let kind_name = element.take_text("type");
-        let kind = types.get(&kind_name);
+        let kind = types.get(&kind_name).filter(|kind| self.inherits(kind, at));
         let (nodes, linked) = self.links(&mut element, kind);
         let mut tags = self.tags(&mut element, "a location");
         if element.attributes.iter().any(|(name, value)| *name == "locked" && **value == *"false") {
@@ -70,6 +81,15 @@ impl Reader<'_, '_> {
         tags.set("block", block.zone.as_deref().unwrap_or_default());
         let name = take_own(&mut tags.properties, "name").map_or(name, Into::into);
         LayoutStation { at, name, role: role(&linked), nodes, position, properties: tags.properties }
+    }
+
+    /// Whether a location at a byte offset gets what its type has: not where all locations have got too much.
+    fn inherits(&mut self, kind: &LocationType, at: u32) -> bool {
+        self.inherited = self.inherited.saturating_add(kind.bytes);
+        if self.inherited > MAX_INHERITED {
+            self.ignored.add(at, "type of a location, since there are too many large types and locations");
+        }
+        self.inherited <= MAX_INHERITED
     }
 
     /// Returns the linked points, and the operations that are possible at one of them at least.

@@ -215,6 +215,32 @@ fn what_is_not_known_is_kept_or_counted() {
     }
 }
 
+#[test]
+fn long_and_many_blocks_are_bounded() {
+    let block = |name: &str| format!("<block name=\"{name}\"><member name=\"P\"/><member name=\"P\"/></block>");
+    let with = |blocks: &str| model(ONE_WAY, "").replace("<visualLayout", &format!("{blocks}<visualLayout"));
+    let (graph, findings) = graph(&with(&(0..30).map(|number| block(&format!("b{number}"))).collect::<String>()));
+    let tags = edge(&graph, "P").tags.as_ref().expect("tags");
+    assert_eq!((tags.zone.as_deref(), tags.properties["blocks"].split(", ").count()), (Some("b0"), 20));
+    let messages = messages(&findings);
+    assert!(messages.contains("block whose member is in 20 others: not used (20 times)"), "{messages}");
+    let error = parse(&with(&block(&"z".repeat(101))), "m.xml", &ReadOptions::default()).expect_err("a long name");
+    assert!(error.to_string().contains("has a name or a type of more than 100 bytes"), "{error}");
+}
+
+#[test]
+fn what_locations_get_from_their_types_is_bounded() {
+    let value = "v".repeat(20_000);
+    let property = format!("<property name=\"p\" value=\"{value}\"/><allowedOperation name=\"Load\"/>");
+    let locations: String = (0..1000).map(|number| format!("<location name=\"l{number}\" type=\"T\"/>")).collect();
+    let all = format!("<locationType name=\"T\">{property}</locationType>{locations}<visualLayout");
+    let (graph, findings) = graph(&model(ONE_WAY, "").replace("<visualLayout", &all));
+    let has = |station: &&crate::graph::Station| station.role == Role::Pick && *station.properties["p"] == *value;
+    assert_eq!((graph.stations().len(), graph.stations().iter().filter(has).count()), (1000, (16 << 20) / 20_133));
+    let messages = messages(&findings);
+    assert!(messages.contains("too many large types and locations: not used ("), "{messages}");
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(if cfg!(miri) { 2 } else { 64 }))]
 

@@ -58,22 +58,22 @@ struct Block<'graph> {
 impl<'graph> ModelWriter<'graph> {
     fn new(graph: &'graph RouteGraph) -> Self {
         // All objects of a model share one set of names.
-        let mut taken = BTreeSet::new();
+        let mut taken = Taken::default();
         let name = |tags: Option<&Tags>| tags.and_then(|tags| tags.name.as_deref()).map(str::to_owned);
         let mut points = Vec::with_capacity(graph.nodes().len());
         for node in graph.nodes() {
             let name = name(node.tags.as_deref()).unwrap_or_else(|| format!("Point-{:04}", node.id));
-            points.push(unique(name, &mut taken));
+            points.push(taken.unique(name));
         }
         let mut paths = Vec::with_capacity(graph.edges().len());
         for edge in graph.edges() {
             let [from, to] = [edge.origin, edge.destination].map(|node| &points[node.0 as usize]);
             let name = name(edge.tags.as_deref()).unwrap_or_else(|| format!("{from} --- {to}"));
-            paths.push(unique(name, &mut taken));
+            paths.push(taken.unique(name));
         }
         let mut locations = Vec::with_capacity(graph.stations().len());
         for station in graph.stations() {
-            locations.push(unique(station.name.clone(), &mut taken));
+            locations.push(taken.unique(station.name.clone()));
         }
         let blocks = blocks(graph, &points, &paths, &mut taken);
         let scale = Scale::of(graph);
@@ -302,7 +302,7 @@ fn blocks<'graph>(
     graph: &'graph RouteGraph,
     points: &[String],
     paths: &[String],
-    taken: &mut BTreeSet<String>,
+    taken: &mut Taken,
 ) -> BTreeMap<String, Block<'graph>> {
     let nodes = graph.nodes().iter().map(|node| node.tags.as_deref()).zip(points);
     let edges = graph.edges().iter().map(|edge| edge.tags.as_deref()).zip(paths);
@@ -314,15 +314,32 @@ fn blocks<'graph>(
         let block = by_zone.entry(zone).or_insert(Block { kind, members: Vec::new() });
         block.members.push(member.clone());
     }
-    by_zone.into_iter().map(|(zone, block)| (unique(zone.to_owned(), taken), block)).collect()
+    by_zone.into_iter().map(|(zone, block)| (taken.unique(zone.to_owned()), block)).collect()
 }
 
-/// Returns a name that isn't taken yet, and takes it.
-fn unique(name: String, taken: &mut BTreeSet<String>) -> String {
-    let candidates = std::iter::once(name.clone()).chain((2u64..).map(|number| format!("{name} ({number})")));
-    let free = candidates.filter(|name| !name.is_empty()).find(|name| !taken.contains(name)).unwrap_or(name);
-    taken.insert(free.clone());
-    free
+/// The names of the objects of a model.
+#[derive(Default)]
+struct Taken {
+    names: BTreeSet<String>,
+    /// By name: the next number to tell objects with this name apart.
+    numbers: BTreeMap<String, u64>,
+}
+
+impl Taken {
+    /// Returns a name that isn't taken yet, and takes it.
+    fn unique(&mut self, name: String) -> String {
+        if !name.is_empty() && self.names.insert(name.clone()) {
+            return name;
+        }
+        let number = self.numbers.entry(name.clone()).or_insert(2);
+        loop {
+            let free = format!("{name} ({number})");
+            *number += 1;
+            if self.names.insert(free.clone()) {
+                return free;
+            }
+        }
+    }
 }
 
 /// Returns whether robots drive along an edge backwards.

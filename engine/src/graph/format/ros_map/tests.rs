@@ -6,6 +6,7 @@ use proptest::prelude::*;
 
 use super::background;
 use super::grid::{Cell, Grid, MapFile};
+use crate::graph::finding::Report;
 use crate::graph::format::Ignored;
 use crate::graph::read::{GraphError, Millimetres, ReadOptions, read};
 use crate::graph::{Findings, RouteGraph};
@@ -165,6 +166,23 @@ fn broken_maps_are_refused() {
         assert!(roadmap(&path, 500).is_err(), "{yaml}");
         assert!(background(&path).is_err(), "{yaml}");
     }
+}
+
+#[test]
+fn values_of_unknown_keys_are_not_read() {
+    let mut text =
+        "image: map.pgm\nresolution: 0.05\norigin: [0, 0, 0]\n1: 2\na0: &a0 [x, x, x, x, x, x, x, x, x, x]\n"
+            .to_owned();
+    for level in 1..10 {
+        let aliases = vec![format!("*a{}", level - 1); 10].join(", ");
+        text += &format!("a{level}: &a{level} [{aliases}]\n");
+    }
+    let mut ignored = Ignored::default();
+    MapFile::read(&text, &mut ignored).expect("a map");
+    let mut report = Report::new("map.yaml", &text);
+    ignored.report(&mut report);
+    let messages: String = report.into_findings().as_slice().iter().map(|finding| format!("{finding}\n")).collect();
+    assert!(messages.contains("key `1` of the map: not used") && messages.lines().count() == 11, "{messages}");
 }
 
 proptest! {

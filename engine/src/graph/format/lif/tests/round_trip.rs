@@ -179,6 +179,30 @@ fn names_are_ids_if_all_have_one() {
     assert_eq!((again.nodes()[1].id, again.nodes()[1].name()), (6, Some("a")));
 }
 
+#[test]
+fn the_number_of_vehicle_types_is_bounded() {
+    let types: Vec<String> = (0..101).map(|number| format!("type{number}")).collect();
+    let mut tags = Tags::default();
+    tags.set("vehicleTypeId", &types.join(", "));
+    let mut nodes = vec![Node::new(1, DVec2::ZERO, 0.0), Node::new(2, DVec2::X, 0.0)];
+    nodes[0].tags = tags.boxed();
+    let path = CubicBezier::straight(DVec2::ZERO, DVec2::X);
+    let graph =
+        RouteGraph::from_valid_parts(nodes, vec![Edge::new(1, [NodeIndex(0), NodeIndex(1)], path, (1.0, None))]);
+    let written = write(&graph);
+    assert_eq!(written.text.matches("\"type").count(), 100);
+    assert_eq!(written.losses, ["1 nodes have a property `vehicleTypeId` that isn't valid in LIF"]);
+}
+
+#[test]
+fn reverse_gears_are_numbered_after_the_last_edge() {
+    let nodes = vec![Node::new(1, DVec2::ZERO, 0.0), Node::new(2, DVec2::X, 0.0)];
+    let path = CubicBezier::straight(DVec2::ZERO, DVec2::X);
+    let edge = |id| Edge::new(id, [NodeIndex(0), NodeIndex(1)], path, (1.0, Some(1.0)));
+    let (again, _) = read(&write(&RouteGraph::from_valid_parts(nodes, [9, 4].map(edge).into())).text);
+    assert_eq!(again.edges().iter().map(|edge| edge.id).collect::<Vec<_>>(), [9, 4, 10, 11]);
+}
+
 /// Graphs of curves of several cubics, with any orientation and role.
 fn graphs() -> impl Strategy<Value = RouteGraph> {
     let angle = || -3.1..3.1f64;

@@ -5,12 +5,13 @@ use std::collections::BTreeSet;
 use crate::graph::route_graph::RouteGraph;
 
 /// The ids of a file.
-pub(super) struct Names<'a> {
+pub(super) struct Names {
     pub nodes: List,
     pub edges: List,
     /// All ids of edges, those of reverse gear included.
     used: BTreeSet<String>,
-    graph: &'a RouteGraph,
+    /// The number after the last of an edge.
+    next: u64,
 }
 
 /// The ids of the nodes or of the edges.
@@ -20,18 +21,18 @@ pub(super) struct List {
     pub are_names: bool,
 }
 
-impl<'a> Names<'a> {
+impl Names {
     /// Names nodes by their names if each has one of its own: those are the ids of the file that it was read from.
-    pub fn new(graph: &'a RouteGraph) -> Self {
+    pub fn new(graph: &RouteGraph) -> Self {
         let nodes = List::new(graph.nodes().iter().map(|node| (node.id, node.name())));
         let edges = List::new(graph.edges().iter().map(|edge| (edge.id, edge.name())));
         let used = edges.ids.iter().cloned().collect();
-        Self { nodes, edges, used, graph }
+        let next = graph.edges().iter().map(|edge| u64::from(edge.id) + 1).max().unwrap_or(1);
+        Self { nodes, edges, used, next }
     }
 
     /// Returns an id for the reverse gear of an edge; a number, if all other ids are numbers.
     pub fn reverse(&mut self, index: usize) -> String {
-        let largest = self.graph.edges().iter().map(|edge| u64::from(edge.id)).max().unwrap_or(0);
         let id = if self.edges.are_names {
             let mut id = format!("{}-reverse", self.edges.ids[index]);
             while self.used.contains(&id) {
@@ -39,7 +40,8 @@ impl<'a> Names<'a> {
             }
             id
         } else {
-            (largest + 1 + (self.used.len() - self.edges.ids.len()) as u64).to_string()
+            self.next += 1;
+            (self.next - 1).to_string()
         };
         self.used.insert(id.clone());
         id

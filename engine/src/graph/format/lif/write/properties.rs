@@ -11,6 +11,9 @@ use crate::graph::tags::Tags;
 /// The vehicle type of nodes and edges that say none.
 const VEHICLE_TYPE: &str = "robot";
 
+/// The largest number of vehicle types of a node or an edge: each gets a copy of the properties.
+const MAX_TYPES: usize = 100;
+
 /// The type of a value in the schema.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Kind {
@@ -91,10 +94,14 @@ impl<'a> Properties<'a> {
 
     /// Takes the vehicle types out; at least one.
     pub fn vehicle_types(&mut self) -> Vec<&'a str> {
-        let mut types: Vec<&str> =
-            self.rest.remove("vehicleTypeId").into_iter().flat_map(|types| types.split(", ")).collect();
+        let mut types: Vec<&str> = self.get("vehicleTypeId").into_iter().flat_map(|types| types.split(", ")).collect();
         types.sort_unstable();
         types.dedup();
+        // Else it counts as lost.
+        if types.len() <= MAX_TYPES {
+            self.rest.remove("vehicleTypeId");
+        }
+        types.truncate(MAX_TYPES);
         if types.is_empty() { vec![VEHICLE_TYPE] } else { types }
     }
 

@@ -7,11 +7,14 @@ use crate::graph::value::shorten;
 
 use super::super::model::Level;
 use super::super::tree::Tree;
-use super::super::{plain, point, rectangle};
+use super::super::{MAX_NAME, plain, point, rectangle};
 use super::{Points, Transforms};
 
 /// The largest number of comparisons of lanes with doors, or of vertices with lifts.
 const MAX_COMPARISONS: usize = 100_000_000;
+
+/// The largest number of shafts that are drawn: one for each lift on each level.
+const MAX_SHAFTS: usize = 1_000_000;
 
 /// The distance in metres between the cabin of a lift and its shaft, as in Open-RMF.
 const SHAFT_GAP: f64 = 0.05;
@@ -55,6 +58,10 @@ fn add_doors(points: &Points<'_, '_>, level: &mut Level, report: &mut Report<'_>
     let door = |tree: &Tree<'_>| {
         let [start, end, map, ..] = tree.items() else { return None };
         let name = map.get("name").and_then(plain).filter(|name| !name.is_empty())?;
+        if name.len() > MAX_NAME {
+            warn_of_long_name(tree, "door", &name, report);
+            return None;
+        }
         Some((segment([start.index()?, end.index()?])?, name))
     };
     let doors: Vec<_> = points.items("doors").iter().filter_map(door).collect();
@@ -69,6 +76,11 @@ fn add_doors(points: &Points<'_, '_>, level: &mut Level, report: &mut Report<'_>
             lane.properties.insert("door_name".to_owned(), name.clone());
         }
     }
+}
+
+fn warn_of_long_name(tree: &Tree<'_>, what: &str, name: &str, report: &mut Report<'_>) {
+    let message = format!("the name of the {what} `{}` is longer than {MAX_NAME} bytes: not used", shorten(name));
+    report.warning(tree.at, Subject::File, message);
 }
 
 /// Whether two segments cross, with the generator's tolerance for parallel ones.
@@ -96,7 +108,8 @@ pub(super) fn add_lifts(
     let elevation = |index: usize| trees.get(index).and_then(|(_, level)| level.number_of("elevation")).unwrap_or(0.0);
     let reference = root.get("reference_level_name").and_then(Tree::text).and_then(|name| index_of(&name)).unwrap_or(0);
     let vertices: usize = levels.iter().map(|level| level.vertices.len()).sum();
-    if lifts.len().saturating_mul(vertices.max(trees.len())) > MAX_COMPARISONS {
+    let shafts = lifts.len().saturating_mul(trees.len());
+    if shafts > MAX_SHAFTS || lifts.len().saturating_mul(vertices) > MAX_COMPARISONS {
         report.warning(0, Subject::File, "it has too many lifts and vertices: vertices aren't assigned to lifts");
         return;
     }
@@ -112,6 +125,10 @@ pub(super) fn add_lifts(
             continue;
         };
         if !has_doors {
+            continue;
+        }
+        if name.len() > MAX_NAME {
+            warn_of_long_name(lift, "lift", name, report);
             continue;
         }
         let served = levels.iter_mut().enumerate().filter(|(index, _)| range.contains(&elevation(*index)));

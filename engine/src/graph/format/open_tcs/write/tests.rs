@@ -137,6 +137,16 @@ fn what_the_format_cannot_say_is_listed() {
     }
 }
 
+#[test]
+fn names_are_unique_and_soon_found() {
+    let mut taken = Taken::default();
+    let names = ["a", "a (3)", "a", "a", "", "", "a (3)"].map(|name| taken.unique(name.to_owned()));
+    assert_eq!(names, ["a", "a (3)", "a (2)", "a (4)", " (2)", " (3)", "a (3) (2)"]);
+    // Each search from the start would take hours.
+    let last = (0..200_000).map(|_| taken.unique("b".to_owned())).last();
+    assert_eq!(last.as_deref(), Some("b (200000)"));
+}
+
 fn point() -> impl Strategy<Value = DVec2> {
     (-400.0..400.0, -400.0..400.0).prop_map(|(x, y)| DVec2::new(x, y))
 }
