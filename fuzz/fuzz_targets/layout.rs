@@ -9,6 +9,10 @@ use regatta_engine::graph::{Format, Millimetres, ReadOptions, parse};
 pub fn read(text: &str, format: Format) {
     let options = ReadOptions { format: Some(format), skeleton: Some(Millimetres(300)), ..ReadOptions::default() };
     let Ok((graph, _)) = parse(text, "fuzzed", &options) else { return };
+    // Commands refuse what doesn't fit the machine before they compile it.
+    if Tracks::least_pieces(&graph) > 300_000 {
+        return;
+    }
     let tracks = Tracks::compile(&graph);
     assert!(tracks.pieces().iter().all(|piece| piece.x.iter().chain(&piece.y).all(|value| value.is_finite())));
     for format in [Format::Regatta, Format::Lif, Format::Nav2, Format::OpenTcs] {
