@@ -4,6 +4,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
+from itertools import islice
 
 import pytest
 from conftest import Engine, Process, binary, eventually
@@ -206,5 +207,5 @@ def test_a_program_that_ends_leaves_the_lockstep_and_one_that_fails_does_not(eng
 def test_frames_that_their_fleet_closes_too_are_closed_once(engine: Engine) -> None:
     process = engine.start_unanswered("--lockstep", "reader", "--ticks", "3", "--speed", "max")
     with regatta.join(engine.name, "reader") as fleet, fleet.frames() as frames:
-        assert [frame.tick for frame, _ in zip(frames, range(4))] == [0, 1, 2, 3]
+        assert [frame.tick for frame in islice(frames, 4)] == [0, 1, 2, 3]
     process.finish()
