@@ -6,8 +6,9 @@ use std::f64::consts::PI;
 use super::components::Components;
 use super::finding::{Report, Subject};
 use super::item::RawCurve;
-use super::route_graph::{EdgeIndex, Gear, Leg, NodeIndex, RouteGraph};
+use super::route_graph::{Edge, EdgeIndex, Gear, Leg, NodeIndex, RouteGraph};
 use super::spline::{HandleLengths, Handles, normalize_angle, spline};
+use super::tags::Orientation;
 use super::yaml::RawGraph;
 
 /// The largest difference in radians between the headings of consecutive edges that robots drive through: 5°. Where it is
@@ -21,6 +22,7 @@ const CLEARLY_SHORTER: f64 = 0.95;
 pub(super) fn lint(graph: &RouteGraph, raw: &RawGraph, handles: Handles, report: &mut Report<'_>) {
     warn_of_swapped_handles(graph, raw, handles, report);
     warn_of_reverse_zero(graph, raw, report);
+    warn_of_corners(graph, raw, report);
     let mut linter = NodeLinter { graph, raw, report };
     if raw.is_imported {
         linter.count_jumps();
@@ -65,6 +67,28 @@ fn warn_of_reverse_zero(graph: &RouteGraph, raw: &RawGraph, report: &mut Report<
         let message = "routes refer to an edge in reverse gear as -Id, which is impossible for 0: give it another Id";
         report.warning(raw.edges[index.0 as usize].at, Subject::Edge(Some(0)), message);
     }
+}
+
+/// Robots turn at nodes only.
+fn warn_of_corners(graph: &RouteGraph, raw: &RawGraph, report: &mut Report<'_>) {
+    let corner = |edge: &Edge| match edge.orientation {
+        Orientation::Fixed(_) => 0.0,
+        Orientation::Tangential | Orientation::Offset(_) => edge.path.largest_corner(),
+    };
+    let corners = graph.edges().iter().zip(&raw.edges).map(|(edge, raw)| (corner(edge), raw));
+    let corners: Vec<_> = corners.filter(|(angle, _)| *angle > SMOOTH_TURN).collect();
+    let Some((angle, worst)) = corners.iter().max_by(|a, b| a.0.total_cmp(&b.0)) else { return };
+    let count = match corners.len() {
+        1 => String::new(),
+        count => format!(" (and in {} more edges)", count - 1),
+    };
+    let message = format!(
+        "the curve has a corner of {:.1}° within{count}: robots turn at nodes only, so that their heading jumps there; \
+         divide the edge at the corner with a node",
+        angle.to_degrees()
+    );
+    let (subject, message) = worst.finding(message);
+    report.warning(worst.at, subject, message);
 }
 
 /// Reports the warnings about single nodes.

@@ -70,6 +70,15 @@ impl Path {
         (cubic.position(lambda), cubic.tangent(lambda, Side::After))
     }
 
+    /// Returns the largest angle in radians, in [0, π], between the tangents of two cubics where they meet; 0 if there is
+    /// only one.
+    pub fn largest_corner(&self) -> f64 {
+        let angle = |(before, after): (&CubicBezier, &CubicBezier)| {
+            before.tangent(1.0, Side::Before).angle_to(after.tangent(0.0, Side::After)).abs()
+        };
+        self.cubics().zip(self.cubics().skip(1)).map(angle).fold(0.0, f64::max)
+    }
+
     /// Returns the arc length in metres.
     pub fn length(&self) -> f64 {
         self.cubics().map(CubicBezier::length).sum()
@@ -124,6 +133,7 @@ mod tests {
         assert_eq!((path.start_tangent(), path.end_tangent()), (DVec2::X, DVec2::Y));
         assert_eq!(path.at(0.5), (DVec2::X * 2.0, DVec2::Y));
         assert_eq!(path.at(1.0).0, path.end());
+        assert!((path.largest_corner() - std::f64::consts::FRAC_PI_2).abs() < 1e-12);
         assert!(path.single().is_none() && Path::from(CubicBezier::straight(DVec2::ZERO, DVec2::X)).single().is_some());
     }
 

@@ -18,7 +18,7 @@ use glam::DVec2;
 
 use super::{Format, Ignored, Source, SyntaxError};
 use crate::graph::finding::{Report, Subject};
-use crate::graph::layout::{Layout, LayoutEdge, LayoutNode, Shape};
+use crate::graph::layout::{Layout, LayoutEdge, LayoutNode};
 use crate::graph::read::ReadOptions;
 use grid::{Grid, MapFile};
 use roadmap::Roadmap;
@@ -124,33 +124,21 @@ fn report_roadmap(roadmap: &Roadmap, width: u32, report: &mut Report<'_>) {
     }
 }
 
-/// Makes two edges of each road.
+/// Makes two edges of each road, one each way.
 fn layout(roadmap: &Roadmap, grid: &Grid, background: Vec<Vec<DVec2>>) -> Layout {
     let nodes = (1..).zip(&roadmap.nodes).map(|(id, &position): (usize, _)| LayoutNode {
         id: id.to_string(),
         position: grid.metres(position),
         ..LayoutNode::default()
     });
-    let edge = |id: usize, [from, to]: [usize; 2], points: Vec<DVec2>| LayoutEdge {
+    let edge = |id: usize, [from, to]: [usize; 2]| LayoutEdge {
         id: id.to_string(),
         origin: (from + 1).to_string(),
         destination: (to + 1).to_string(),
-        shape: shape(&points),
         ..LayoutEdge::default()
     };
-    let edges = roadmap.edges.iter().enumerate().flat_map(|(index, road)| {
-        let points: Vec<DVec2> = road.points.iter().map(|&point| grid.metres(point)).collect();
-        let back: Vec<DVec2> = points.iter().rev().copied().collect();
-        let [from, to] = road.ends;
-        [edge(2 * index + 1, [from, to], points), edge(2 * index + 2, [to, from], back)]
-    });
+    let roads = (0..).zip(&roadmap.edges);
+    let edges =
+        roads.flat_map(|(index, &[from, to])| [edge(2 * index + 1, [from, to]), edge(2 * index + 2, [to, from])]);
     Layout { nodes: nodes.collect(), edges: edges.collect(), background, ..Layout::default() }
-}
-
-fn shape(points: &[DVec2]) -> Shape {
-    if points.len() <= 2 {
-        return Shape::Straight;
-    }
-    let straight = |pair: &[DVec2]| crate::graph::CubicBezier::straight(pair[0], pair[1]);
-    Shape::Cubics(points.windows(2).map(straight).collect())
 }

@@ -123,6 +123,24 @@ macro_rules! kernel {
                 columns: ColumnsMut<'frame>,
                 mode: S,
             ) {
+                match &rows.headings {
+                    None => write_rows::<S, false>(rows, [&[], &[]], table, columns, mode),
+                    Some(headings) => {
+                        let rules = [&*headings.gain, &*headings.offset];
+                        write_rows::<S, true>(rows, rules, table, columns, mode);
+                    }
+                }
+            }
+
+            /// Compiled once with and once without orientations: fleets without them, which are most, don't pay for them.
+            $(#[$feature])*
+            fn write_rows<'frame, S: StoreMode<'frame>, const ORIENTED: bool>(
+                rows: &Rows,
+                rules: [&[f32]; 2],
+                table: &[Piece],
+                columns: ColumnsMut<'frame>,
+                mode: S,
+            ) {
                 if mode.fence().is_some() {
                     prefetch_next_pages(&columns);
                 }
@@ -139,9 +157,7 @@ macro_rules! kernel {
                 let speed = &rows.speed.as_chunks::<N>().0[..count];
                 let s_end = &rows.s_end.as_chunks::<N>().0[..count];
                 let edge = &rows.edge.as_chunks::<N>().0[..count];
-                let headings = rows.headings.as_ref().map(|headings| {
-                    (&headings.gain.as_chunks::<N>().0[..count], &headings.offset.as_chunks::<N>().0[..count])
-                });
+                let [gain, offset] = rules.map(|rule| &rule.as_chunks::<N>().0[..if ORIENTED { count } else { 0 }]);
                 for i in 0..count {
                     if (i * N).is_multiple_of(WORDS_PER_LINE) {
                         prefetch_next_block(piece.signs(i).as_ptr());
@@ -156,11 +172,7 @@ macro_rules! kernel {
                     x.put(i, place(cx, metres));
                     y.put(i, place(cy, metres));
                     let tangent = atan2(flip(slope(cy, metres), sign), flip(slope(cx, metres), sign));
-                    let heading = match headings {
-                        None => tangent,
-                        Some((gain, offset)) => wrap(add(mul(tangent, load(&gain[i])), load(&offset[i]))),
-                    };
-                    theta.put(i, heading);
+                    theta.put(i, if ORIENTED { oriented(tangent, &gain[i], &offset[i]) } else { tangent });
                     speed_out.put(i, add(flip(load(&speed[i]), sign), splat(0.0)));
                     s_out.put(i, add(load(&s_end[i]), flip(metres, sign)));
                     edge_out.put(i, bytemuck::cast(edge[i]));
@@ -182,6 +194,13 @@ macro_rules! kernel {
             $(#[$feature])*
             fn slope(c: [F; 4], w: F) -> F {
                 add(c[1], mul(w, add(add(c[2], c[2]), mul(w, mul(splat(3.0), c[3])))))
+            }
+
+            /// See [`HeadingRule::heading`](crate::motion::headings::HeadingRule::heading).
+            #[inline]
+            $(#[$feature])*
+            fn oriented(tangent: F, gain: &[f32; N], offset: &[f32; N]) -> F {
+                wrap(add(mul(tangent, load(gain)), load(offset)))
             }
 
             /// See [`wrap`](crate::motion::headings::wrap).

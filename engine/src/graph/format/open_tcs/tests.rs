@@ -123,6 +123,7 @@ fn every_version_has_the_same_shapes() {
             [[32.95, 7.0], [33.9, 6.5], [34.5, 8.0], [35.0, 10.0]],
         ];
         assert_eq!(cubics(&graph, "Point-0011 --- Point-0012"), two);
+        assert!(messages(&findings).contains("`Point-0007 --- Point-0008`: the curve has a corner of"), "{name}");
     }
 }
 

@@ -1,6 +1,6 @@
 //! A roadmap along the skeleton of the free space.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::FRAC_1_SQRT_2;
 
 use glam::DVec2;
@@ -22,22 +22,15 @@ const STEP: f64 = 0.25;
 /// The least length of a connected part of the roadmap, in widths of the robot.
 const LEAST_WIDTHS: f64 = 5.0;
 
-/// Roads between places, in cells from the corner of the grid.
+/// Straight roads between places, in cells from the corner of the grid. Each bend is a node, where robots can turn.
 #[derive(Debug, Default)]
 pub struct Roadmap {
     pub nodes: Vec<DVec2>,
-    pub edges: Vec<Road>,
+    /// Pairs of indices of nodes.
+    pub edges: Vec<[usize; 2]>,
     /// The number of connected parts that are left out, and their length in metres.
     pub dropped: usize,
     pub dropped_length: f64,
-}
-
-/// A road between two nodes.
-#[derive(Debug)]
-pub struct Road {
-    pub ends: [usize; 2],
-    /// At least two points, of which the first and the last are the nodes.
-    pub points: Vec<DVec2>,
 }
 
 impl Roadmap {
@@ -60,16 +53,21 @@ impl Roadmap {
     }
 
     fn add_roads(&mut self, chains: &[Vec<u32>], space: &Space) {
-        let mut by_cell = BTreeMap::new();
+        let (mut by_cell, mut seen) = (BTreeMap::new(), BTreeSet::new());
         for chain in chains {
-            let ends = [chain[0], chain[chain.len() - 1]].map(|cell| {
-                *by_cell.entry(cell).or_insert_with(|| {
-                    self.nodes.push(space.centre(cell));
-                    self.nodes.len() - 1
+            let nodes: Vec<usize> = space
+                .simplify(chain)
+                .into_iter()
+                .map(|cell| {
+                    *by_cell.entry(cell).or_insert_with(|| {
+                        self.nodes.push(space.centre(cell));
+                        self.nodes.len() - 1
+                    })
                 })
-            });
-            let points: Vec<DVec2> = chain.iter().map(|&cell| space.centre(cell)).collect();
-            self.edges.push(Road { ends, points: space.simplify(&points) });
+                .collect();
+            // Lines to junctions that were merged have their last cells in common.
+            let roads = nodes.windows(2).map(|pair| [pair[0], pair[1]]);
+            self.edges.extend(roads.filter(|[from, to]| seen.insert([*from.min(to), *from.max(to)])));
         }
     }
 }
@@ -107,8 +105,9 @@ impl Space {
         })
     }
 
-    /// Returns a line with fewer points that is clear (Ramer, Douglas and Peucker).
-    fn simplify(&self, points: &[DVec2]) -> Vec<DVec2> {
+    /// Returns the cells of a line with fewer bends that is clear (Ramer, Douglas and Peucker).
+    fn simplify(&self, chain: &[u32]) -> Vec<u32> {
+        let points: Vec<DVec2> = chain.iter().map(|&cell| self.centre(cell)).collect();
         let mut simple = Vec::new();
         let mut parts = vec![(0, points.len() - 1)];
         while let Some((first, last)) = parts.pop() {
@@ -121,10 +120,10 @@ impl Space {
                     parts.push((middle, last));
                     parts.push((first, middle));
                 }
-                _ => simple.push(start),
+                _ => simple.push(chain[first]),
             }
         }
-        simple.extend(points.last());
+        simple.extend(chain.last());
         simple
     }
 }

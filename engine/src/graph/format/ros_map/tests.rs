@@ -1,3 +1,4 @@
+use std::collections::BTreeSet;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
@@ -203,6 +204,10 @@ proptest! {
         if let Ok((graph, _)) = roadmap(&path, width) {
             let least = least_clearance(&graph, &grid(&path), 1.0);
             prop_assert!(least >= f64::from(width) / 2000.0, "{least} for {width} mm");
+            // Robots turn at nodes only.
+            prop_assert!(graph.edges().iter().all(|edge| edge.path.largest_corner() == 0.0));
+            let pairs: BTreeSet<_> = graph.edges().iter().map(|edge| (edge.origin, edge.destination)).collect();
+            prop_assert_eq!(pairs.len(), graph.edges().len());
         }
     }
 
