@@ -12,6 +12,7 @@ use regatta_plugin::{FleetName, SchedulingOptions, Termination};
 
 use crate::arguments::{LayoutArgs, isa_parser};
 use crate::failure::{Failure, plugin_failure};
+use crate::progress::Progress;
 use crate::scenario;
 
 #[derive(Args)]
@@ -122,7 +123,10 @@ pub fn run(args: EngineArgs) -> Result<ExitCode, Failure> {
         digest: args.digest,
         lockstep: shared.lockstep,
     };
-    let summary = Engine::new(scenario, options)?.run(&termination)?;
+    let progress = Progress::start("setting the fleet up", 0);
+    let mut engine = Engine::new(scenario, options)?;
+    drop(progress);
+    let summary = engine.run(&termination)?;
     if let Some(digest) = summary.digest {
         println!("{digest:032x}");
     }

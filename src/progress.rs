@@ -1,4 +1,4 @@
-//! Progress of work that takes long: nothing for two seconds, then a bar on a terminal, and a line now and then elsewhere.
+//! Progress of work that takes long: nothing for a second, then a bar on a terminal, and a line now and then elsewhere.
 
 use std::io::IsTerminal;
 use std::sync::Arc;
@@ -11,7 +11,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use parking_lot::Mutex;
 
 /// The time until progress is shown.
-const QUIET_TIME: Duration = Duration::from_secs(2);
+const QUIET_TIME: Duration = Duration::from_secs(1);
 /// The time between two updates of a bar.
 const FRAME_TIME: Duration = Duration::from_millis(100);
 /// The time between two lines where standard error isn't a terminal.

@@ -6,6 +6,7 @@ use std::path::Path;
 use regatta_engine::scenario::{Overrides, Scenario, ScenarioError};
 
 use crate::output::STANDARD_STREAM;
+use crate::progress::Progress;
 
 /// The scenario of the built-in demo: a thousand robots in a warehouse.
 const DEMO_SCENARIO: &str = include_str!("../graphs/warehouse-1000.yaml");
@@ -25,6 +26,8 @@ pub fn is_standard_input(path: Option<&Path>) -> bool {
 /// # Errors
 /// Returns an error if the scenario or its route graph can't be read or is invalid.
 pub fn load(path: Option<&Path>, overrides: &Overrides) -> Result<Scenario, ScenarioError> {
+    let name = path.map_or("the demo".into(), Path::to_string_lossy);
+    let _progress = Progress::start(format!("reading {name}"), 0);
     match path {
         path if is_standard_input(path) => {
             Scenario::read_from(std::io::stdin().lock(), Path::new(STANDARD_INPUT), overrides)

@@ -25,7 +25,7 @@ pub use yaml::{LegName, LightEntry, PluginCommand, Viewer};
 pub const MAX_ROBOTS: u32 = 16_000_000;
 /// The largest number of lights besides the sun: as many as the viewer supports.
 pub const MAX_LIGHTS: usize = 8;
-/// The size of the largest scenario file that is read.
+/// The size of the largest scenario file that is read. Layouts may be larger.
 const MAX_FILE_BYTES: u64 = 64 << 20;
 
 /// A validated scenario: all names are resolved, all routes are connected.
@@ -106,11 +106,15 @@ pub enum ScenarioError {
         /// The system's error.
         source: std::io::Error,
     },
-    /// The file is larger than any reasonable scenario.
-    #[error("{}: too large for a scenario (at most {MAX_FILE_BYTES} bytes)", path.display())]
+    /// The file is larger than any reasonable scenario or layout.
+    #[error("{}: too large for a {kind} (at most {} MiB)", path.display(), most_bytes >> 20)]
     TooLarge {
         /// The file.
         path: PathBuf,
+        /// `scenario` or `layout`.
+        kind: &'static str,
+        /// The limit.
+        most_bytes: u64,
     },
     /// The file is not a scenario.
     #[error("{}{problem}", path.display())]

@@ -138,6 +138,22 @@ impl<'text> Report<'text> {
         Self { file: file.to_owned(), lines: LineIndex::new(text), found: Findings::default() }
     }
 
+    /// Returns a report about the same file, without findings.
+    pub fn empty(&self) -> Self {
+        Self { file: self.file.clone(), lines: self.lines.clone(), found: Findings::default() }
+    }
+
+    /// Adds the findings of another report about the same file.
+    pub fn append(&mut self, other: Self) {
+        let Findings { list, errors, warnings } = other.found;
+        for (severity, count) in [(Severity::Error, errors), (Severity::Warning, warnings)] {
+            let room = MAX_LISTED.saturating_sub(*self.found.count(severity));
+            let listed = list.iter().filter(|finding| finding.severity == severity).take(room);
+            self.found.list.extend(listed.cloned());
+            *self.found.count(severity) += count;
+        }
+    }
+
     pub fn error(&mut self, at: u32, subject: Subject, message: impl Into<String>) {
         self.add(Severity::Error, at, subject, message);
     }

@@ -94,50 +94,124 @@ impl Layout {
         let node_ids = Numbering::new(self.nodes.iter().map(|node| (node.at, node.id.as_str())), "node", report);
         let edge_ids = Numbering::new(self.edges.iter().map(|edge| (edge.at, edge.id.as_str())), "edge", report);
         warn_of_unknown_speeds(&self.edges, report);
-        let has_free = self.nodes.iter().any(|node| node.heading.is_none());
-        let headings = if has_free { free_headings(&self) } else { BTreeMap::new() };
-        let heading = |node: &LayoutNode| node.heading.or(headings.get(&node.id).copied()).unwrap_or(0.0);
-        let headings: Vec<f64> = self.nodes.iter().map(heading).collect();
-        let nodes = (0..).zip(self.nodes).zip(headings);
-        let nodes = nodes.map(|((index, node), heading)| raw_node(node, heading, node_ids.number(index))).collect();
-        let by_id = &node_ids.by_id;
-        let edges =
-            (0..).zip(self.edges).map(|(index, edge)| raw_edge(edge, edge_ids.number(index), by_id, report)).collect();
-        let stations = self.stations.into_iter().map(|station| raw_station(station, by_id, report)).collect();
+        let (ends, stations) = self.resolve(&node_ids);
+        let headings = self.headings(&ends);
+        let nodes = self.nodes.into_iter().zip(&headings).enumerate();
+        let nodes = nodes.map(|(index, (node, &heading))| raw_node(node, heading, node_ids.number(index))).collect();
+        let edges = self.edges.into_iter().zip(ends).enumerate();
+        let mut raw = |(index, (edge, ends))| raw_edge(edge, edge_ids.number(index), ends, &node_ids, report);
+        let edges = edges.map(&mut raw).collect();
+        let stations = self.stations.into_iter().zip(stations);
+        let stations = stations.map(|(station, nodes)| raw_station(station, &nodes, &node_ids, report)).collect();
         RawGraph { nodes, edges, stations, background: self.background, is_imported: true, ..RawGraph::default() }
+    }
+
+    /// Returns the nodes at the ends of each edge and those of each station, by index; `None` for those that don't exist.
+    fn resolve(&self, numbering: &Numbering) -> (Vec<Ends>, Vec<Vec<Option<usize>>>) {
+        let index = Index::new(&self.nodes, numbering);
+        let ends = self.edges.iter().map(|edge| [&edge.origin, &edge.destination].map(|id| index.find(id)));
+        let stations = self.stations.iter().map(|station| station.nodes.iter().map(|id| index.find(id)).collect());
+        (ends.collect(), stations.collect())
+    }
+
+    /// Returns the headings of all nodes. On those for which the file gives none, robots stand as on the first edge that
+    /// leaves the node, else as on the first that ends there.
+    fn headings(&self, ends: &[Ends]) -> Vec<f64> {
+        let mut headings: Vec<Option<f64>> = self.nodes.iter().map(|node| node.heading).collect();
+        for which in [0, 1] {
+            for (edge, ends) in self.edges.iter().zip(ends) {
+                let &[Some(origin), Some(destination)] = ends else { continue };
+                let heading = &mut headings[[origin, destination][which]];
+                if heading.is_none() {
+                    let tangents = edge.shape.tangents([origin, destination].map(|node| self.nodes[node].position));
+                    *heading = tangents.map(|tangents| edge.orientation.heading(tangents[which].to_angle()));
+                }
+            }
+        }
+        headings.into_iter().map(Option::unwrap_or_default).collect()
+    }
+}
+
+/// The indices of the nodes at an edge's origin and destination; `None` if they don't exist.
+type Ends = [Option<usize>; 2];
+
+impl Shape {
+    /// Returns the tangents at origin and destination, whose positions are given; `None` for a curve without cubics.
+    fn tangents(&self, [origin, destination]: [DVec2; 2]) -> Option<[DVec2; 2]> {
+        let path = match self {
+            Self::Straight => CubicBezier::straight(origin, destination).into(),
+            Self::Cubics(cubics) => Path::from_cubics(cubics)?,
+        };
+        Some([path.start_tangent(), path.end_tangent()])
     }
 }
 
 /// The numbers that stand for the ids of a file.
 struct Numbering {
-    /// By the file's id.
-    by_id: BTreeMap<String, u32>,
     /// By index; `None` if they are counted from 1.
     numbers: Option<Vec<u32>>,
 }
 
 impl Numbering {
     fn new<'id>(ids: impl Iterator<Item = (u32, &'id str)> + Clone, kind: &str, report: &mut Report<'_>) -> Self {
-        let number = |id: &str| id.parse::<u32>().ok().filter(|number| number.to_string() == id);
         let numbers: Option<Vec<u32>> = ids.clone().map(|(_, id)| number(id)).collect();
-        let mut by_id = BTreeMap::new();
-        for (index, (at, id)) in ids.enumerate() {
-            let number = numbers.as_ref().map_or(index as u32 + 1, |numbers| numbers[index]);
-            if by_id.insert(id.to_owned(), number).is_some() && numbers.is_none() {
-                report.error(
-                    at,
-                    Subject::File,
-                    format!("{kind} `{}` is given twice: give each a unique id", shorten(id)),
-                );
+        if numbers.is_none() {
+            let mut sorted: Vec<(&str, usize, u32)> =
+                ids.enumerate().map(|(index, (at, id))| (id, index, at)).collect();
+            sorted.sort_unstable();
+            let repeated = sorted.windows(2).filter(|pair| pair[0].0 == pair[1].0).map(|pair| pair[1]);
+            let mut repeated: Vec<_> = repeated.collect();
+            repeated.sort_unstable_by_key(|&(_, index, _)| index);
+            for (id, _, at) in repeated {
+                let message = format!("{kind} `{}` is given twice: give each a unique id", shorten(id));
+                report.error(at, Subject::File, message);
             }
         }
-        Self { by_id, numbers }
+        Self { numbers }
     }
 
     fn number(&self, index: usize) -> Number {
         match &self.numbers {
             Some(numbers) => Number { number: numbers[index], is_id: true },
             None => Number { number: index as u32 + 1, is_id: false },
+        }
+    }
+}
+
+/// Returns the number that an id is.
+fn number(id: &str) -> Option<u32> {
+    let is_canonical = id == "0" || !id.starts_with(['0', '+']);
+    if is_canonical { id.parse().ok() } else { None }
+}
+
+/// Finds nodes by their ids.
+enum Index<'id> {
+    /// Sorted by number, with the index.
+    Numbers(Vec<(u32, usize)>),
+    /// Sorted by id, with the index.
+    Names(Vec<(&'id str, usize)>),
+}
+
+impl<'id> Index<'id> {
+    fn new(nodes: &'id [LayoutNode], numbering: &Numbering) -> Self {
+        fn sorted<Id: Ord>(ids: impl Iterator<Item = Id>) -> Vec<(Id, usize)> {
+            let mut ids: Vec<_> = ids.zip(0..).collect();
+            ids.sort_unstable();
+            ids
+        }
+        match &numbering.numbers {
+            Some(numbers) => Self::Numbers(sorted(numbers.iter().copied())),
+            None => Self::Names(sorted(nodes.iter().map(|node| node.id.as_str()))),
+        }
+    }
+
+    fn find(&self, id: &str) -> Option<usize> {
+        match self {
+            Self::Numbers(numbers) => {
+                let number = number(id)?;
+                numbers.binary_search_by_key(&number, |entry| entry.0).ok().map(|at| numbers[at].1)
+            }
+            Self::Names(names) => names.binary_search_by_key(&id, |entry| entry.0).ok().map(|at| names[at].1),
         }
     }
 }
@@ -160,29 +234,6 @@ fn tags_with_id(mut tags: Tags, id: &str, number: Number) -> Option<Box<Tags>> {
     tags.boxed()
 }
 
-/// Returns, by id, headings for nodes that have none: robots stand as on the first edge that leaves the node, else as on
-/// the first that ends there.
-fn free_headings(layout: &Layout) -> BTreeMap<String, f64> {
-    let positions: BTreeMap<_, _> = layout.nodes.iter().map(|node| (node.id.as_str(), node.position)).collect();
-    let tangents = |edge: &LayoutEdge| -> Option<[DVec2; 2]> {
-        let straight =
-            || Some(CubicBezier::straight(*positions.get(&*edge.origin)?, *positions.get(&*edge.destination)?));
-        let path = match &edge.shape {
-            Shape::Straight => straight()?.into(),
-            Shape::Cubics(cubics) => Path::from_cubics(cubics)?,
-        };
-        Some([path.start_tangent(), path.end_tangent()])
-    };
-    let mut headings = BTreeMap::new();
-    let known: Vec<_> = layout.edges.iter().filter_map(|edge| Some((edge, tangents(edge)?))).collect();
-    let departures = known.iter().map(|(edge, [start, _])| (&edge.origin, edge.orientation, start));
-    let arrivals = known.iter().map(|(edge, [_, end])| (&edge.destination, edge.orientation, end));
-    for (node, orientation, tangent) in departures.chain(arrivals) {
-        headings.entry(node.clone()).or_insert_with(|| orientation.heading(tangent.to_angle()));
-    }
-    headings
-}
-
 fn raw_node(node: LayoutNode, heading: f64, number: Number) -> RawNode {
     RawNode {
         at: node.at,
@@ -195,21 +246,20 @@ fn raw_node(node: LayoutNode, heading: f64, number: Number) -> RawNode {
     }
 }
 
-fn raw_edge(edge: LayoutEdge, number: Number, nodes: &BTreeMap<String, u32>, report: &mut Report<'_>) -> RawEdge {
-    let mut end = |id: &str, which: &str| {
-        let found = nodes.get(id).copied();
-        if found.is_none() {
+fn raw_edge(edge: LayoutEdge, number: Number, ends: Ends, nodes: &Numbering, report: &mut Report<'_>) -> RawEdge {
+    let mut end = |index: Option<usize>, id: &str, which: &str| {
+        if index.is_none() {
             let (name, node) = (shorten(&edge.id), shorten(id));
             let message = format!("edge `{name}` {which} node `{node}`, which doesn't exist: add it or correct the id");
             report.error(edge.at, Subject::File, message);
         }
-        found
+        index.map(|index| nodes.number(index).number)
     };
     RawEdge {
         at: edge.at,
         id: Some(number.number),
-        origin: end(&edge.origin, "starts at"),
-        destination: end(&edge.destination, "ends at"),
+        origin: end(ends[0], &edge.origin, "starts at"),
+        destination: end(ends[1], &edge.destination, "ends at"),
         curve: Some(match edge.shape {
             Shape::Straight => RawCurve::Linear,
             Shape::Cubics(cubics) => RawCurve::Cubics(cubics),
@@ -224,15 +274,20 @@ fn raw_edge(edge: LayoutEdge, number: Number, nodes: &BTreeMap<String, u32>, rep
     }
 }
 
-fn raw_station(station: LayoutStation, nodes: &BTreeMap<String, u32>, report: &mut Report<'_>) -> RawStation {
-    for id in station.nodes.iter().filter(|id| !nodes.contains_key(*id)) {
+fn raw_station(
+    station: LayoutStation,
+    indices: &[Option<usize>],
+    nodes: &Numbering,
+    report: &mut Report<'_>,
+) -> RawStation {
+    for (id, _) in station.nodes.iter().zip(indices).filter(|(_, index)| index.is_none()) {
         let (name, node) = (shorten(&station.name), shorten(id));
         let message = format!("station `{name}` names node `{node}`, which doesn't exist: ignored");
         report.warning(station.at, Subject::File, message);
     }
     RawStation {
         at: station.at,
-        nodes: station.nodes.iter().filter_map(|id| nodes.get(id).copied()).collect(),
+        nodes: indices.iter().flatten().map(|&index| nodes.number(index).number).collect(),
         name: station.name,
         role: station.role,
         position: station.position,

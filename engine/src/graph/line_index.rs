@@ -1,13 +1,16 @@
 //! Looks up the line number of a byte offset without storing the start of every line.
 
+use std::sync::Arc;
+
 /// The number of bytes between two checkpoints: a look-up counts the line ends in at most one stride.
 const STRIDE: usize = 512;
 
-/// The line numbers of a text.
+/// The line numbers of a text. Clones are cheap.
+#[derive(Clone)]
 pub(super) struct LineIndex<'text> {
     text: &'text [u8],
     /// `checkpoints[i]` is the number of line ends before byte `i * STRIDE`.
-    checkpoints: Vec<u32>,
+    checkpoints: Arc<[u32]>,
 }
 
 impl<'text> LineIndex<'text> {

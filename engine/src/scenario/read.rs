@@ -44,6 +44,9 @@ impl Scenario {
         if is_layout(text) {
             return Self::of_layout(text, name, overrides);
         }
+        if text.len() as u64 > MAX_FILE_BYTES {
+            return Err(ScenarioError::TooLarge { path: name.into(), kind: "scenario", most_bytes: MAX_FILE_BYTES });
+        }
         Self::parse(text, name, overrides, |graph, options| graph::read(&folder.join(graph), options))
     }
 
@@ -148,10 +151,11 @@ pub fn is_scenario(text: &str) -> bool {
 fn read_text(reader: impl Read, path: &Path) -> Result<String, ScenarioError> {
     let mut text = String::new();
     // Limited while reading, because the size of a pipe or a device isn't known in advance.
-    let read = reader.take(MAX_FILE_BYTES + 1).read_to_string(&mut text);
+    let most_bytes = graph::MAX_FILE_BYTES;
+    let read = reader.take(most_bytes + 1).read_to_string(&mut text);
     read.map_err(|source| ScenarioError::Read { path: path.into(), source })?;
-    if text.len() as u64 > MAX_FILE_BYTES {
-        return Err(ScenarioError::TooLarge { path: path.into() });
+    if text.len() as u64 > most_bytes {
+        return Err(ScenarioError::TooLarge { path: path.into(), kind: "layout", most_bytes });
     }
     Ok(text)
 }

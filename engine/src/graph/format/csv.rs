@@ -104,7 +104,7 @@ impl Reader<'_, '_> {
             if record.iter().all(str::is_empty) {
                 continue;
             }
-            if let Some(header) = Columns::of_header(record.iter()) {
+            if let Some(header) = may_be_header(&record).then(|| Columns::of_header(record.iter())).flatten() {
                 if let Some(column) = header.list.iter().find(|column| column.name.len() > MAX_NAME) {
                     let name = shorten(&column.name);
                     let message =
@@ -185,9 +185,12 @@ impl Reader<'_, '_> {
             let missing = if self.nodes.is_empty() { "nodes" } else { "edges" };
             return Err(self.syntax(1, &format!("the table of {missing} has no rows that can be used")));
         }
-        let positions: BTreeMap<_, _> = self.nodes.iter().map(|node| (node.id.as_str(), node.position)).collect();
+        // Curves are few in most tables.
+        let has_curves = self.edges.iter().any(|row| !row.control_points.is_empty());
+        let located = if has_curves { self.nodes.as_slice() } else { &[] };
+        let positions: BTreeMap<_, _> = located.iter().map(|node| (node.id.as_str(), node.position)).collect();
         let mut free = free_ids(&self.edges);
-        let edges = self.edges.iter().flat_map(|row| edges(row, &positions, &mut free)).collect();
+        let edges = self.edges.into_iter().flat_map(|row| edges(row, &positions, &mut free)).collect();
         self.ignored.report(self.report);
         Ok(Layout { edges, nodes: self.nodes, ..Layout::default() })
     }
@@ -259,37 +262,46 @@ fn sibling_files(source: Source<'_>, words: &[&str], others: &[&str]) -> Vec<Pat
     files
 }
 
+/// Whether a row can be a header: one names at least the two ends of an edge, or x and y.
+fn may_be_header(cells: &StringRecord) -> bool {
+    cells.iter().filter(|cell| cell.contains(char::is_alphabetic)).nth(1).is_some()
+}
+
 /// Returns ids for edges in the opposite direction: the numbers after the largest, or `None` if ids aren't numbers.
 fn free_ids(rows: &[EdgeRow]) -> Option<u32> {
-    let ids: Option<Vec<u32>> = rows.iter().map(|row| row.edge.id.parse().ok()).collect();
-    ids?.into_iter().max()?.checked_add(1)
+    let mut largest = 0;
+    for row in rows {
+        largest = row.edge.id.parse::<u32>().ok()?.max(largest);
+    }
+    largest.checked_add(1)
 }
 
 /// Returns the edge of a row, and the one in the opposite direction if it is bidirectional.
 fn edges(
-    row: &EdgeRow,
+    row: EdgeRow,
     positions: &BTreeMap<&str, DVec2>,
     free: &mut Option<u32>,
 ) -> impl Iterator<Item = LayoutEdge> + use<> {
     let ends = positions.get(row.from.as_str()).zip(positions.get(row.to.as_str()));
     let cubic = ends.and_then(|(from, to)| cubic(*from, &row.control_points, *to));
-    let edge = |id: String, origin: &str, destination: &str, cubic: Option<CubicBezier>| LayoutEdge {
-        at: row.edge.at,
-        id,
-        origin: origin.to_owned(),
-        destination: destination.to_owned(),
-        shape: cubic.map_or(Shape::Straight, |cubic| Shape::Cubics(vec![cubic])),
-        speed: row.edge.speed,
-        reverse_speed: row.edge.reverse_speed,
-        tags: row.edge.tags.clone(),
-        ..LayoutEdge::default()
-    };
+    let shape = |cubic: Option<CubicBezier>| cubic.map_or(Shape::Straight, |cubic| Shape::Cubics(vec![cubic]));
     let back = row.is_bidirectional.then(|| {
         let id = free.map_or_else(|| format!("{} back", row.edge.id), |free| free.to_string());
         *free = free.and_then(|free| free.checked_add(1));
-        edge(id, &row.to, &row.from, cubic.map(|cubic| cubic.reversed()))
+        LayoutEdge {
+            at: row.edge.at,
+            id,
+            origin: row.to.clone(),
+            destination: row.from.clone(),
+            shape: shape(cubic.map(|cubic| cubic.reversed())),
+            speed: row.edge.speed,
+            reverse_speed: row.edge.reverse_speed,
+            tags: row.edge.tags.clone(),
+            ..LayoutEdge::default()
+        }
     });
-    std::iter::once(edge(row.edge.id.clone(), &row.from, &row.to, cubic)).chain(back)
+    let edge = LayoutEdge { origin: row.from, destination: row.to, shape: shape(cubic), ..row.edge };
+    std::iter::once(edge).chain(back)
 }
 
 /// Returns the curve with two inner control points, or with the one of a quadratic curve.
