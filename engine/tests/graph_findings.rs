@@ -331,6 +331,15 @@ fn a_yaml_bomb_is_read_or_rejected_in_bounded_memory() {
     assert_rejected(&format!("Vertices: [&e {{{keys}}}, {items}]\n"), "aliases included");
 }
 
+/// Only our own reader reads large files part by part; the others would take gigabytes.
+#[test]
+fn other_formats_have_fewer_entries() {
+    let text = format!("levels:\n{}", "- {a: 1, b: 2, c: 3}\n".repeat(800_000));
+    let options = ReadOptions { format: Some(graph::Format::OpenRmf), ..ReadOptions::default() };
+    let error = graph::parse(&text, "g.yaml", &options).unwrap_err();
+    assert!(matches!(&error, GraphError::TooLarge { limit, .. } if limit.contains("entries")), "{error}");
+}
+
 #[test]
 fn a_scalar_may_be_an_alias() {
     let text = format!("{NODES}{EDGES}").replace("X: 0", "X: &zero 0").replace("Y: 0", "Y: *zero");

@@ -283,12 +283,17 @@ fn parse_raw<'text>(
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     reject_hostile(text, name)?;
     let format = options.format.unwrap_or_else(|| Format::detect(text));
+    // Only our own reader reads large files part by part.
+    let parts = if format == Format::Regatta { yaml::parts_of_large(text) } else { None };
     if format.is_yaml() {
-        reject_slow_yaml(text, name)?;
+        reject_deep_nesting(text, name)?;
+        if parts.is_none() {
+            reject_many_entries(text, name)?;
+        }
     }
     let mut report = Report::new(name, text);
     let raw = match format {
-        Format::Regatta => yaml::read(text, &mut report).map_err(|error| syntax(name, error))?,
+        Format::Regatta => yaml::read(text, parts, &mut report).map_err(|error| syntax(name, error))?,
         foreign => {
             let path = Path::new(name);
             let folder = path.parent().unwrap_or(Path::new(""));
@@ -334,14 +339,14 @@ fn reject_hostile(text: &str, name: &str) -> Result<(), GraphError> {
     Ok(())
 }
 
-/// Rejects texts that would make the YAML reader slow or take much memory.
-fn reject_slow_yaml(text: &str, name: &str) -> Result<(), GraphError> {
+/// Rejects texts for which the YAML reader would take much memory.
+fn reject_many_entries(text: &str, name: &str) -> Result<(), GraphError> {
     // Each value of a map or list follows one of these bytes: an upper bound without parsing.
     let entries = text.bytes().filter(|byte| b":,-[{*".contains(byte)).count();
-    if entries > 2 * yaml::MAX_ENTRIES && !yaml::is_read_in_parts(text) {
+    if entries > 2 * yaml::MAX_ENTRIES {
         return Err(GraphError::TooLarge { file: name.to_owned(), limit: format!("{} entries", yaml::MAX_ENTRIES) });
     }
-    reject_deep_nesting(text, name)
+    Ok(())
 }
 
 /// Rejects deeply nested brackets: the time to read them grows with the square of the depth.

@@ -14,7 +14,7 @@ use rayon::prelude::*;
 
 pub(super) use self::reader::MAX_ENTRIES;
 use self::reader::Reader;
-use self::sections::Part;
+pub(super) use self::sections::Part;
 use super::finding::{Report, Subject};
 use super::format::SyntaxError;
 use super::item::{RawEdge, RawNode, RawStation};
@@ -41,12 +41,16 @@ pub(super) struct RawGraph {
     pub is_imported: bool,
 }
 
-/// Reads a YAML text.
+/// Reads a YAML text, or its parts.
 ///
 /// # Errors
 /// If the text isn't YAML, or isn't one map. Errors inside the map are reported to `report` instead.
-pub(super) fn read<'text>(text: &'text str, report: &mut Report<'text>) -> Result<RawGraph, SyntaxError> {
-    let mut content = match parts_of_large(text) {
+pub(super) fn read<'text>(
+    text: &'text str,
+    parts: Option<Vec<Part<'text>>>,
+    report: &mut Report<'text>,
+) -> Result<RawGraph, SyntaxError> {
+    let mut content = match parts {
         None => Content::read(text, report, Part::Entry(text))?,
         Some(parts) => {
             let parts: Vec<_> = parts.into_par_iter().map(|part| Content::read(text, report, part)).collect();
@@ -62,14 +66,10 @@ pub(super) fn read<'text>(text: &'text str, report: &mut Report<'text>) -> Resul
     Ok(content.graph)
 }
 
-/// Returns the parts of a large text; `None` if it is to be read as a whole.
-fn parts_of_large(text: &str) -> Option<Vec<Part<'_>>> {
+/// Returns the parts of a large text, to read one by one; `None` if it is to be read as a whole. In parts, a text of any
+/// length takes little more memory than the graph itself.
+pub(super) fn parts_of_large(text: &str) -> Option<Vec<Part<'_>>> {
     (text.len() >= LARGE).then(|| sections::parts(text)).flatten()
-}
-
-/// Whether reading a text takes no more memory than the graph itself.
-pub(super) fn is_read_in_parts(text: &str) -> bool {
-    parts_of_large(text).is_some()
 }
 
 /// What a text, or a part of it, says.

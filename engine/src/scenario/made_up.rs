@@ -20,12 +20,13 @@ pub fn made_up_scenario(graph: &RouteGraph, file: &str, options: &ReadOptions) -
     let robots = (metres / METRES_PER_ROBOT).floor().clamp(1.0, most) as u32;
     let mut text = format!("graph: {}\n", quoted(file));
     write_options(&mut text, options).expect("writing to a String never fails");
+    let [length, width] = size(options);
     text += &format!(
         "rate: 50                            # ticks per simulated second\n\
          robot_types:\n\
          - name: amr\n  \
-           length: 0.9                       # metres\n  \
-           width: 0.6\n  \
+           length: {length:<26}# metres\n  \
+           width: {width}\n  \
            max_speed: 1.5                    # metres per second; edges limit it further\n  \
            max_acceleration: 0.8             # metres per second squared\n  \
            max_rotation_speed: 1.0           # radians per second, on the spot\n  \
@@ -37,6 +38,12 @@ pub fn made_up_scenario(graph: &RouteGraph, file: &str, options: &ReadOptions) -
          - collision\n"
     );
     text
+}
+
+/// Returns the length and the width of robots in metres: as wide as a roadmap was made for, if the layout is one.
+fn size(options: &ReadOptions) -> [f64; 2] {
+    let width_mm = options.skeleton.map_or(600.0, |width| f64::from(width.0));
+    [1.5 * width_mm, width_mm].map(|side| side / 1000.0)
 }
 
 fn write_options(text: &mut String, options: &ReadOptions) -> std::fmt::Result {
@@ -110,5 +117,6 @@ mod tests {
             ),
             "{text}"
         );
+        assert!(text.contains("length: 0.975 ") && text.contains("width: 0.65\n"), "{text}");
     }
 }

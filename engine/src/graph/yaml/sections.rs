@@ -8,7 +8,7 @@ const LINES: usize = 20_000;
 
 /// A part of a file that is YAML by itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Part<'text> {
+pub(in crate::graph) enum Part<'text> {
     /// A key of the root map with its value.
     Entry(&'text str),
     /// Items of the list of a key of the root map.
