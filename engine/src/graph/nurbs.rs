@@ -1,7 +1,8 @@
 //! NURBS (rational B-spline) curves of degree 1 to 5, and their conversion to cubic Bézier curves.
 //!
 //! Curves of degree 1 to 3 with equal weights are converted exactly. Others are fitted by cubics that meet with the same
-//! tangent, to [`TOLERANCE`]; the error that was reached is measured and returned.
+//! tangent, to [`TOLERANCE`] and [`HEADING_TOLERANCE`]; the distance that was reached is measured and
+//! returned.
 
 mod fit;
 #[cfg(test)]
@@ -14,6 +15,9 @@ use fit::{RationalBezier, fit};
 
 /// The distance in metres within which curves are fitted.
 pub const TOLERANCE: f64 = 0.0005;
+
+/// The error in radians of the headings of robots on fitted curves, 0.014°; more only at corners.
+pub const HEADING_TOLERANCE: f64 = 0.00025;
 
 /// The largest degree.
 pub const MAX_DEGREE: usize = 5;

@@ -138,17 +138,8 @@ CURVES: dict[str, Nurbs] = {
 """Curves that the examples of LIF don't have: degree, knots, control points and weights."""
 
 
-def curve_cases() -> Iterator[object]:
-    """Yields the curves, once for each kind of orientation."""
-    # The heading of the fitted curve is up to 0.07° off near the end, and that of the motion along it as much again.
-    inexact = [pytest.mark.xfail(strict=True, reason="the heading of robots on a fitted curve is 0.14° off")]
-    for orientation in ("TANGENTIAL", "GLOBAL"):
-        for name in CURVES:
-            marks = inexact if (name, orientation) == ("degree 4", "TANGENTIAL") else []
-            yield pytest.param(name, orientation, marks=marks)
-
-
-@pytest.mark.parametrize(("name", "orientation"), list(curve_cases()))
+@pytest.mark.parametrize("orientation", ["TANGENTIAL", "GLOBAL"])
+@pytest.mark.parametrize("name", CURVES)
 def test_curves_of_lif_have_weights_and_knots(engine: Engine, tmp_path: Path, name: str, orientation: str) -> None:
     degree, knots, control, weights = CURVES[name]
     points = [{"x": x, "y": y, "weight": weight} for (x, y), weight in zip(control, weights, strict=True)]

@@ -3,7 +3,7 @@
 
 use glam::{DVec2, DVec3};
 
-use super::{TOLERANCE, project};
+use super::{HEADING_TOLERANCE, TOLERANCE, project};
 use crate::graph::bezier::{CubicBezier, Side};
 
 /// The number of intervals between the points of a curve that a cubic is fitted to.
@@ -14,6 +14,10 @@ const ROUNDS: usize = 6;
 
 /// The number of halvings after which a cubic is accepted, whatever its error.
 const MAX_DEPTH: u32 = 8;
+
+/// The number of halvings after which a cubic is accepted, whatever the error of its heading: where a curve has a corner or
+/// is tiny, more don't help.
+const MAX_HEADING_DEPTH: u32 = 4;
 
 /// The relative difference of weights that is a rounding error.
 const SAME_WEIGHT: f64 = 1e-12;
@@ -51,6 +55,20 @@ impl RationalBezier {
             points.pop();
         }
         points.first().map_or(DVec2::ZERO, |point| project(*point))
+    }
+
+    /// Returns the direction at a parameter in [0, 1], not normalized; zero where it isn't defined.
+    fn direction(&self, parameter: f64) -> DVec2 {
+        let mut points = self.0.clone();
+        while points.len() > 2 {
+            halfway(&mut points, parameter);
+            points.pop();
+        }
+        // The last two points of de Casteljau's scheme are on the tangent.
+        match points[..] {
+            [before, after] => project(after) - project(before),
+            _ => DVec2::ZERO,
+        }
     }
 
     /// Returns the two halves.
@@ -108,7 +126,9 @@ pub(super) fn fit(curve: &RationalBezier, cubics: &mut Vec<CubicBezier>, max_cub
 fn fit_or_halve(curve: &RationalBezier, cubics: &mut Vec<CubicBezier>, max_cubics: usize, depth: u32) -> f64 {
     let samples: Vec<DVec2> = (0..=INTERVALS).map(|index| curve.position(fraction(index))).collect();
     let (cubic, error) = best(curve, &samples);
-    if error <= TOLERANCE || depth == 0 || cubics.len() >= max_cubics {
+    let is_close = error <= TOLERANCE
+        && (depth + MAX_HEADING_DEPTH <= MAX_DEPTH || heading_error(curve, &cubic, &samples) <= HEADING_TOLERANCE);
+    if is_close || depth == 0 || cubics.len() >= max_cubics {
         cubics.push(cubic);
         return error;
     }
@@ -130,6 +150,22 @@ fn best(curve: &RationalBezier, samples: &[DVec2]) -> (CubicBezier, f64) {
     }
     let fitted = least_squares(curve, samples).filter(|(_, fitted)| *fitted < error);
     fitted.unwrap_or((hermite, error))
+}
+
+/// Returns the greatest angle in radians between a curve and a cubic close to it; 0 for a curve that turns back.
+fn heading_error(curve: &RationalBezier, cubic: &CubicBezier, samples: &[DVec2]) -> f64 {
+    if curve.turns_back() {
+        return 0.0;
+    }
+    let mut parameters: Vec<f64> = (0..=INTERVALS).map(fraction).collect();
+    for _ in 0..ROUNDS {
+        correct(&mut parameters, cubic, samples);
+    }
+    let angle = |(index, &at): (usize, &f64)| {
+        let direction = curve.direction(fraction(index));
+        if direction == DVec2::ZERO { 0.0 } else { direction.angle_to(cubic.tangent(at, Side::After)).abs() }
+    };
+    parameters.iter().enumerate().map(angle).fold(0.0, f64::max)
 }
 
 /// Returns the cubic with the points and derivatives of the curve at its ends.
