@@ -78,6 +78,8 @@ pub enum GraphCommand {
         /// Second layout
         #[arg(value_hint = clap::ValueHint::FilePath)]
         second: PathBuf,
+        #[command(flatten)]
+        layout: LayoutArgs,
     },
 }
 
@@ -149,7 +151,7 @@ pub fn run(command: GraphCommand) -> Result<ExitCode, Failure> {
         GraphCommand::Generate { generator } => generate(&generator)?,
         GraphCommand::Draw { file, output, force } => draw(&file, &output, force)?,
         GraphCommand::Convert { file, output, to, force } => convert::run(&file, &output, to, force)?,
-        GraphCommand::Diff { first, second } => return diff(&first, &second),
+        GraphCommand::Diff { first, second, layout } => return diff(&first, &second, &layout),
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -196,8 +198,10 @@ fn draw(file: &FileArgs, output: &Destination, force: Force) -> Result<(), Failu
     }
 }
 
-fn diff(first: &Path, second: &Path) -> Result<ExitCode, Failure> {
-    let read = |path: &Path| Ok::<_, Failure>(graph::read(path, &ReadOptions::default())?.0);
+/// Compares two layouts, each read with the options that its format has.
+fn diff(first: &Path, second: &Path, layout: &LayoutArgs) -> Result<ExitCode, Failure> {
+    let _progress = Progress::start("comparing", 0);
+    let read = |path: &Path| Ok::<_, Failure>(graph::read(path, &layout.options())?.0);
     let differences = graph::diff::diff(&read(first)?, &read(second)?);
     differences.iter().for_each(|difference| println!("{difference}"));
     Ok(if differences.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE })

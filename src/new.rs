@@ -1,5 +1,6 @@
 //! `regatta new`: makes a folder with everything to run a layout.
 
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -30,16 +31,20 @@ pub struct NewArgs {
 /// # Errors
 /// Returns an error if the layout can't be read or has errors, or if the folder has such files already.
 pub fn run(args: &NewArgs) -> Result<(), Failure> {
-    let options = args.layout.options();
-    let (graph, findings) = graph::read(&args.plant, &options)?;
+    let (graph, findings) = graph::read(&args.plant, &args.layout.options())?;
+    // In the folder, the background lies beside the layout.
+    let background = args.layout.background.as_deref().and_then(Path::file_name).map(PathBuf::from);
+    let layout = LayoutArgs { background, ..args.layout.clone() };
+    let options = layout.options();
     let name = args.plant.file_name().ok_or("give the path of a layout file")?.to_string_lossy().into_owned();
     let folder = args.output.clone().unwrap_or_else(|| PathBuf::from(stem(&name)));
     let files = [
         ("scenario.yaml", made_up_scenario(&graph, &name, &options).into_bytes()),
-        ("README.md", readme(&name, &graph).into_bytes()),
+        ("README.md", readme(&name, &layout, &graph).into_bytes()),
     ];
-    let copies = std::iter::once(args.plant.clone()).chain(graph::format::companions(&args.plant));
-    let copies: Vec<_> = copies.filter_map(|from| Some((folder.join(from.file_name()?), from))).collect();
+    let with_companions = |path: &Path| std::iter::once(path.to_owned()).chain(graph::format::companions(path));
+    let copies = std::iter::once(&args.plant).chain(&args.layout.background).flat_map(|path| with_companions(path));
+    let copies: BTreeMap<_, _> = copies.filter_map(|from| Some((folder.join(from.file_name()?), from))).collect();
     let is_new = |path: &Path| check_file(path, args.force).map(|_| ());
     files.iter().try_for_each(|(name, _)| is_new(&folder.join(name)))?;
     copies.iter().try_for_each(|(to, _)| is_new(to))?;
@@ -71,14 +76,16 @@ fn print_summary(folder: &Path, graph: &RouteGraph, warnings: usize) {
     println!("regatta run {folder}/scenario.yaml");
 }
 
-fn readme(name: &str, graph: &RouteGraph) -> String {
+fn readme(name: &str, layout: &LayoutArgs, graph: &RouteGraph) -> String {
+    let words = std::iter::once(name.to_owned()).chain(layout.to_args());
+    let plant = words.map(|word| quoted(&word)).collect::<Vec<_>>().join(" ");
     format!(
         "# {name}\n\n\
          A layout of {} edges, {} nodes and {} stations, and a scenario for it.\n\n\
          ```console\n\
          $ regatta run scenario.yaml                # robots on random routes, with the collision checker\n\
-         $ regatta graph check {name}     # what of the layout wasn't understood, and what can't be driven\n\
-         $ regatta graph draw {name} -o map.svg\n\
+         $ regatta graph check {plant}     # what of the layout wasn't understood, and what can't be driven\n\
+         $ regatta graph draw {plant} -o map.svg\n\
          ```\n\n\
          `scenario.yaml` has the robot types (size, speed, acceleration, rotation) and the number of robots: change them to\n\
          those of your plant.\n",
@@ -86,4 +93,10 @@ fn readme(name: &str, graph: &RouteGraph) -> String {
         graph.nodes().len(),
         graph.stations().len(),
     )
+}
+
+/// Returns a word for a shell.
+fn quoted(word: &str) -> String {
+    let is_plain = |letter: char| letter.is_alphanumeric() || "-_=./:,+".contains(letter);
+    if word.chars().all(is_plain) { word.to_owned() } else { format!("'{}'", word.replace('\'', r"'\''")) }
 }

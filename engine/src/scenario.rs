@@ -106,15 +106,11 @@ pub enum ScenarioError {
         /// The system's error.
         source: std::io::Error,
     },
-    /// The file is larger than any reasonable scenario or layout.
-    #[error("{}: too large for a {kind} (at most {} MiB)", path.display(), most_bytes >> 20)]
+    /// The file is larger than any reasonable scenario.
+    #[error("{}: too large for a scenario (at most {} MiB)", path.display(), MAX_FILE_BYTES >> 20)]
     TooLarge {
         /// The file.
         path: PathBuf,
-        /// `scenario` or `layout`.
-        kind: &'static str,
-        /// The limit.
-        most_bytes: u64,
     },
     /// The file is not a scenario.
     #[error("{}{problem}", path.display())]

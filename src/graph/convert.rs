@@ -28,15 +28,22 @@ pub fn run(file: &FileArgs, output: &Destination, to: Option<Format>, force: For
     output.write(&written.text, force)
 }
 
-/// Writes a copy of a layout in which what has one obvious answer is mended, and says what that was.
+/// Writes a copy of a layout in which what has one obvious answer is mended, and says what that was, and what the copy
+/// hasn't.
 pub fn fix(file: &FileArgs, output: &Destination, force: Force) -> Result<(), Failure> {
-    let format = format_of(output)?;
+    let format = format_of(output)
+        .map_err(|_| "the ending of the copy tells its format: give one that ends in .yaml, .json, .geojson or .xml")?;
     output.check(force)?;
-    let (graph, fixes) = parse_fixed(&file.text()?, &file.name(), &file.options())?;
+    let (graph, findings, fixes) = parse_fixed(&file.text()?, &file.name(), &file.options())?;
     let written = write(&graph, format).ok_or_else(|| format!("graphs can't be written as {format}"))?;
     fixes.iter().for_each(|fix| eprintln!("regatta: {fix}"));
     if fixes.is_empty() {
         eprintln!("regatta: {}: nothing to mend", file.name());
+    }
+    // What the reader didn't understand isn't in the copy.
+    findings.as_slice().iter().for_each(|finding| eprintln!("{finding}"));
+    for loss in &written.losses {
+        eprintln!("regatta: {format} can't say everything: {loss}");
     }
     output.write(&written.text, force)
 }

@@ -3,14 +3,18 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
+use glam::DVec2;
+
+use super::path::Path;
 use super::route_graph::{Edge, Node, RouteGraph};
-use super::tags::Station;
+use super::tags::{Orientation, Station, Tags};
+use super::value::shorten;
 
 /// The distance in metres, and the angle in radians, up to which poses count as equal.
 const TOLERANCE: f64 = 1e-6;
 
-/// The number of points at which two paths are compared.
-const SAMPLES: u32 = 32;
+/// The number of points of each cubic at which two paths are compared.
+const SAMPLES: u32 = 16;
 
 /// A difference between two graphs.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -111,9 +115,7 @@ impl Sides<'_> {
         if a.role != b.role {
             changes.push(format!("role {} → {}", a.role.name(), b.role.name()));
         }
-        if a.tags != b.tags {
-            changes.push("other names or properties".to_owned());
-        }
+        changes.extend(tag_changes(a.tags.as_deref(), b.tags.as_deref()));
         changes
     }
 
@@ -138,11 +140,9 @@ impl Sides<'_> {
             changes.push(format!("reverse speed {from} → {to}"));
         }
         if a.orientation != b.orientation {
-            changes.push("other orientation".to_owned());
+            changes.push(format!("orientation {} → {}", described(a.orientation), described(b.orientation)));
         }
-        if a.tags != b.tags {
-            changes.push("other names or properties".to_owned());
-        }
+        changes.extend(tag_changes(a.tags.as_deref(), b.tags.as_deref()));
         changes
     }
 
@@ -166,13 +166,62 @@ impl Sides<'_> {
         changes
     }
 
-    /// Returns the largest distance of points at the same fraction of two paths.
+    /// Returns the largest distance of a point of one of two paths from the other path, or of their starts or ends.
     fn path_distance(&self, a: &Edge, b: &Edge) -> f64 {
-        let at = |graph: &RouteGraph, edge: &Edge, i: u32| {
-            edge.path.at(f64::from(i) / f64::from(SAMPLES)).0 + graph.origin()
-        };
-        (0..=SAMPLES).map(|i| at(self.first, a, i).distance(at(self.second, b, i))).fold(0.0, f64::max)
+        let shift = self.second.origin() - self.first.origin();
+        let b = b.path.map(|point| point + shift);
+        let ends = a.path.start().distance(b.start()).max(a.path.end().distance(b.end()));
+        ends.max(farthest(&a.path, &b)).max(farthest(&b, &a.path))
     }
+}
+
+/// Returns the largest distance of points of a path from another path.
+fn farthest(path: &Path, other: &Path) -> f64 {
+    let parameters = || (0..=SAMPLES).map(|index| f64::from(index) / f64::from(SAMPLES));
+    let points = path.cubics().flat_map(|cubic| parameters().map(|at| cubic.position(at)));
+    points.map(|point| distance(other, point)).fold(0.0, f64::max)
+}
+
+/// Returns the distance of a point from a path: from the nearest of some points of each cubic, Newton's method goes on.
+fn distance(path: &Path, point: DVec2) -> f64 {
+    let of_cubic = |cubic: &super::CubicBezier| {
+        let gap = |at: f64| cubic.position(at).distance(point);
+        let starts = (0..=SAMPLES).map(|index| f64::from(index) / f64::from(SAMPLES));
+        let mut nearest = starts.min_by(|a, b| gap(*a).total_cmp(&gap(*b))).unwrap_or(0.0);
+        for _ in 0..8 {
+            let (offset, velocity) = (cubic.position(nearest) - point, cubic.derivative(nearest));
+            let slope = velocity.length_squared() + offset.dot(cubic.second_derivative(nearest));
+            if slope > 0.0 {
+                nearest = (nearest - offset.dot(velocity) / slope).clamp(0.0, 1.0);
+            }
+        }
+        gap(nearest)
+    };
+    path.cubics().map(of_cubic).fold(f64::INFINITY, f64::min)
+}
+
+fn described(orientation: Orientation) -> String {
+    match orientation {
+        Orientation::Tangential => "tangential".to_owned(),
+        Orientation::Offset(angle) => format!("{:.2}° to the tangent", angle.to_degrees()),
+        Orientation::Fixed(heading) => format!("{:.2}° on the map", heading.to_degrees()),
+    }
+}
+
+/// Returns the names and properties that differ.
+fn tag_changes(a: Option<&Tags>, b: Option<&Tags>) -> Vec<String> {
+    let empty = Tags::default();
+    let (a, b) = (a.unwrap_or(&empty), b.unwrap_or(&empty));
+    let texts = |tags: &Tags| -> BTreeMap<String, String> {
+        let named = [("name", &tags.name), ("level", &tags.level), ("zone", &tags.zone)];
+        let named = named.into_iter().filter_map(|(key, text)| Some((key.to_owned(), text.as_ref()?.to_string())));
+        named.chain(tags.properties.iter().map(|(key, text)| (format!("property `{key}`"), text.to_string()))).collect()
+    };
+    let (a, b) = (texts(a), texts(b));
+    let keys: std::collections::BTreeSet<_> = a.keys().chain(b.keys()).collect();
+    let text = |tags: &BTreeMap<String, String>, key| tags.get(key).map_or("none".to_owned(), |text| shorten(text));
+    let changed = keys.into_iter().filter(|key| a.get(*key) != b.get(*key));
+    changed.map(|key| format!("{key} {} → {}", text(&a, key), text(&b, key))).collect()
 }
 
 #[cfg(test)]
@@ -206,5 +255,22 @@ mod tests {
             ["~ node 2: moved by 0.500 m", "+ node 3", "~ edge 7: path differs by 0.500 m, speed 1 → 2 m/s"]
         );
         assert_eq!(differences(&graph(1.0, 5.0, more), &graph(1.0, 5.0, "")), ["- node 3"]);
+    }
+
+    #[test]
+    fn paths_are_compared_whatever_their_cubics_are() {
+        let edge = |points: &str| {
+            let text = format!(
+                "Vertices:\n- {{Id: 1, X: 0, Y: 0, Theta: 0}}\n- {{Id: 2, X: 6, Y: 0, Theta: 0}}\n\
+                 Edges:\n- {{Id: 7, Origin_ID: 1, Destination_ID: 2, CurveType: Bezier, ControlPoints: [{points}], VelocityForward: 1, Zone: a}}\n"
+            );
+            parse(&text, "g", &ReadOptions::default()).expect("a graph").0
+        };
+        // The same curve, also as its first quarter and the rest, by de Casteljau's scheme.
+        let whole = edge("[0, 0], [0, 4], [6, 4], [6, 0]");
+        let parts = edge("[0, 0], [0, 1], [0.375, 1.75], [0.9375, 2.25], [2.625, 3.75], [6, 3], [6, 0]");
+        assert_eq!(differences(&whole, &parts), [""; 0]);
+        let other = edge("[0, 0], [0, 4.4], [6, 4.4], [6, 0]");
+        assert_eq!(differences(&whole, &other), ["~ edge 7: path differs by 0.300 m"]);
     }
 }

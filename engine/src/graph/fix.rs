@@ -1,12 +1,15 @@
-//! Mends what has one obvious answer: angles in degrees, edges that are given twice, ends that nearly meet.
+//! Mends what has one obvious answer: angles in degrees, edges that are given twice or lead nowhere, ends that nearly meet.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use glam::DVec2;
 
-use super::item::{RawEdge, RawNode};
+use super::bezier::CubicBezier;
+use super::item::{RawCurve, RawEdge, RawNode};
 use super::spline::normalize_angle;
-use super::validate::SUSPICIOUS_ANGLE;
+use super::tags::Tags;
+use super::validate::{MAX_GAP, SUSPICIOUS_ANGLE};
+use super::value::shorten;
 use super::yaml::RawGraph;
 
 /// The distance in metres up to which ends that don't meet are joined.
@@ -20,8 +23,55 @@ pub(super) fn fix(raw: &mut RawGraph) -> Vec<String> {
     let mut fixes = Vec::new();
     fixes.extend(fix_angle_unit(raw));
     fixes.extend(remove_duplicate_edges(raw));
+    fixes.extend(remove_loops(raw));
     fixes.extend(join_ends(raw));
+    fixes.extend(move_curve_ends(raw));
     fixes
+}
+
+/// Removes straight edges from a node to itself, which have no length.
+fn remove_loops(raw: &mut RawGraph) -> Vec<String> {
+    let is_loop = |edge: &RawEdge| {
+        edge.origin.is_some() && edge.origin == edge.destination && matches!(edge.curve, None | Some(RawCurve::Linear))
+    };
+    let fixes = raw.edges.iter().filter(|edge| is_loop(edge));
+    let fixes = fixes.map(|edge| format!("{}: removed, it leads from a node to itself", name(edge))).collect();
+    raw.edges.retain(|edge| !is_loop(edge));
+    fixes
+}
+
+/// Moves the ends of curves, with their handles, to the nodes that they nearly meet.
+fn move_curve_ends(raw: &mut RawGraph) -> Vec<String> {
+    let nodes = raw.nodes.iter().filter_map(|node| Some((node.id?, position(node)?)));
+    let positions: BTreeMap<u32, DVec2> = nodes.collect();
+    let mut fixes = Vec::new();
+    for edge in &mut raw.edges {
+        let [from, to] = [edge.origin, edge.destination].map(|id| id.and_then(|id| positions.get(&id)).copied());
+        let Some(RawCurve::Cubics(cubics)) = &mut edge.curve else { continue };
+        let mut gap: f64 = 0.0;
+        if let (Some(node), Some(CubicBezier { control_points: [end, handle, ..] })) = (from, cubics.first_mut()) {
+            gap = gap.max(move_end(end, handle, node));
+        }
+        if let (Some(node), Some(CubicBezier { control_points: [.., handle, end] })) = (to, cubics.last_mut()) {
+            gap = gap.max(move_end(end, handle, node));
+        }
+        if gap > 0.0 {
+            fixes.push(format!("{}: its curve ends at its nodes now, {gap:.3} m away", name(edge)));
+        }
+    }
+    fixes
+}
+
+/// Moves an end of a curve to a node that it nearly meets. Returns the distance; 0 if it stays.
+fn move_end(end: &mut DVec2, handle: &mut DVec2, node: DVec2) -> f64 {
+    let shift = node - *end;
+    let gap = shift.length();
+    if !(MAX_GAP..=MAX_JOINED_GAP).contains(&gap) {
+        return 0.0;
+    }
+    *end = node;
+    *handle += shift;
+    gap
 }
 
 fn fix_angle_unit(raw: &mut RawGraph) -> Option<String> {
@@ -42,8 +92,8 @@ fn remove_duplicate_edges(raw: &mut RawGraph) -> Vec<String> {
     let mut kept = Vec::with_capacity(raw.edges.len());
     for mut edge in std::mem::take(&mut raw.edges) {
         let earlier = by_ends.entry((edge.origin, edge.destination)).or_default();
-        if earlier.iter().any(|other| is_same(other, &edge)) {
-            fixes.push(format!("edge {}: removed, it is the same as an earlier one", name(edge.id)));
+        if let Some(other) = earlier.iter().find(|other| is_same(other, &edge)) {
+            fixes.push(format!("{}: removed, it is the same as {}", name(&edge), name(other)));
             continue;
         }
         if let Some(id) = edge.id.filter(|id| !ids.insert(*id))
@@ -61,15 +111,20 @@ fn remove_duplicate_edges(raw: &mut RawGraph) -> Vec<String> {
     fixes
 }
 
-/// Whether two edges between the same nodes are driven alike.
+/// Whether two edges between the same nodes differ in their ids and names at most.
 fn is_same(a: &RawEdge, b: &RawEdge) -> bool {
     let shape = |edge: &RawEdge| (edge.curve.clone(), edge.forward, edge.backward);
-    let speeds = |edge: &RawEdge| (edge.velocity_forward, edge.velocity_backwards, edge.orientation);
-    a.origin.is_some() && shape(a) == shape(b) && speeds(a) == speeds(b)
+    let rules = |edge: &RawEdge| (edge.velocity_forward, edge.velocity_backwards, edge.orientation, edge.rotation);
+    let tags = |edge: &RawEdge| Tags { name: None, ..edge.tags.as_deref().cloned().unwrap_or_default() };
+    a.origin.is_some() && shape(a) == shape(b) && rules(a) == rules(b) && tags(a) == tags(b)
 }
 
-fn name(id: Option<u32>) -> String {
-    id.map_or_else(|| "without id".to_owned(), |id| id.to_string())
+fn name(edge: &RawEdge) -> String {
+    let id = edge.id.map_or_else(|| "without id".to_owned(), |id| id.to_string());
+    match edge.tags.as_ref().and_then(|tags| tags.name.as_deref()) {
+        Some(name) => format!("edge {id} (`{}`)", shorten(name)),
+        None => format!("edge {id}"),
+    }
 }
 
 /// Joins nodes that are nearly at the same place with nearly the same heading, if one of them is a loose end: robots arrive
@@ -139,7 +194,9 @@ fn nearest(node: &RawNode, raw: &RawGraph, cells: &Cells, joined: &BTreeMap<u32,
     let candidates = others.filter_map(|other| {
         let gap = position(other)?.distance(at);
         let turn = to_radians(other.theta?, raw.degrees) - to_radians(node.theta?, raw.degrees);
-        let is_near = gap <= MAX_JOINED_GAP && normalize_angle(turn).abs() <= MAX_JOINED_TURN;
+        // The curves of other formats don't depend on the headings of their nodes.
+        let is_aligned = raw.is_imported || normalize_angle(turn).abs() <= MAX_JOINED_TURN;
+        let is_near = gap <= MAX_JOINED_GAP && is_aligned;
         let other = other.id.filter(|other| *other != id && !joined.contains_key(other))?;
         // Joining the ends of one edge would leave an edge from a node to itself.
         let is_edge = |edge: &RawEdge| {
@@ -161,7 +218,7 @@ mod tests {
     const EDGE: &str = "CurveType: Linear, VelocityForward: 1";
 
     fn fixed(text: &str) -> (crate::graph::RouteGraph, Vec<String>) {
-        let (graph, fixes) = parse_fixed(text, "g", &ReadOptions::default()).expect("it can be mended");
+        let (graph, _, fixes) = parse_fixed(text, "g", &ReadOptions::default()).expect("it can be mended");
         (graph, fixes)
     }
 
@@ -187,5 +244,40 @@ mod tests {
         assert!((graph.nodes()[0].theta - std::f64::consts::FRAC_PI_2).abs() < 1e-12);
         assert_eq!(graph.edges()[0].destination, graph.edges()[1].origin, "they meet now");
         assert_eq!(graph.edges()[1].id, 2);
+    }
+
+    #[test]
+    fn edges_that_differ_in_anything_but_their_names_stay() {
+        let edge = |id: u32, more: &str| format!("- {{Id: {id}, Origin_ID: 1, Destination_ID: 2, {EDGE}{more}}}\n");
+        let text = format!(
+            "Vertices:\n- {{Id: 1, X: 0, Y: 0, Theta: 0}}\n- {{Id: 2, X: 5, Y: 0, Theta: 0}}\nEdges:\n{}{}{}{}{}",
+            edge(1, ""),
+            edge(2, ", Zone: trolleys"),
+            edge(3, ", RotationAtOrigin: cw"),
+            edge(4, ", Name: again"),
+            "- {Id: 5, Origin_ID: 2, Destination_ID: 2, CurveType: Linear, VelocityForward: 1}\n",
+        );
+        let (graph, fixes) = fixed(&text);
+        assert_eq!(graph.edges().iter().map(|edge| edge.id).collect::<Vec<_>>(), [1, 2, 3], "{fixes:?}");
+        assert_eq!(
+            fixes,
+            ["edge 4 (`again`): removed, it is the same as edge 1", "edge 5: removed, it leads from a node to itself"]
+        );
+    }
+
+    #[test]
+    fn ends_of_other_formats_are_joined_whatever_their_headings() {
+        let text = "id,x,y\nA,0,0\nB,10,0\nB2,10.004,0.003\nC,20,0\n\nfrom,to\nA,B\nB,A\nB2,C\n";
+        let (graph, fixes) = fixed(text);
+        assert_eq!((graph.nodes().len(), fixes.len()), (3, 1), "{fixes:?}");
+    }
+
+    #[test]
+    fn curves_that_nearly_meet_their_nodes_are_moved_to_them() {
+        let text = "Vertices:\n- {Id: 1, X: 0, Y: 0, Theta: 0}\n- {Id: 2, X: 6, Y: 0, Theta: 0}\nEdges:\n\
+                    - {Id: 7, Origin_ID: 1, Destination_ID: 2, CurveType: Bezier, VelocityForward: 1, \
+                    ControlPoints: [[0.03, 0], [0, 4], [6, 4], [6, -0.04]]}\n";
+        let (graph, fixes) = fixed(text);
+        assert_eq!((graph.edges()[0].path.cubic_count(), fixes.len()), (1, 1), "{fixes:?}");
     }
 }

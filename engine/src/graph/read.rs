@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
-use super::finding::{Findings, Report};
+use super::finding::{Findings, Report, Subject};
 use super::format::ros_map::{self, BackgroundError};
 use super::format::{self, Format, Source, SyntaxError};
 use super::route_graph::RouteGraph;
@@ -132,6 +132,31 @@ impl std::fmt::Display for Millimetres {
         write!(f, "{}", self.metres())
     }
 }
+
+impl ReadOptions {
+    /// Reports the options that a format doesn't use.
+    fn report_unused(&self, format: Format, report: &mut Report<'_>) {
+        let given = [
+            ("--handles", self.handles.is_some(), &[Format::Regatta][..]),
+            ("--vehicle-type", self.vehicle_type.is_some(), &[Format::Lif]),
+            ("--layer", !self.layers.is_empty(), &[Format::Dxf]),
+            ("--units", self.units.is_some(), &[Format::Dxf, Format::Csv]),
+            ("--skeleton", self.skeleton.is_some(), &[Format::RosMap]),
+            ("--cell-size", self.cell_size.is_some(), &[Format::MovingAi]),
+            ("--level", self.level.is_some(), &LEVEL_FORMATS),
+        ];
+        for (name, _, formats) in
+            given.into_iter().filter(|(_, is_given, formats)| *is_given && !formats.contains(&format))
+        {
+            let users = formats.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ");
+            report.warning(0, Subject::File, format!("`{name}` is not used for {format}, but for {users}"));
+        }
+    }
+}
+
+/// The formats that have levels, or say that theirs can't be chosen.
+const LEVEL_FORMATS: [Format; 6] =
+    [Format::Lif, Format::OpenRmf, Format::OpenRmfBuilding, Format::Nav2, Format::OpenTcs, Format::Csv];
 
 /// The error of reading a route graph. It is displayed as one line; [`GraphError::findings`] has all details.
 #[derive(Debug, thiserror::Error)]
@@ -263,15 +288,19 @@ pub fn parse(text: &str, name: &str, options: &ReadOptions) -> Result<(RouteGrap
     finish(raw, options, report)
 }
 
-/// As [`parse`], after mending what has one obvious answer. Returns the graph and what was mended, one line each.
+/// As [`parse`], after mending what has one obvious answer. Also returns what was mended, one line each.
 ///
 /// # Errors
 /// As [`parse`], for what can't be mended.
-pub fn parse_fixed(text: &str, name: &str, options: &ReadOptions) -> Result<(RouteGraph, Vec<String>), GraphError> {
+pub fn parse_fixed(
+    text: &str,
+    name: &str,
+    options: &ReadOptions,
+) -> Result<(RouteGraph, Findings, Vec<String>), GraphError> {
     let (mut raw, report) = parse_raw(text, name, options)?;
     let fixes = fix::fix(&mut raw);
-    let (graph, _) = finish(raw, options, report)?;
-    Ok((graph, fixes))
+    let (graph, findings) = finish(raw, options, report)?;
+    Ok((graph, findings, fixes))
 }
 
 /// Reads a text up to its validation.
@@ -292,6 +321,7 @@ fn parse_raw<'text>(
         }
     }
     let mut report = Report::new(name, text);
+    options.report_unused(format, &mut report);
     let raw = match format {
         Format::Regatta => yaml::read(text, parts, &mut report).map_err(|error| syntax(name, error))?,
         foreign => {
@@ -369,6 +399,7 @@ fn reject_deep_nesting(text: &str, name: &str) -> Result<(), GraphError> {
 fn not_text(name: &str, bytes: &[u8], at: usize) -> GraphError {
     let reason = match bytes {
         _ if bytes.starts_with(b"AutoCAD Binary DXF") => "it is a binary drawing, save it as DXF in ASCII",
+        _ if bytes.starts_with(b"AC10") => "it is a drawing in DWG, save it as DXF in ASCII",
         [0xff, 0xfe, ..] | [0xfe, 0xff, ..] => "it looks like UTF-16, save it as UTF-8",
         _ if bytes[at..].first() == Some(&0) => "it contains a zero byte",
         _ => "it contains bytes that are not valid UTF-8",

@@ -25,7 +25,7 @@ pub const MAX_SPEED: f64 = 50.0;
 pub const MIN_LENGTH: f64 = 0.001;
 
 /// The distance in metres below which the end of a curve counts as at its node: a tenth of the error of a pose.
-const MAX_GAP: f64 = 1e-4;
+pub(super) const MAX_GAP: f64 = 1e-4;
 
 /// An angle in radians, of a little more than a full turn, beyond which angles are probably in degrees.
 pub(super) const SUSPICIOUS_ANGLE: f64 = 2.0 * PI + 0.01;

@@ -45,7 +45,7 @@ impl Scenario {
             return Self::of_layout(text, name, overrides);
         }
         if text.len() as u64 > MAX_FILE_BYTES {
-            return Err(ScenarioError::TooLarge { path: name.into(), kind: "scenario", most_bytes: MAX_FILE_BYTES });
+            return Err(ScenarioError::TooLarge { path: name.into() });
         }
         Self::parse(text, name, overrides, |graph, options| graph::read(&folder.join(graph), options))
     }
@@ -148,14 +148,10 @@ pub fn is_scenario(text: &str) -> bool {
     serde_yaml::from_str::<BTreeMap<String, IgnoredAny>>(text).is_ok_and(|keys| keys.contains_key("graph"))
 }
 
+/// Reads a text, which may be a layout: these are larger than scenarios.
 fn read_text(reader: impl Read, path: &Path) -> Result<String, ScenarioError> {
-    let mut text = String::new();
-    // Limited while reading, because the size of a pipe or a device isn't known in advance.
-    let most_bytes = graph::MAX_FILE_BYTES;
-    let read = reader.take(most_bytes + 1).read_to_string(&mut text);
-    read.map_err(|source| ScenarioError::Read { path: path.into(), source })?;
-    if text.len() as u64 > most_bytes {
-        return Err(ScenarioError::TooLarge { path: path.into(), kind: "layout", most_bytes });
-    }
-    Ok(text)
+    Ok(match graph::read_stream(reader, &path.display().to_string()) {
+        Err(GraphError::Unreadable { source, .. }) => return Err(ScenarioError::Read { path: path.into(), source }),
+        text => text?,
+    })
 }

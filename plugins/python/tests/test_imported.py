@@ -168,6 +168,42 @@ def test_curves_of_lif_have_weights_and_knots(engine: Engine, tmp_path: Path, na
     drive(engine, tmp_path, file, lif.edges(file))
 
 
+def test_roads_of_a_map_keep_their_distance_from_walls(engine: Engine, tmp_path: Path) -> None:
+    """A map has no edges: instead of curves, its picture says where robots may be."""
+    path, width = FILES / "ros-map/turtlebot3_world.yaml", 0.3
+    forwards, backwards = ids_of(path, {"skeleton": str(width)})
+    assert len(forwards) > 40 and not backwards
+    robots = "".join(f"\n- {{route: [{route}], repeat: once}}" for route in forwards)
+    scenario = tmp_path / "scenario.yaml"
+    scenario.write_text(f'graph: "{path}"\nlayout:\n  skeleton: {width}\nrate: 50\nrobots:{robots}\n')
+    run = Run(engine, scenario, len(forwards))
+    starts, ends = (np.unique(run.world.edges[name]) for name in ("origin", "destination"))
+    assert len(starts) == len(ends) == len(run.world.nodes), "each node is left and reached"
+    walls = np.array(list(walls_of(path)))
+    for robot in range(len(forwards)):
+        poses = run.poses(robot, robot)
+        assert poses.shape[1] > 1, "not driven"
+        for x, y in poses[:2].T:
+            nearest = np.clip((x, y), walls[:, :2], walls[:, 2:])
+            assert np.hypot(*(nearest - (x, y)).T).min() >= width / 2, (x, y)
+
+
+def walls_of(path: Path) -> Iterator[tuple[float, float, float, float]]:
+    """Yields the squares of a map's cells that aren't free: x and y of two corners in metres."""
+    settings = dict(re.findall(r"^(\w+): *(.+)$", path.read_text(), re.MULTILINE))
+    cell, free = float(settings["resolution"]), float(settings["free_thresh"])
+    left, bottom = (float(number) for number in settings["origin"].strip("[]").split(",")[:2])
+    assert int(settings["negate"]) == 0
+    picture = path.with_name(settings["image"]).read_bytes()
+    header = re.match(rb"P5\s(?:#.*\n)?(\d+)\s+(\d+)\s+255\s", picture)
+    assert header is not None
+    columns, rows = (int(number) for number in header.groups())
+    pixels = np.frombuffer(picture, np.uint8, offset=header.end()).reshape(rows, columns)
+    for row, column in np.argwhere((255.0 - pixels) / 255 >= free):
+        x, y = left + column * cell, bottom + (rows - 1 - row) * cell
+        yield x, y, x + cell, y + cell
+
+
 def drive(
     engine: Engine, folder: Path, path: Path, expected: list[Edge], options: dict[str, str] | None = None
 ) -> None:

@@ -47,6 +47,10 @@ fn is_moving_ai(start: &str) -> bool {
 
 /// A DXF file consists of pairs of lines: a group code and a value. It starts with a section or a comment.
 fn is_dxf(start: &str) -> bool {
+    // Those in binary too, of which the reader says what to do.
+    if start.starts_with("AutoCAD Binary DXF") {
+        return true;
+    }
     let mut lines = start.lines().map(str::trim);
     matches!((lines.next(), lines.next()), (Some("0"), Some("SECTION")) | (Some("999"), Some(_)))
 }
