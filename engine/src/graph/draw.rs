@@ -1,5 +1,7 @@
 //! Draws a route graph as a map: an SVG file with the exact Bézier curves.
 
+mod labels;
+
 use std::fmt::{self, Write};
 
 use glam::DVec2;
@@ -7,9 +9,9 @@ use glam::DVec2;
 use super::bezier::CubicBezier;
 use super::info::BoundingBox;
 use super::path::Path;
-use super::route_graph::{Edge, RouteGraph};
+use super::route_graph::{Edge, Node, RouteGraph};
 use super::spline::unit;
-use super::tags::Role;
+use super::tags::{Role, Station};
 
 /// The longer side of the map in pixels, margins included.
 const LONGER_SIDE: f64 = 1600.0;
@@ -21,24 +23,15 @@ const LEGEND: f64 = 44.0;
 /// The largest scale in pixels per metre.
 const MAX_SCALE: f64 = 60.0;
 
-/// The largest number of edges with which a graph is drawn with ids.
-const MAX_EDGES_WITH_IDS: usize = 150;
-
-/// The largest number of characters of a name that are drawn.
-const LONGEST_LABEL: usize = 24;
-
-/// The mean width of a character relative to the size of the font.
-const GLYPH_WIDTH: f64 = 0.52;
-
 /// The colours of the edges, from slow to fast.
 const SPEED_COLOURS: [&str; 5] = ["#7fb8ad", "#4f9bb0", "#3b78a8", "#2f5590", "#263a70"];
 
 /// Returns the map of a graph as the text of an SVG file.
 ///
 /// North is up. Edges are coloured by speed and have an arrow at λ = ½, and a second, orange one if they allow reverse
-/// gear. Nodes show their headings, and rings in the colours of their roles; stations are squares. Small graphs are
-/// labelled with names or else ids: those of nodes in grey, those of edges in the colour of the edge. The lines of the
-/// background are grey.
+/// gear. Nodes show their headings, and rings in the colours of their roles; stations are squares. Labels
+/// are names or else ids: those of nodes in grey, unless there are thousands; those of edges in the colour of the edge,
+/// if there are few. A label for which there is no room is left out. The lines of the background are grey.
 pub fn svg(graph: &RouteGraph) -> String {
     let mut text = String::new();
     Map::new(graph).write(&mut text).expect("writing to a String never fails");
@@ -93,9 +86,7 @@ impl<'g> Map<'g> {
         self.write_reverse_arrows(out)?;
         self.write_nodes(out)?;
         self.write_stations(out)?;
-        if self.graph.edges().len() <= MAX_EDGES_WITH_IDS {
-            self.write_ids(out)?;
-        }
+        self.write_labels(out)?;
         self.write_legend(out)?;
         writeln!(out, "</svg>")
     }
@@ -138,7 +129,7 @@ impl<'g> Map<'g> {
     /// Writes stations as squares in the colours of their roles, with lines to their nodes, and rings around nodes with a
     /// role.
     fn write_stations(&self, out: &mut String) -> fmt::Result {
-        let size = (self.detail * 0.16).clamp(3.0, 10.0);
+        let size = self.station_size();
         for node in self.graph.nodes().iter().filter(|node| node.role != Role::None) {
             let (at, colour) = (self.pixel(node.position), role_colour(node.role));
             writeln!(
@@ -148,9 +139,9 @@ impl<'g> Map<'g> {
             )?;
         }
         for station in self.graph.stations() {
+            let Some(at) = self.station_position(station) else { continue };
+            let colour = role_colour(station.role);
             let nodes = station.nodes.iter().map(|&node| self.graph.node(node).position);
-            let Some(position) = station.position.or(nodes.clone().next()) else { continue };
-            let (at, colour) = (self.pixel(position), role_colour(station.role));
             for node in nodes.map(|node| self.pixel(node)) {
                 let (x, y) = (node.x, node.y);
                 writeln!(
@@ -165,11 +156,28 @@ impl<'g> Map<'g> {
                 out,
                 "<rect x=\"{x:.1}\" y=\"{y:.1}\" width=\"{side:.1}\" height=\"{side:.1}\" fill=\"{colour}\" fill-opacity=\"0.75\"/>"
             )?;
-            if self.graph.stations().len() <= MAX_EDGES_WITH_IDS {
-                write_label(out, at + DVec2::new(0.0, 2.2 * size), colour, &station.name)?;
-            }
         }
         Ok(())
+    }
+
+    /// Returns where a station is in the picture, if the file says so for it or for a node of it.
+    fn station_position(&self, station: &Station) -> Option<DVec2> {
+        let node = station.nodes.first().map(|&node| self.graph.node(node).position);
+        station.position.or(node).map(|position| self.pixel(position))
+    }
+
+    /// Returns half the side of a station's square, and the radius of the ring around a node with a role.
+    fn station_size(&self) -> f64 {
+        (self.detail * 0.16).clamp(3.0, 10.0)
+    }
+
+    fn node_radius(&self) -> f64 {
+        (self.detail * 0.07).clamp(0.8, 4.5)
+    }
+
+    /// Returns the radius of a node's circle, or of its ring, with half the stroke.
+    fn reach(&self, node: &Node) -> f64 {
+        if node.role == Role::None { self.node_radius() * 1.2 } else { self.station_size() + 1.0 }
     }
 
     fn stroke(&self) -> f64 {
@@ -240,7 +248,7 @@ impl<'g> Map<'g> {
     }
 
     fn write_nodes(&self, out: &mut String) -> fmt::Result {
-        let radius = (self.detail * 0.07).clamp(0.8, 4.5);
+        let radius = self.node_radius();
         write!(out, "<path stroke=\"#30363d\" stroke-width=\"{:.2}\" stroke-linecap=\"round\" d=\"", radius * 0.55)?;
         for node in self.graph.nodes() {
             let (from, pointer) = (self.pixel(node.position), unit(node.theta) * 2.4 * radius);
@@ -250,31 +258,6 @@ impl<'g> Map<'g> {
         for node in self.graph.nodes() {
             let at = self.pixel(node.position);
             writeln!(out, "<circle cx=\"{:.1}\" cy=\"{:.1}\" r=\"{radius:.1}\"/>", at.x, at.y)?;
-        }
-        writeln!(out, "</g>")
-    }
-
-    /// Writes the names, or else the ids: a node's behind the node, an edge's to the right of its arrow.
-    fn write_ids(&self, out: &mut String) -> fmt::Result {
-        let size = (self.detail * 0.14).clamp(7.0, 13.0);
-        writeln!(out, "<g font-size=\"{size:.1}\">")?;
-        for node in self.graph.nodes() {
-            let behind = unit(node.theta) * DVec2::new(-1.0, 1.0);
-            let at = self.pixel(node.position) + (behind + behind.perp()) * size * 0.9;
-            write_label(out, at, "#6a737d", node.name().unwrap_or(&node.id.to_string()))?;
-        }
-        for edge in self.graph.edges() {
-            let id = edge.id.to_string();
-            let text = edge.name().unwrap_or(&id);
-            // A name that is longer than its edge would cover others.
-            let width = GLYPH_WIDTH * size * text.chars().count().min(LONGEST_LABEL) as f64;
-            if width > approximate_length(&edge.path) * self.scale {
-                continue;
-            }
-            let (position, tangent) = edge.path.at(0.5);
-            let right = (tangent * DVec2::new(1.0, -1.0)).perp();
-            let distance = size * right.y.abs() + (0.5 * width + 0.4 * size) * right.x.abs();
-            write_label(out, self.pixel(position) + right * distance, SPEED_COLOURS[self.speed_class(edge)], text)?;
         }
         writeln!(out, "</g>")
     }
@@ -325,35 +308,6 @@ fn approximate_length(path: &Path) -> f64 {
 fn round_length(length: f64) -> f64 {
     let power = 10f64.powf(length.log10().floor());
     [5.0, 2.0].into_iter().map(|factor| factor * power).find(|&round| round <= length).unwrap_or(power)
-}
-
-/// Writes a text twice, first as a halo, because not every SVG renderer supports `paint-order`.
-fn write_label(out: &mut String, at: DVec2, colour: &str, text: &str) -> fmt::Result {
-    let halo = "fill=\"#fafbfc\" stroke=\"#fafbfc\" stroke-width=\"3\" stroke-linejoin=\"round\"";
-    let text = escape(text);
-    for paint in [halo, &format!("fill=\"{colour}\"")] {
-        writeln!(
-            out,
-            "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"middle\" dominant-baseline=\"central\" {paint}>{text}</text>",
-            at.x, at.y
-        )?;
-    }
-    Ok(())
-}
-
-/// Returns at most [`LONGEST_LABEL`] characters of a text, as XML.
-fn escape(text: &str) -> String {
-    let mut letters = text.chars().filter(|letter| !letter.is_control());
-    let mut escaped = String::new();
-    for letter in letters.by_ref().take(LONGEST_LABEL) {
-        match letter {
-            '&' => escaped += "&amp;",
-            '<' => escaped += "&lt;",
-            '>' => escaped += "&gt;",
-            other => escaped.push(other),
-        }
-    }
-    if letters.next().is_some() { escaped + "…" } else { escaped }
 }
 
 fn role_colour(role: Role) -> &'static str {
