@@ -175,15 +175,15 @@ def test_roads_of_a_map_keep_their_distance_from_walls(engine: Engine, tmp_path:
     assert len(forwards) > 40 and not backwards
     robots = "".join(f"\n- {{route: [{route}], repeat: once}}" for route in forwards)
     scenario = tmp_path / "scenario.yaml"
-    scenario.write_text(f'graph: "{path}"\nlayout:\n  skeleton: {width}\nrate: 50\nrobots:{robots}\n')
+    scenario.write_text(f'graph: "{path}"\nlayout:\n  skeleton: {width}\nrate: 10\nrobots:{robots}\n')
     run = Run(engine, scenario, len(forwards))
     starts, ends = (np.unique(run.world.edges[name]) for name in ("origin", "destination"))
     assert len(starts) == len(ends) == len(run.world.nodes), "each node is left and reached"
     walls = np.array(list(walls_of(path)))
     for robot in range(len(forwards)):
         poses = run.poses(robot, robot)
-        assert poses.shape[1] > 1, "not driven"
-        for x, y in poses[:2].T:
+        assert len(poses) > 1, "not driven"
+        for x, y in poses[:, :2]:
             nearest = np.clip((x, y), walls[:, :2], walls[:, 2:])
             assert np.hypot(*(nearest - (x, y)).T).min() >= width / 2, (x, y)
 
