@@ -205,6 +205,15 @@ fn straight_graph() -> impl Strategy<Value = String> {
 }
 
 #[test]
+fn nodes_without_a_heading_stay_without() {
+    let (graph, _) = graph_of(&sample("aws_graph.geojson"));
+    let written = write(&graph);
+    assert!(!written.text.contains("theta"), "{}", written.text);
+    assert!(!written.losses.iter().any(|loss| loss.contains("nodes have a heading")), "{:?}", written.losses);
+    assert!(graph_of(&written.text).0.nodes().iter().all(|node| !node.has_heading));
+}
+
+#[test]
 fn boxes_and_third_coordinates_are_listed() {
     let text = r#"{"type": "FeatureCollection", "bbox": [0, 0, 1, 1], "features": [
         {"type": "Feature", "bbox": [0, 0, 0, 0], "properties": {"id": 0},

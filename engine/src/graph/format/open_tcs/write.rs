@@ -111,7 +111,7 @@ impl<'graph> ModelWriter<'graph> {
                 properties.push((format!("{OWN}role").into(), node.role.name().into()));
             }
             self.count_tags(node.tags.as_deref());
-            let angle = node.theta.to_degrees().to_string();
+            let angle = if node.has_heading { node.theta.to_degrees().to_string() } else { "NaN".to_owned() };
             let attributes = [
                 ("name", self.points[index].as_str()),
                 ("positionX", &position.x),

@@ -217,6 +217,18 @@ fn a_length_that_is_a_cost_is_kept() {
     assert_eq!(kept(&graph(&written.text).0), 1);
 }
 
+#[test]
+fn points_without_an_angle_stay_without() {
+    let text = sample("Demo-01.xml").replacen("vehicleOrientationAngle=\"NaN\"", "vehicleOrientationAngle=\"30.0\"", 1);
+    let (model, _) = graph(&text);
+    let written = write(&model).text;
+    let count = |text: &str| text.matches("vehicleOrientationAngle=\"NaN\"").count();
+    assert!(count(&text) > 0);
+    assert_eq!(count(&written), count(&text));
+    let given = |graph: &RouteGraph| graph.nodes().iter().map(|node| node.has_heading).collect::<Vec<_>>();
+    assert_eq!(given(&graph(&written).0), given(&model));
+}
+
 /// Removes the property of paths whose length isn't that of their curve.
 fn without_lengths(graph: RouteGraph) -> RouteGraph {
     let without = |edge: &Edge| {
