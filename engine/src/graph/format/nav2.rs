@@ -114,7 +114,8 @@ impl<'text> Reader<'_, 'text> {
     fn check_root(&mut self, root: &BTreeMap<String, &'text RawValue>) {
         const KNOWN: [&str; 3] = ["type", "crs", "features"];
         // Our writer gives all files this name.
-        let is_known = |key: &str, value: &RawValue| KNOWN.contains(&key) || key == "name" && value.get() == "\"graph\"";
+        let is_known =
+            |key: &str, value: &RawValue| KNOWN.contains(&key) || key == "name" && value.get() == "\"graph\"";
         for (key, value) in root.iter().filter(|(key, value)| !is_known(key, value)) {
             self.ignored.add(self.offset(value), format!("key `{}` of the file", shorten(key)));
         }

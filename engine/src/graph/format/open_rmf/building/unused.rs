@@ -16,17 +16,8 @@ const LEVEL_KEYS: [&str; 9] =
     ["vertices", "lanes", "walls", "doors", "floors", "measurements", "fiducials", "models", "elevation"];
 
 /// Keys of a lift that are used.
-const LIFT_KEYS: [&str; 9] = [
-    "x",
-    "y",
-    "yaw",
-    "width",
-    "depth",
-    "lowest_floor",
-    "highest_floor",
-    "level_doors",
-    "reference_floor_name",
-];
+const LIFT_KEYS: [&str; 9] =
+    ["x", "y", "yaw", "width", "depth", "lowest_floor", "highest_floor", "level_doors", "reference_floor_name"];
 
 /// Keys of vertices that name dispensers and ingestors.
 const PLACE_KEYS: [&str; 2] = ["pickup_dispenser", "dropoff_ingestor"];
