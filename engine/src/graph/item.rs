@@ -18,6 +18,8 @@ pub(super) struct RawNode {
     pub x: Option<f64>,
     pub y: Option<f64>,
     pub theta: Option<f64>,
+    /// Whether the file gives `theta`.
+    pub has_heading: bool,
     pub role: Role,
     pub tags: Option<Box<Tags>>,
 }
@@ -262,6 +264,7 @@ impl<'r, 'text, 'file> Converter<'r, 'text, 'file> {
             x: self.number(Field::X, "X"),
             y: self.number(Field::Y, "Y"),
             theta: self.number(Field::Theta, "Theta"),
+            has_heading: true,
             role: self.role(),
             tags: self.tags().boxed(),
         }

@@ -241,6 +241,7 @@ fn raw_node(node: LayoutNode, heading: f64, number: Number) -> RawNode {
         x: Some(node.position.x),
         y: Some(node.position.y),
         theta: Some(heading),
+        has_heading: node.heading.is_some(),
         role: node.role,
         tags: tags_with_id(node.tags, &node.id, number),
     }

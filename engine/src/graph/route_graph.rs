@@ -24,6 +24,8 @@ pub struct Node {
     pub position: DVec2,
     /// The heading in radians, in (-π, π].
     pub theta: f64,
+    /// Whether the file gives the heading; if it doesn't, or allows any, `theta` is that of an edge.
+    pub has_heading: bool,
     /// What robots do here.
     pub role: Role,
     /// The name and everything else that the file says; `None` if it says nothing.
@@ -54,9 +56,9 @@ pub struct Edge {
 }
 
 impl Node {
-    /// Returns a node without a role and without tags.
+    /// Returns a node with a heading that its file gives, without a role and without tags.
     pub fn new(id: u32, position: DVec2, theta: f64) -> Self {
-        Self { id, position, theta, role: Role::None, tags: None }
+        Self { id, position, theta, has_heading: true, role: Role::None, tags: None }
     }
 
     /// Returns the name, if it has one.

@@ -159,7 +159,8 @@ impl NodeCheck<'_, '_, '_> {
         }
         let theta = normalize_angle(if degrees { theta.to_radians() } else { theta });
         let position = DVec2::new(raw.x?, raw.y?) - origin;
-        Some(Node { id: raw.id?, position, theta, role: raw.role, tags: raw.tags.clone() })
+        let (id, has_heading) = (raw.id?, raw.has_heading);
+        Some(Node { id, position, theta, has_heading, role: raw.role, tags: raw.tags.clone() })
     }
 
     fn coordinate(&mut self, name: &str, value: Option<f64>, origin: f64) {

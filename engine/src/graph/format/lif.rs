@@ -78,6 +78,7 @@ pub(in crate::graph) fn read<'text>(
     }
     let mut sheets: Vec<Sheet<'text>> = layouts.into_iter().filter_map(|raw| Sheet::parse(raw, &mut context)).collect();
     select(&mut sheets, options.level.as_deref(), &mut context);
+    ignore_names(&sheets, &mut context);
     Ok(read_sheets(&sheets, options, context))
 }
 
@@ -87,9 +88,6 @@ fn check_version<'text>(meta: Raw<'text>, context: &mut Context<'_, 'text>) {
     if let Some(version) = version.filter(|version| !version.starts_with("0.") && !version.starts_with("1.")) {
         let message = format!("the file is of LIF {}: it is read as LIF 1.0", shown(&version));
         context.warning(meta.at, message);
-    }
-    for key in ["projectIdentification", "creator", "exportTimestamp"] {
-        meta.take(key);
     }
     meta.ignore_rest(context);
 }
@@ -105,9 +103,6 @@ impl<'text> Sheet<'text> {
             Some(name).filter(|name| name.len() <= MAX_NAME)
         });
         let [nodes, edges, stations] = ["nodes", "edges", "stations"].map(|key| layout.take_list(key, context));
-        for key in ["layoutVersion", "layoutDescription"] {
-            layout.take(key);
-        }
         let at = layout.at;
         layout.ignore_rest(context);
         let level = names[2].as_deref().map(Into::into);
@@ -143,6 +138,17 @@ fn select(sheets: &mut [Sheet<'_>], wanted: Option<&str>, context: &mut Context<
     if sheets.len() > 1 {
         for sheet in sheets {
             sheet.level = sheet.name().map(Into::into);
+        }
+    }
+}
+
+/// Counts the names of layouts that aren't those of their levels.
+fn ignore_names(sheets: &[Sheet<'_>], context: &mut Context<'_, '_>) {
+    for sheet in sheets {
+        for (key, name) in ["layoutId", "layoutName", "layoutLevelId"].into_iter().zip(&sheet.names) {
+            if name.is_some() && name.as_deref() != sheet.level.as_deref() {
+                context.ignored.add(sheet.at, format!("key `{key}` of a layout"));
+            }
         }
     }
 }

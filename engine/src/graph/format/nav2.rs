@@ -112,8 +112,11 @@ struct Reader<'a, 'text> {
 
 impl<'text> Reader<'_, 'text> {
     fn check_root(&mut self, root: &BTreeMap<String, &'text RawValue>) {
-        const KNOWN: [&str; 5] = ["type", "name", "crs", "date_generated", "features"];
-        for (key, value) in root.iter().filter(|(key, _)| !KNOWN.contains(&key.as_str())) {
+        const KNOWN: [&str; 3] = ["type", "crs", "features"];
+        // Our writer gives all files this name.
+        let is_known =
+            |key: &str, value: &RawValue| KNOWN.contains(&key) || key == "name" && value.get() == "\"graph\"";
+        for (key, value) in root.iter().filter(|(key, value)| !is_known(key, value)) {
             self.ignored.add(self.offset(value), format!("key `{}` of the file", shorten(key)));
         }
         let Some(crs) = root.get("crs") else { return };

@@ -23,8 +23,8 @@ use super::{Ignored, MAX_NAME, Source, SyntaxError};
 use model::{Building, Lane, Level, Vertex};
 use tree::{Content, Tree};
 
-/// Keys of the file that say nothing about the graph: positions are in metres whatever the coordinate system.
-const FILE_KEYS: [&str; 6] = ["building_name", "levels", "doors", "lifts", "crs_name", "offset"];
+/// Keys of the file that are used.
+const FILE_KEYS: [&str; 3] = ["levels", "doors", "lifts"];
 
 /// Reads a navigation graph.
 pub(super) fn read<'text>(
@@ -76,10 +76,11 @@ fn levels<'a, 'text>(
     Ok(short.into_iter().map(|(name, level)| (name.as_str(), level)).collect())
 }
 
-/// Counts the keys of a map that aren't known.
+/// Counts the keys of a map that aren't known, unless there is nothing in their values.
 fn ignore_unknown(map: &Tree<'_>, known: &[&str], owner: &str, ignored: &mut Ignored) {
-    for (key, value) in map.entries().iter().filter(|(key, _)| !known.contains(&key.as_str())) {
-        ignored.add(value.at, format!("key `{}` of {owner}", shorten(key)));
+    let is_unknown = |(key, value): &&(String, Tree<'_>)| !known.contains(&key.as_str()) && !value.is_empty();
+    for (key, value) in map.entries().iter().filter(is_unknown) {
+        ignored.add(value.key_at, format!("key `{}` of {owner}", shorten(key)));
     }
 }
 

@@ -22,6 +22,7 @@ use super::{Ignored, MAX_NAME, Source, SyntaxError};
 use crate::graph::bezier::CubicBezier;
 use crate::graph::finding::{Report, Subject};
 use crate::graph::layout::{Layout, LayoutEdge, LayoutNode, Shape};
+use crate::graph::path::Path;
 use crate::graph::read::ReadOptions;
 use crate::graph::tags::{Orientation, Role, Tags};
 use crate::graph::value::shorten;
@@ -195,6 +196,7 @@ impl Reader<'_, '_> {
         }
         let ends = [&origin, &destination].map(|end| (end.as_str(), positions.get(end).copied()));
         let shape = self.drawing.shape(&id, &mut element, ends, &mut self.ignored);
+        drop_length(&mut element, &shape, ends.map(|(_, position)| position));
         let mut tags = self.tags(&mut element, "a path");
         self.rest(element, "a path", &mut tags);
         blocks.tag(&id, &mut tags);
@@ -299,6 +301,25 @@ impl Blocks {
     fn of(&self, member: &str) -> Option<Vec<&(String, String)>> {
         Some(self.by_member.get(member)?.iter().filter_map(|&index| self.names.get(index)).collect())
     }
+}
+
+/// Drops the length of a path if it is that of its shape. Others are costs for the choice of routes.
+fn drop_length(element: &mut Element<'_>, shape: &Shape, [from, to]: [Option<DVec2>; 2]) {
+    let metres = match shape {
+        Shape::Straight => from.zip(to).map(|(from, to)| from.distance(to)),
+        Shape::Cubics(cubics) => Path::from_cubics(cubics).map(|path| path.length()),
+    };
+    let given = element.attributes.iter().find(|(name, _)| *name == "length");
+    let given = given.and_then(|(_, length)| length.trim().parse::<f64>().ok());
+    let is_same = |(given, metres): (f64, f64)| (given - millimetres_of(metres)).abs() <= 1.0;
+    if given.zip(metres).is_some_and(is_same) {
+        element.take(&["length"]);
+    }
+}
+
+/// Returns a length in whole millimetres: at least 1, since paths need a length.
+fn millimetres_of(metres: f64) -> f64 {
+    (metres * 1000.0).round().max(1.0)
 }
 
 /// Turns an edge that may be driven in reverse only: robots drive it from its destination to its origin, tail first.

@@ -138,9 +138,10 @@ impl<'text> Object<'text> {
         }
     }
 
-    /// Counts all other keys as ignored.
+    /// Counts all other keys as ignored, unless there is nothing in their values.
     pub fn ignore_rest(self, context: &mut Context<'_, 'text>) {
-        for (key, raw) in self.fields {
+        let is_empty = |raw: &Raw<'text>| ["null", "\"\"", "[]", "{}"].contains(&raw.get());
+        for (key, raw) in self.fields.into_iter().filter(|(_, raw)| !is_empty(raw)) {
             context.ignored.add(context.at(raw), format!("key `{}` of {}", shown(&key), self.kind));
         }
     }

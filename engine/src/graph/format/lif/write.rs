@@ -90,7 +90,9 @@ impl<'a> Writer<'a> {
         let mut properties = Properties::new(node.tags.as_deref());
         let types = properties.vehicle_types();
         let mut shared = Object::new();
-        shared.insert("theta".into(), node.theta.into());
+        if node.has_heading {
+            shared.insert("theta".into(), node.theta.into());
+        }
         if let Some(actions) = actions(node.role, &mut properties) {
             shared.insert("actions".into(), actions);
         }

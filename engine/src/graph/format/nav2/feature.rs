@@ -1,5 +1,7 @@
 //! A feature of GeoJSON: properties and a geometry.
 
+use std::collections::BTreeMap;
+
 use glam::DVec2;
 use serde::Deserialize;
 use serde_json::{Map, Value};
@@ -29,6 +31,9 @@ struct RawFeature {
     properties: Option<Map<String, Value>>,
     #[serde(default)]
     geometry: Option<RawGeometry>,
+    /// `type`, and keys that aren't known.
+    #[serde(flatten)]
+    rest: BTreeMap<String, Value>,
 }
 
 #[derive(Deserialize)]
@@ -37,18 +42,24 @@ struct RawGeometry {
     kind: String,
     #[serde(default)]
     coordinates: Value,
+    /// Keys that aren't known.
+    #[serde(flatten)]
+    rest: BTreeMap<String, Value>,
 }
 
 impl Feature {
     /// Parses a feature; `None` if it is neither a point nor a line.
     pub fn parse(text: &str, at: u32, ignored: &mut Ignored) -> Result<Option<Self>, String> {
-        let RawFeature { properties, geometry } = serde_json::from_str(text).map_err(|error| error.to_string())?;
-        let Some(RawGeometry { kind, coordinates }) = geometry else {
+        let feature: RawFeature = serde_json::from_str(text).map_err(|error| error.to_string())?;
+        ignore(&feature.rest, "a feature", at, ignored);
+        let properties = feature.properties;
+        let Some(RawGeometry { kind, coordinates, rest }) = feature.geometry else {
             ignored.add(at, "feature without a geometry");
             return Ok(None);
         };
+        ignore(&rest, "a geometry", at, ignored);
         let mut points = Vec::new();
-        collect(&coordinates, &mut points)?;
+        collect(&coordinates, &mut points, &mut |kind| ignored.add(at, kind))?;
         let geometry = match (kind.as_str(), points.as_slice()) {
             ("Point", [point]) => Geometry::Point(*point),
             ("Point", _) => return Err("a point needs two finite coordinates".to_owned()),
@@ -75,16 +86,26 @@ impl Feature {
     }
 }
 
-/// Adds all positions in nested lists. Real files nest the coordinates of a LineString like those of a MultiLineString.
-fn collect(coordinates: &Value, points: &mut Vec<DVec2>) -> Result<(), String> {
+/// Counts keys that aren't known, unless there is nothing in their values. The type says nothing more than the geometry.
+fn ignore(rest: &BTreeMap<String, Value>, owner: &str, at: u32, ignored: &mut Ignored) {
+    for (key, _) in rest.iter().filter(|(key, value)| *key != "type" && !value.is_null()) {
+        ignored.add(at, format!("key `{}` of {owner}", shorten(key)));
+    }
+}
+
+/// Adds all positions in nested lists, and says what else they have. Real files nest the coordinates of a LineString like those of a MultiLineString.
+fn collect(coordinates: &Value, points: &mut Vec<DVec2>, ignore: &mut dyn FnMut(&str)) -> Result<(), String> {
     let Value::Array(list) = coordinates else {
         return if coordinates.is_null() { Ok(()) } else { Err("its coordinates are no list".to_owned()) };
     };
-    if let [x, y, ..] = list.as_slice()
+    if let [x, y, more @ ..] = list.as_slice()
         && let (Some(x), Some(y)) = (x.as_f64(), y.as_f64())
     {
         points.push(DVec2::new(x, y));
+        if more.iter().any(|more| more.as_f64() != Some(0.0)) {
+            ignore("third coordinate of a position");
+        }
         return Ok(());
     }
-    list.iter().try_for_each(|inner| collect(inner, points))
+    list.iter().try_for_each(|inner| collect(inner, points, ignore))
 }

@@ -204,6 +204,30 @@ fn straight_graph() -> impl Strategy<Value = String> {
     })
 }
 
+#[test]
+fn nodes_without_a_heading_stay_without() {
+    let (graph, _) = graph_of(&sample("aws_graph.geojson"));
+    let written = write(&graph);
+    assert!(!written.text.contains("theta"), "{}", written.text);
+    assert!(!written.losses.iter().any(|loss| loss.contains("nodes have a heading")), "{:?}", written.losses);
+    assert!(graph_of(&written.text).0.nodes().iter().all(|node| !node.has_heading));
+}
+
+#[test]
+fn boxes_and_third_coordinates_are_listed() {
+    let text = r#"{"type": "FeatureCollection", "bbox": [0, 0, 1, 1], "features": [
+        {"type": "Feature", "bbox": [0, 0, 0, 0], "properties": {"id": 0},
+         "geometry": {"type": "Point", "coordinates": [0, 0, 3], "bbox": [0, 0, 0, 0]}},
+        {"type": "Feature", "properties": {"id": 1}, "geometry": {"type": "Point", "coordinates": [1, 0, 0]}},
+        {"type": "Feature", "properties": {"id": 2, "startid": 0, "endid": 1},
+         "geometry": {"type": "LineString", "coordinates": []}}]}"#;
+    let (_, messages) = graph_of(text);
+    for kind in ["of the file", "of a feature", "of a geometry"] {
+        assert!(messages.contains(&format!("key `bbox` {kind}: not used")), "{kind}: {messages}");
+    }
+    assert!(messages.contains("graph:2: warning: third coordinate of a position: not used"), "{messages}");
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(200))]
 

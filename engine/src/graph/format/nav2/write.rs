@@ -75,7 +75,9 @@ pub fn write(graph: &RouteGraph) -> Written {
 fn node(graph: &RouteGraph, node: &Node) -> Feature {
     let mut properties = properties(node.id, node.tags.as_deref());
     properties.frame.get_or_insert_with(|| json!("map"));
-    properties.metadata.insert("theta".to_owned(), json!(node.theta));
+    if node.has_heading {
+        properties.metadata.insert("theta".to_owned(), json!(node.theta));
+    }
     if node.role != Role::None {
         properties.metadata.insert("role".to_owned(), json!(node.role.name()));
     }
@@ -205,7 +207,10 @@ fn losses(graph: &RouteGraph) -> Vec<String> {
             edges(|edge| edge.orientation != Orientation::Tangential),
             "edges prescribe a heading: it is in the metadata, which Nav2 doesn't use",
         ),
-        (graph.nodes().len(), "nodes have a heading: it is in the metadata, which Nav2 doesn't use"),
+        (
+            graph.nodes().iter().filter(|node| node.has_heading).count(),
+            "nodes have a heading: it is in the metadata, which Nav2 doesn't use",
+        ),
         (graph.stations().len(), "stations: this format has none"),
         (graph.background().len(), "lines of the background: this format has none"),
         (

@@ -5,6 +5,7 @@
 mod features;
 mod projection;
 mod transform;
+mod unused;
 
 use std::collections::BTreeMap;
 
@@ -19,45 +20,6 @@ use super::model::{Building, Lane, Level, Vertex};
 use super::tree::Tree;
 use super::{Ignored, MAX_NAME, Reader, Source, SyntaxError, ignore_unknown, levels, plain};
 use transform::{CoordinateSystem, Transforms};
-
-/// Keys of the file that are used, or that say nothing about the graph.
-const FILE_KEYS: [&str; 11] = [
-    "name",
-    "building_name",
-    "levels",
-    "lifts",
-    "coordinate_system",
-    "parameters",
-    "reference_level_name",
-    "crowd_sim",
-    "graphs",
-    "map_version",
-    "generate_crs",
-];
-
-/// Keys of a level that are used, or that are for pictures and the simulation of physics.
-const LEVEL_KEYS: [&str; 20] = [
-    "vertices",
-    "lanes",
-    "walls",
-    "doors",
-    "floors",
-    "measurements",
-    "fiducials",
-    "models",
-    "elevation",
-    "constraints",
-    "drawing",
-    "features",
-    "holes",
-    "layers",
-    "x_meters",
-    "y_meters",
-    "flattened_x_offset",
-    "flattened_y_offset",
-    "environment_zones",
-    "environmentzones",
-];
 
 /// Reads a building map.
 pub(in crate::graph::format) fn read<'text>(
@@ -78,16 +40,16 @@ pub(super) fn read_tree<'text>(
     let system = CoordinateSystem::of(root, &trees, report)?;
     let transforms = Transforms::new(root, &trees, system, report);
     let mut ignored = Ignored::default();
-    ignore_unknown(root, &FILE_KEYS, "the file", &mut ignored);
     let mut building = Building::default();
     for (index, (name, tree)) in trees.iter().enumerate() {
         let points = Points { tree, transforms: &transforms, index };
         let mut level = points.level(name, &mut Reader { report, ignored: &mut ignored });
-        ignore_unknown(tree, &LEVEL_KEYS, "a level", &mut ignored);
         features::add(&points, &mut level, report);
         building.places.extend(points.places());
         building.levels.push(level);
     }
+    unused::of_file(root, &mut ignored);
+    unused::of_levels(&trees, &building.levels, &mut ignored);
     features::add_lifts(root, &trees, &transforms, &mut building.levels, report);
     warn_of_graphs(&building.levels, report);
     ignored.report(report);

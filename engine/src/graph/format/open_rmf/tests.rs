@@ -59,7 +59,8 @@ fn every_sample_is_read_completely() {
         let text = sample(name);
         let (graph, findings) = parse(&text, name, &ReadOptions::default()).expect(name);
         assert_eq!((graph.nodes().len(), graph.edges().len()), (nodes, edges), "{name}");
-        assert!(!messages(&findings).contains("key `"), "{name}: {}", messages(&findings));
+        let of_routes = ["of a lane", "of a vertex:"];
+        assert!(!of_routes.iter().any(|what| messages(&findings).contains(what)), "{name}: {}", messages(&findings));
     }
 }
 
@@ -319,4 +320,29 @@ fn old_maps_without_a_coordinate_system_are_told_by_their_vertices() {
     let (layout, findings) = layout_of(text, None);
     assert_eq!((node(&layout, "b").position, layout.edges.len()), (DVec2::new(3.0, -4.0), 2));
     assert!(messages(&findings).contains("one pixel is taken for one metre"));
+}
+
+#[test]
+fn what_a_building_map_says_besides_routes_is_listed_once_by_kind() {
+    let (_, findings) = layout_of(&sample("office.building.yaml"), None);
+    let messages = messages(&findings);
+    for kind in ["`crowd_sim` of the file", "`drawing` of a level", "`layers` of a level", "`parameters` of a floor"] {
+        assert_eq!(messages.matches(&format!("key {kind}: not used")).count(), 1, "{kind}: {messages}");
+    }
+    assert_eq!(messages.matches("model that is neither a dispenser nor an ingestor: not used (").count(), 1);
+    assert!(messages.contains("test:2: warning: key `crowd_sim` of the file"), "{messages}");
+}
+
+#[test]
+fn empty_values_and_zero_heights_are_not_listed() {
+    let map = |z: u32, more: &str| {
+        format!(
+            "coordinate_system: cartesian_meters\n{more}levels:\n  L:\n    vertices: [[0, 0, {z}, a], [9, 0, {z}, b]]\n    \
+             lanes: [[0, 1, {{}}]]\n    models: []\n    drawing: {{filename: ''}}\n"
+        )
+    };
+    let not_used = |text: &str| messages(&layout_of(text, None).1).matches("not used").count();
+    assert_eq!(not_used(&map(0, "crowd_sim: {goal_sets: []}\n")), 0);
+    assert_eq!(not_used(&map(1, "")), 1);
+    assert_eq!(not_used(&map(1, "odd: 1\n")), 2);
 }

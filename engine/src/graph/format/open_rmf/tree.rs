@@ -20,6 +20,8 @@ const TUPLES: [&str; 7] = ["vertices", "lanes", "walls", "doors", "measurements"
 pub(super) struct Tree<'text> {
     /// The byte offset of the value, or of a key shortly before it.
     pub at: u32,
+    /// The byte offset of its key, for a value of a map.
+    pub key_at: u32,
     pub content: Content<'text>,
 }
 
@@ -51,7 +53,7 @@ impl<'text> Tree<'text> {
     }
 
     fn null(at: u32) -> Self {
-        Self { at, content: Content::Scalar(Value::Null) }
+        Self { at, key_at: at, content: Content::Scalar(Value::Null) }
     }
 
     /// Returns the entries of a map; none if it is something else.
@@ -108,6 +110,16 @@ impl<'text> Tree<'text> {
             Content::Scalar(value) => value.describe(),
             Content::List(_) => "a list".into(),
             Content::Map(_) => "a map".into(),
+        }
+    }
+
+    /// Whether there is nothing in it: no value, or only empty texts, lists and maps.
+    pub fn is_empty(&self) -> bool {
+        match &self.content {
+            Content::Scalar(Value::Null) => true,
+            Content::Scalar(value) => value.text().is_some_and(|text| text.is_empty()),
+            Content::List(items) => items.iter().all(Tree::is_empty),
+            Content::Map(entries) => entries.iter().all(|(_, value)| value.is_empty()),
         }
     }
 
@@ -177,7 +189,7 @@ impl<'text> DeserializeSeed<'text> for Seed<'_, 'text> {
         };
         if value != Value::Read {
             reader.locate(&value);
-            *tree = Tree { at: reader.at, content: Content::Scalar(value.clone()) };
+            (tree.at, tree.content) = (reader.at, Content::Scalar(value.clone()));
         }
         Ok(value)
     }

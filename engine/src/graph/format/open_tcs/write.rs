@@ -13,7 +13,7 @@ use glam::DVec2;
 use quick_xml::writer::Writer;
 
 use self::curves::{Drawn, Scale};
-use super::OWN;
+use super::{OWN, millimetres_of};
 use crate::graph::format::Written;
 use crate::graph::path::Path;
 use crate::graph::route_graph::{Edge, NodeIndex, RouteGraph};
@@ -111,7 +111,7 @@ impl<'graph> ModelWriter<'graph> {
                 properties.push((format!("{OWN}role").into(), node.role.name().into()));
             }
             self.count_tags(node.tags.as_deref());
-            let angle = node.theta.to_degrees().to_string();
+            let angle = if node.has_heading { node.theta.to_degrees().to_string() } else { "NaN".to_owned() };
             let attributes = [
                 ("name", self.points[index].as_str()),
                 ("positionX", &position.x),
@@ -149,7 +149,8 @@ impl<'graph> ModelWriter<'graph> {
             let path = if is_turned { edge.path.reversed() } else { edge.path.clone() };
             let drawn = Drawn::new(&path.map(|point| point + graph.origin()));
             self.count("curves of several cubics are drawn as lines with corners", drawn.is_approximate);
-            let length = (path.length() * 1000.0).round().max(1.0).to_string();
+            let (length, is_kept) = length(edge, &path);
+            self.count("paths have a property `length` that isn't in whole millimetres: not written", !is_kept);
             let attributes = [
                 ("name", self.paths[index].as_str()),
                 ("sourcePoint", &self.points[source.0 as usize]),
@@ -356,6 +357,16 @@ fn path_ends(edge: &Edge) -> [NodeIndex; 2] {
 fn speeds(edge: &Edge) -> (f64, f64) {
     let speeds = (edge.velocity_forward, edge.velocity_backwards.unwrap_or_default());
     if is_tail_first(edge.orientation) { (speeds.1, speeds.0) } else { speeds }
+}
+
+/// Returns the length that the file of a path gave, if that is one in openTCS, else that of its curve; and whether nothing
+/// is lost.
+fn length(edge: &Edge, path: &Path) -> (String, bool) {
+    let given = edge.tags.as_ref().and_then(|tags| tags.properties.get("length"));
+    match given.map(|given| given.trim().parse::<u32>()) {
+        Some(Ok(given)) if given > 0 => (given.to_string(), true),
+        given => (millimetres_of(path.length()).to_string(), given.is_none()),
+    }
 }
 
 /// Returns whole millimetres per second: at least 1 if the speed isn't 0, since 0 forbids the direction.

@@ -92,7 +92,7 @@ pub fn graphs() -> impl Strategy<Value = RouteGraph> {
         |(nodes, edges, stations)| {
             let nodes: Vec<_> = (0..)
                 .zip(nodes)
-                .map(|(id, (position, theta, role, tags))| Node { id: id * 5, position, theta, role, tags })
+                .map(|(id, (position, theta, role, tags))| Node { role, tags, ..Node::new(id * 5, position, theta) })
                 .collect();
             let edges = (0..).zip(edges).map(|(id, parts)| edge(id, &nodes, parts)).collect();
             let stations = stations.into_iter().filter(|(name, _)| !name.is_empty());

@@ -188,7 +188,7 @@ fn graphs() -> impl Strategy<Value = RouteGraph> {
     parts.prop_map(|(nodes, edges, stations)| {
         let nodes: Vec<_> = (0..)
             .zip(nodes)
-            .map(|(id, (position, theta, role, tags))| Node { id: id * 3, position, theta, role, tags })
+            .map(|(id, (position, theta, role, tags))| Node { role, tags, ..Node::new(id * 3, position, theta) })
             .collect();
         let edges = (0..).zip(edges).map(|(id, parts)| edge(id, &nodes, parts)).collect();
         let stations = (0..).zip(stations).map(|(id, (role, node, position))| Station {
@@ -202,7 +202,34 @@ fn graphs() -> impl Strategy<Value = RouteGraph> {
     })
 }
 
-/// Removes the property that every path has.
+#[test]
+fn a_length_that_is_a_cost_is_kept() {
+    let text = sample("Demo-01.xml").replacen("length=\"6000\"", "length=\"60001\"", 1);
+    assert!(text.contains("length=\"60001\""));
+    let (model, _) = graph(&text);
+    let kept = |graph: &RouteGraph| {
+        let lengths = graph.edges().iter().filter_map(|edge| edge.tags.as_ref()?.properties.get("length").cloned());
+        lengths.filter(|length| **length == *"60001").count()
+    };
+    let written = write(&model);
+    assert_eq!(kept(&model), 1);
+    assert_eq!(written.text.matches("length=\"60001\"").count(), 1);
+    assert_eq!(kept(&graph(&written.text).0), 1);
+}
+
+#[test]
+fn points_without_an_angle_stay_without() {
+    let text = sample("Demo-01.xml").replacen("vehicleOrientationAngle=\"NaN\"", "vehicleOrientationAngle=\"30.0\"", 1);
+    let (model, _) = graph(&text);
+    let written = write(&model).text;
+    let count = |text: &str| text.matches("vehicleOrientationAngle=\"NaN\"").count();
+    assert!(count(&text) > 0);
+    assert_eq!(count(&written), count(&text));
+    let given = |graph: &RouteGraph| graph.nodes().iter().map(|node| node.has_heading).collect::<Vec<_>>();
+    assert_eq!(given(&graph(&written).0), given(&model));
+}
+
+/// Removes the property of paths whose length isn't that of their curve.
 fn without_lengths(graph: RouteGraph) -> RouteGraph {
     let without = |edge: &Edge| {
         let mut edge = edge.clone();
