@@ -93,7 +93,8 @@ fn ignore(rest: &BTreeMap<String, Value>, owner: &str, at: u32, ignored: &mut Ig
     }
 }
 
-/// Adds all positions in nested lists, and says what else they have. Real files nest the coordinates of a LineString like those of a MultiLineString.
+/// Adds all positions in nested lists, and says what else they have. Real files nest the coordinates of a LineString like
+/// those of a MultiLineString.
 fn collect(coordinates: &Value, points: &mut Vec<DVec2>, ignore: &mut dyn FnMut(&str)) -> Result<(), String> {
     let Value::Array(list) = coordinates else {
         return if coordinates.is_null() { Ok(()) } else { Err("its coordinates are no list".to_owned()) };
