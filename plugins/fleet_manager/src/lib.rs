@@ -2,3 +2,12 @@
 //!
 //! | module | |
 //! |---|---|
+//! | [`roads`] | the legs of a world, and which stretches get in each other's way |
+//! | [`claims`] | which robot alone may be where |
+//! | [`planner`] | which way robots go |
+//! | [`steering`] | sends robots to nodes, without one ever touching another |
+
+pub mod claims;
+pub mod planner;
+pub mod roads;
+pub mod steering;
