@@ -1,11 +1,12 @@
 //! The state of all robots as private columns, and everything that changes it: spawns, orders and time.
 //!
-//! The parts of a fleet (`ahead`, `orders`, `spawn`) are methods of [`Fleet`] by topic.
+//! The parts of a fleet (`ahead`, `orders`, `release`, `spawn`) are methods of [`Fleet`] by topic.
 
 mod ahead;
 mod columns;
 mod graph_size;
 mod orders;
+mod release;
 mod spawn;
 mod step_pool;
 #[cfg(test)]
@@ -209,6 +210,13 @@ impl Fleet {
     /// The [`RobotState`] of every row in use.
     pub fn states(&self) -> &[u8] {
         &self.columns.state[..self.robots()]
+    }
+
+    /// Returns x, y and heading of a robot as in frames; `None` if there is no such robot.
+    pub fn pose(&self, robot: u32) -> Option<[f32; 3]> {
+        let row = self.row(robot).ok()?;
+        let columns = &self.columns;
+        Some(self.motion.pose(columns.piece.get(row), columns.w[row], columns.heading_rule(row)))
     }
 
     /// Number of robots by [`RobotState`]; absent ones aren't counted. Reads one byte per robot.

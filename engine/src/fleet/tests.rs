@@ -5,5 +5,6 @@ mod equality;
 mod limits;
 mod orders;
 mod portable;
+mod release;
 pub(super) mod support;
 mod turning;

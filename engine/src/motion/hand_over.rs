@@ -27,7 +27,7 @@ impl Motion {
             rows.w[row] = if is_all { w } else { rows.w[row] };
             rows.s_end[row] = if is_all { next.s_end } else { rows.s_end[row] };
             if let Some(limits) = &mut rows.limits {
-                limits.rest[row] = self.legs.rest(rows.piece.get(row));
+                limits.rest[row] = self.legs.rest(rows.piece.get(row)) - limits.stop[row];
             }
             arrived.rows[left] = row as u16;
             left += usize::from(!is_all);
@@ -35,12 +35,12 @@ impl Motion {
         arrived.len = left;
     }
 
-    /// Moves a robot with `w` ≥ 0 to the piece that it has reached by now, or stops it at the end of its base.
+    /// Moves a robot to the piece that it has reached by now, or stops it at the end of its base.
     ///
     /// The distance beyond the end of one leg is driven on the next, exactly. If the speed changes there, the time is
     /// kept and not the distance.
     pub(super) fn hand_over(&self, rows: &mut Rows, row: usize, events: &mut EventBuffer) {
-        while rows.w[row] >= 0 {
+        while !self.stop_at_limit(rows, row, events) && rows.w[row] >= 0 {
             let piece = rows.piece.get(row);
             if !self.legs.span(piece).is_last() {
                 self.put_on_piece(rows, row, self.legs.next_piece(piece), rows.w[row]);
@@ -99,7 +99,7 @@ impl Motion {
         self.follow_edge(rows, row, Some(leg.edge));
         let surplus = at_speed(surplus, before, rows.speed[row]);
         self.put_on_piece(rows, row, compiled.first_piece, surplus);
-        self.update_brake(rows, row);
+        self.update_base(rows, row);
     }
 
     /// Puts a robot `surplus` units past the start of a piece.
@@ -109,14 +109,19 @@ impl Motion {
         rows.w[row] = surplus - span.length();
         rows.s_end[row] = span.s_end;
         if let Some(limits) = &mut rows.limits {
-            limits.rest[row] = self.legs.rest(piece);
+            limits.rest[row] = self.legs.rest(piece) - limits.stop[row];
         }
     }
 
     /// Stops a robot at the end of its leg, which is the end of its base.
     pub(super) fn end_base(&self, rows: &mut Rows, row: usize, end: BaseEnd, events: &mut EventBuffer) {
-        self.stop(rows, row);
         rows.w[row] = 0;
+        self.stand(rows, row, end, events);
+    }
+
+    /// Stops a robot where it is, at the end of its base.
+    pub(super) fn stand(&self, rows: &mut Rows, row: usize, end: BaseEnd, events: &mut EventBuffer) {
+        self.stop(rows, row);
         let (state, event) = match end {
             BaseEnd::Done => (RobotState::Idle, EventKind::RouteDone),
             BaseEnd::Unreleased => (RobotState::Waiting, EventKind::WaitingForRelease),
@@ -137,10 +142,13 @@ impl Motion {
     pub(crate) fn start_driving(&self, rows: &mut Rows, row: usize, events: &mut EventBuffer) {
         let is_on_leg = rows.speed[row] > 0.0 || rows.w[row] < 0;
         rows.state[row] = RobotState::Driving as u8;
+        if self.stop_at_limit(rows, row, events) {
+            return;
+        }
         match rows.leg(row) {
             Some(leg) if is_on_leg => {
                 self.command_speed(rows, row, self.leg_speed(rows.robot_type[row], leg));
-                self.update_brake(rows, row);
+                self.update_base(rows, row);
             }
             _ => {
                 let mut cursor = self.route_cursor(rows, row);

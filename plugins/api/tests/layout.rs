@@ -87,7 +87,8 @@ fn all_records() -> Map<String, Value> {
             resident_bytes, wall_time_nanos, robots_by_state, robots, pid, clock, speed, real_time_factor, accepted,
             reason }
         RouteRequest { robot, reserved }
-        RouteResponse { run_id, tick, robot, found, legs, released, listed }
+        RouteResponse { run_id, tick, robot, found, legs, released, released_metres, reserved,
+            listed }
         Done { run_id, tick, name }
     }
 }
@@ -98,10 +99,10 @@ fn all_enums() -> Map<String, Value> {
         ClockState { Running, Paused, Stopped }
         Shape { Rectangle, Circle }
         NodeRole { None, Pick, Drop, Park, Charge }
-        OrderKind { Leg, Assign, Extend, Cancel, Hold, Resume, SpawnAtNode, SpawnOnEdge, Remove }
+        OrderKind { Leg, Assign, Extend, Cancel, Hold, Resume, SpawnAtNode, SpawnOnEdge, Remove, Release }
         EventKind { ReachedNode, RouteDone, WaitingForRelease, Held, Resumed, Accepted, Refused, Spawned, Removed, Faulted }
         Refusal { UnknownRobot, UnknownEdge, UnknownNode, UnknownRobotType, NotConnected, NoReverse, MalformedRoute,
-            DistanceOutOfRange, FleetFull, MalformedOrder, NotSteerable }
+            DistanceOutOfRange, FleetFull, MalformedOrder, NotSteerable, NotAhead }
         ContactLevel { Possible, Touching }
         ContactChange { Began, Ended }
         ControlKind { Status, Pause, Resume, Step, Speed, Robots, Seek }

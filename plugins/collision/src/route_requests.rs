@@ -134,5 +134,6 @@ impl RouteRequests {
 
 /// Whether an order of a kind may change a robot's route.
 fn changes_route(kind: u32) -> bool {
-    [OrderKind::Assign, OrderKind::Extend, OrderKind::Cancel, OrderKind::Remove].iter().any(|own| *own as u32 == kind)
+    use OrderKind::{Assign, Cancel, Extend, Release, Remove};
+    [Assign, Extend, Release, Cancel, Remove].iter().any(|own| *own as u32 == kind)
 }

@@ -350,6 +350,8 @@ class RouteResponse(Record):
     found: u32
     legs: u32
     released: u32
+    released_metres: f32
+    reserved: u32
     listed: Annotated[Any, ctypes.c_uint32 * 256]
 
 

@@ -69,6 +69,7 @@ class OrderKind(IntEnum):
     SPAWN_AT_NODE = 6
     SPAWN_ON_EDGE = 7
     REMOVE = 8
+    RELEASE = 9
 
 
 class EventKind(IntEnum):
@@ -114,13 +115,15 @@ class Refusal(IntEnum):
     MALFORMED_ROUTE = 7
     """The route has no legs, or a released leg follows one that is not."""
     DISTANCE_OUT_OF_RANGE = 8
-    """The distance is not on the edge."""
+    """The distance is not on the edge, or not a number."""
     FLEET_FULL = 9
     """The fleet has reached its maximum size."""
     MALFORMED_ORDER = 10
     """The record's kind is unknown, or legs are missing."""
     NOT_STEERABLE = 11
     """The producer takes no orders: a replay, a UDP source."""
+    NOT_AHEAD = 12
+    """The leg to release is not at or after the end of the robot's base."""
 
 
 class ContactLevel(IntEnum):

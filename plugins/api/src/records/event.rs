@@ -81,7 +81,7 @@ pub enum Refusal {
     NoReverse = 6,
     /// The route has no legs, or a released leg follows one that is not.
     MalformedRoute = 7,
-    /// The distance is not on the edge.
+    /// The distance is not on the edge, or not a number.
     DistanceOutOfRange = 8,
     /// The fleet has reached its maximum size.
     FleetFull = 9,
@@ -89,6 +89,8 @@ pub enum Refusal {
     MalformedOrder = 10,
     /// The producer takes no orders: a replay, a UDP source.
     NotSteerable = 11,
+    /// The leg to release is not at or after the end of the robot's base.
+    NotAhead = 12,
 }
 
 impl Sequenced for EventHeader {

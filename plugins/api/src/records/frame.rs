@@ -10,7 +10,7 @@ mod view;
 
 /// The version of everything in this crate that crosses a process boundary. Two processes communicate only if
 /// their versions are equal.
-pub const CONTRACT_VERSION: u32 = 5;
+pub const CONTRACT_VERSION: u32 = 6;
 
 /// The value of the `edge` column for a robot that is on no edge.
 pub const NO_EDGE: u32 = u32::MAX;
@@ -90,7 +90,8 @@ pub enum RobotState {
     Idle = 0,
     /// The robot drives its released base.
     Driving = 1,
-    /// The robot stands at the end of its released base and has a horizon: it waits for a release.
+    /// The robot stands at the end of its released base, at a node or within an edge, and has a horizon: it waits for a
+    /// release.
     Waiting = 2,
     /// The robot was ordered to hold; it is stopped, or braking to a stop.
     Held = 3,

@@ -248,7 +248,7 @@ pub struct Order {
     /// Index of a robot type.
     #[prost(uint32, tag = "8")]
     pub robot_type: u32,
-    /// Metres from the edge's origin node.
+    /// Metres from the edge's origin node; RELEASE: from the node at which the leg is entered.
     #[prost(float, tag = "9")]
     pub s: f32,
 }
@@ -621,6 +621,7 @@ pub enum Refusal {
     FleetFull = 9,
     MalformedOrder = 10,
     NotSteerable = 11,
+    NotAhead = 12,
 }
 impl Refusal {
     /// String value of the enum field names used in the ProtoBuf definition.
@@ -641,6 +642,7 @@ impl Refusal {
             Self::FleetFull => "FLEET_FULL",
             Self::MalformedOrder => "MALFORMED_ORDER",
             Self::NotSteerable => "NOT_STEERABLE",
+            Self::NotAhead => "NOT_AHEAD",
         }
     }
     /// Creates an enum from field names used in the ProtoBuf definition.
@@ -658,6 +660,7 @@ impl Refusal {
             "FLEET_FULL" => Some(Self::FleetFull),
             "MALFORMED_ORDER" => Some(Self::MalformedOrder),
             "NOT_STEERABLE" => Some(Self::NotSteerable),
+            "NOT_AHEAD" => Some(Self::NotAhead),
             _ => None,
         }
     }
@@ -674,6 +677,7 @@ pub enum OrderKind {
     SpawnAtNode = 6,
     SpawnOnEdge = 7,
     Remove = 8,
+    Release = 9,
 }
 impl OrderKind {
     /// String value of the enum field names used in the ProtoBuf definition.
@@ -691,6 +695,7 @@ impl OrderKind {
             Self::SpawnAtNode => "SPAWN_AT_NODE",
             Self::SpawnOnEdge => "SPAWN_ON_EDGE",
             Self::Remove => "REMOVE",
+            Self::Release => "RELEASE",
         }
     }
     /// Creates an enum from field names used in the ProtoBuf definition.
@@ -705,6 +710,7 @@ impl OrderKind {
             "SPAWN_AT_NODE" => Some(Self::SpawnAtNode),
             "SPAWN_ON_EDGE" => Some(Self::SpawnOnEdge),
             "REMOVE" => Some(Self::Remove),
+            "RELEASE" => Some(Self::Release),
             _ => None,
         }
     }

@@ -18,7 +18,7 @@ pub(super) const EVENTS: [&str; 11] = [
 ];
 
 /// The names of the reasons of refusals, by number.
-pub(super) const REFUSALS: [&str; 12] = [
+pub(super) const REFUSALS: [&str; 13] = [
     "none",
     "unknown_robot",
     "unknown_edge",
@@ -31,11 +31,12 @@ pub(super) const REFUSALS: [&str; 12] = [
     "fleet_full",
     "malformed_order",
     "not_steerable",
+    "not_ahead",
 ];
 
 /// The names of orders, by number.
-pub(super) const ORDERS: [&str; 9] =
-    ["leg", "assign", "extend", "cancel", "hold", "resume", "spawn_at_node", "spawn_on_edge", "remove"];
+pub(super) const ORDERS: [&str; 10] =
+    ["leg", "assign", "extend", "cancel", "hold", "resume", "spawn_at_node", "spawn_on_edge", "remove", "release"];
 
 /// The names of what happened to a contact, by number.
 pub(super) const CHANGES: [&str; 3] = ["unknown", "began", "ended"];
