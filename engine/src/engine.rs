@@ -1,9 +1,11 @@
 //! A tick of the engine: take orders → step → publish.
 
+mod footprint;
 mod options;
 mod population;
 mod producer;
 mod routes;
+mod standing;
 
 use std::sync::Arc;
 
@@ -17,6 +19,7 @@ use crate::graph::arc_length::Tracks;
 use crate::motion::Isa;
 use crate::scenario::{MAX_ROBOTS, Scenario};
 pub use options::{EngineError, Options, Summary};
+use population::NoRoom;
 
 /// The largest number of events that one tick publishes; the rest is counted.
 const MAX_EVENTS: usize = 1 << 18;
@@ -90,7 +93,7 @@ impl Engine {
         };
         // The first frame shows these robots. EventBuffer of them would reach only readers that happen to be there by now.
         simulation.events.set_wanted(false);
-        simulation.place_robots(robots);
+        simulation.place_robots(robots).map_err(|NoRoom { wanted, fit }| EngineError::NoRoom { wanted, fit })?;
         let session = Session::new(ports, simulation.scenario.tick_period, options.speed, lockstep);
         Ok(Self { session, simulation })
     }

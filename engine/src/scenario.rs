@@ -80,6 +80,8 @@ pub enum Start {
     Random,
     /// On a node, waiting for orders.
     Node(NodeIndex),
+    /// At a random end of an edge where it touches no other robot, waiting for orders.
+    Standing,
 }
 
 /// Settings of a command line that override those of the scenario.

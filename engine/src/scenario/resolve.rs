@@ -1,6 +1,6 @@
 //! Resolves the names in a scenario file and validates its values.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::RangeInclusive;
 use std::path::Path;
 use std::sync::Arc;
@@ -11,12 +11,12 @@ use regatta_plugin::world::Shape;
 
 use super::suggest::did_you_mean;
 use super::yaml::{
-    LegName, LightEntry, PluginCommand, PluginEntry, RepeatEntry, RobotGroupEntry, RobotTypeEntry, RoutesEntry,
-    ScenarioFile, ShapeEntry,
+    LegName, LightEntry, NodeEntry, NodeKey, PluginCommand, PluginEntry, RepeatEntry, RobotGroupEntry, RobotTypeEntry,
+    RoutesEntry, ScenarioFile, ShapeEntry,
 };
 use super::{MAX_LIGHTS, MAX_ROBOTS, Overrides, RobotCount, RobotGroup, Scenario, ScenarioError, Start};
 use crate::fleet::{Repeat, RobotType};
-use crate::graph::{Gear, Leg, NodeIndex, RouteGraph};
+use crate::graph::{Gear, Leg, Node, NodeIndex, Role, RouteGraph};
 
 /// The range of ticks per simulated second.
 const RATES: RangeInclusive<f64> = 1.0..=20_000.0;
@@ -37,7 +37,7 @@ const ROTATIONS: RangeInclusive<f32> = 0.001..=1000.0;
 pub(super) fn resolve(
     file: ScenarioFile,
     path: &Path,
-    graph: RouteGraph,
+    mut graph: RouteGraph,
     mut warnings: Vec<String>,
     overrides: &Overrides,
 ) -> Result<Scenario, ScenarioError> {
@@ -46,6 +46,7 @@ pub(super) fn resolve(
     let publish_rate = overrides.publish_rate.or(file.publish_rate).unwrap_or(rate);
     let (tick_period, ticks_per_frame) = clock(rate, publish_rate).map_err(|message| invalid("rate", message))?;
     let robot_types = robot_types(file.robot_types).map_err(|message| invalid("robot_types", message))?;
+    override_nodes(file.nodes, &mut graph).map_err(|(place, message)| invalid(&place, message))?;
     let groups = groups(file.robots, &graph, &robot_types).map_err(|(place, message)| invalid(&place, message))?;
     check_lights(&file.lights).map_err(|message| invalid("lights", message))?;
     let plugins = plugins(file.plugins, path);
@@ -102,6 +103,33 @@ fn robot_types(entries: Vec<RobotTypeEntry>) -> Result<Vec<RobotType>, String> {
         robot_types.push(default_robot_type());
     }
     Ok(robot_types)
+}
+
+/// Gives nodes the roles and names of the scenario. On an error, returns the invalid entry and the message.
+fn override_nodes(entries: BTreeMap<NodeKey, NodeEntry>, graph: &mut RouteGraph) -> Result<(), (String, String)> {
+    for (NodeKey(key), NodeEntry { role, name }) in entries {
+        let invalid = |message| (format!("nodes, {key}"), message);
+        let node = node_by_key(&key, graph).map_err(invalid)?;
+        let role = role.map(|role| role.parse::<Role>()).transpose().map_err(|error| invalid(error.to_string()))?;
+        graph.override_node(node, role, name.as_deref());
+    }
+    Ok(())
+}
+
+/// Returns the node with an id or, if there is none, with a name.
+fn node_by_key(key: &str, graph: &RouteGraph) -> Result<NodeIndex, String> {
+    if let Some(node) = key.parse().ok().and_then(|id| graph.node_by_id(id)) {
+        return Ok(node);
+    }
+    let mut named = (0..).map(NodeIndex).zip(graph.nodes()).filter(|(_, node)| node.name() == Some(key));
+    match (named.next(), named.next()) {
+        (Some((node, _)), None) => Ok(node),
+        (Some(_), Some(_)) => Err(format!("several nodes are called '{key}'; give the id of one")),
+        (None, _) => {
+            let names = graph.nodes().iter().filter_map(Node::name);
+            Err(format!("the graph has no node with this id or name{}", did_you_mean(key, names)))
+        }
+    }
 }
 
 /// Returns the groups of robots, or the invalid entry and the error message.
@@ -223,10 +251,11 @@ fn group(entry: RobotGroupEntry, graph: &RouteGraph, robot_types: &[RobotType]) 
     let start = match (&entry.route, entry.routes, entry.node) {
         (Some(route), None, None) => route_start(route, entry.repeat.unwrap_or(RepeatEntry::Once), graph)?,
         (None, Some(RoutesEntry::Random), None) => Start::Random,
+        (None, Some(RoutesEntry::None), None) => Start::Standing,
         (None, None, Some(id)) => {
             Start::Node(graph.node_by_id(id).ok_or_else(|| format!("the graph has no node {id}"))?)
         }
-        _ => return Err("give one of: route (a list of edges), routes: random, node (an id)".into()),
+        _ => return Err("give one of: route (a list of edges), routes: random or none, node (an id)".into()),
     };
     Ok(RobotGroup { count, robot_type: robot_type as u16, start })
 }

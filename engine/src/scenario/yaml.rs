@@ -1,5 +1,6 @@
 //! The structure of a scenario file. Names are not resolved yet.
 
+use std::collections::BTreeMap;
 use std::fmt;
 use std::path::PathBuf;
 
@@ -24,6 +25,9 @@ pub struct ScenarioFile {
     /// The seed of the random walks.
     #[serde(default)]
     pub seed: u64,
+    /// Roles and names of nodes instead of those in the graph, by the node's id or name.
+    #[serde(default)]
+    pub nodes: BTreeMap<NodeKey, NodeEntry>,
     /// The robot types; one default type if empty.
     #[serde(default)]
     pub robot_types: Vec<RobotTypeEntry>,
@@ -64,6 +68,44 @@ pub struct LayoutEntry {
     pub cell_size: Option<f64>,
     /// A map of the ROS map server whose outlines are drawn behind the layout, relative to the scenario's folder.
     pub background: Option<PathBuf>,
+}
+
+/// A node by its id or its name.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct NodeKey(pub String);
+
+impl<'de> Deserialize<'de> for NodeKey {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(NodeKeyVisitor)
+    }
+}
+
+struct NodeKeyVisitor;
+
+impl de::Visitor<'_> for NodeKeyVisitor {
+    type Value = NodeKey;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("the id or the name of a node")
+    }
+
+    fn visit_u64<E>(self, id: u64) -> Result<NodeKey, E> {
+        Ok(NodeKey(id.to_string()))
+    }
+
+    fn visit_str<E>(self, name: &str) -> Result<NodeKey, E> {
+        Ok(NodeKey(name.to_owned()))
+    }
+}
+
+/// What a scenario says about a node; the rest is as in the graph.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct NodeEntry {
+    /// What robots do there: none, pick, drop, park or charge.
+    pub role: Option<String>,
+    /// The name.
+    pub name: Option<String>,
 }
 
 /// A robot type.
@@ -114,7 +156,7 @@ pub struct RobotGroupEntry {
     pub route: Option<Vec<LegName>>,
     /// The action at the end of `route`.
     pub repeat: Option<RepeatEntry>,
-    /// Endless random walks from random places.
+    /// Endless random walks from random places, or none: robots that wait for orders.
     pub routes: Option<RoutesEntry>,
     /// The id of a node where the robots wait for orders.
     pub node: Option<u32>,
@@ -140,6 +182,8 @@ pub enum RepeatEntry {
 pub enum RoutesEntry {
     /// A random edge at each node.
     Random,
+    /// None: robots wait for orders where they touch no others.
+    None,
 }
 
 /// Whether to open the viewer.
