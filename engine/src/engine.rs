@@ -1,6 +1,8 @@
 //! A tick of the engine: take orders → step → publish.
 
+mod disturbances;
 mod footprint;
+mod logarithm;
 mod options;
 mod population;
 mod producer;
@@ -18,6 +20,7 @@ use crate::fleet::{EventBuffer, Fleet, FleetConfig, check_size};
 use crate::graph::arc_length::Tracks;
 use crate::motion::Isa;
 use crate::scenario::{MAX_ROBOTS, Scenario};
+use disturbances::Schedule;
 pub use options::{EngineError, Options, Summary};
 use population::NoRoom;
 
@@ -46,6 +49,7 @@ struct Simulation {
     unannounced_ticks: usize,
     last_tick: Option<u64>,
     digest: Option<Digest>,
+    disturbances: Schedule,
 }
 
 impl Engine {
@@ -76,7 +80,9 @@ impl Engine {
             threads: options.threads,
             most_robots: MAX_ROBOTS,
         };
-        let fleet = Fleet::new(scenario.graph.clone(), tracks.clone(), config)?;
+        let mut fleet = Fleet::new(scenario.graph.clone(), tracks.clone(), config)?;
+        fleet.vary_speeds(scenario.disturbances.speed_variation, scenario.seed);
+        let disturbances = Schedule::new(&scenario.disturbances, scenario.seed, scenario.tick_period);
         let routes = RouteServer::open_on(ports.participant())?;
         let mut simulation = Simulation {
             events: EventBuffer::new(MAX_EVENTS),
@@ -87,6 +93,7 @@ impl Engine {
             unannounced_ticks: 0,
             last_tick: options.ticks,
             digest: options.digest.then(Digest::default),
+            disturbances,
             scenario,
             fleet,
             routes,

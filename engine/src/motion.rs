@@ -34,6 +34,7 @@ mod profile;
 mod routes;
 mod rows;
 mod scalar;
+mod speed_variation;
 mod time_step;
 mod turning;
 mod vector;
@@ -50,6 +51,7 @@ pub(crate) use profile::{KinematicLimits, UNLIMITED};
 pub use routes::Repeat;
 pub(crate) use routes::{Plans, Route, RouteCursor};
 pub(crate) use rows::{HeadingRows, LimitRows, Rows, leg_of, split_frame};
+pub(crate) use speed_variation::SpeedVariation;
 pub(crate) use time_step::TimeStep;
 
 use regatta_plugin::frame::ColumnsMut;
@@ -70,6 +72,7 @@ pub(crate) struct Motion {
     pub headings: Option<EdgeHeadings>,
     /// By robot type.
     pub limits: Vec<KinematicLimits>,
+    pub variation: SpeedVariation,
     pub time_step: TimeStep,
     pub isa: SupportedIsa,
 }

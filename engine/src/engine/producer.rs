@@ -24,6 +24,7 @@ impl Producer for Simulation {
     fn tick(&mut self, session: &mut Session) -> Result<(), EngineError> {
         self.events.set_wanted(session.ports().has_event_readers());
         self.take_orders(session)?;
+        self.disturbances.carry_out(session.tick(), &mut self.fleet, &mut self.events);
         if let Some(mut frame) = self.loan_if_due(session)? {
             self.fleet.step(Some(frame.columns_mut()), &mut self.events);
             self.publish_events(session)?;

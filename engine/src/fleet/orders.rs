@@ -36,6 +36,12 @@ pub(super) enum Action {
     Resume {
         row: usize,
     },
+    Break {
+        robot: u32,
+    },
+    Repair {
+        robot: u32,
+    },
     Remove {
         robot: u32,
     },
@@ -86,6 +92,8 @@ impl Fleet {
             Some(OrderKind::Cancel) => Ok(Action::Cancel { row: row()? }),
             Some(OrderKind::Hold) => Ok(Action::Hold { row: row()? }),
             Some(OrderKind::Resume) => Ok(Action::Resume { row: row()? }),
+            Some(OrderKind::Break) => row().map(|_| Action::Break { robot }),
+            Some(OrderKind::Repair) => row().map(|_| Action::Repair { robot }),
             Some(OrderKind::Remove) => row().map(|_| Action::Remove { robot }),
             Some(OrderKind::SpawnAtNode | OrderKind::SpawnOnEdge) => self.prepare_spawn(order),
             Some(OrderKind::Leg) | None => Err(about(order.id)(Refusal::MalformedOrder)),
@@ -172,6 +180,8 @@ impl Fleet {
             Action::Cancel { row } => self.cancel(row, events),
             Action::Hold { row } => self.hold(row, events),
             Action::Resume { row } => self.resume(row, events),
+            Action::Break { robot } => self.break_down(robot, events),
+            Action::Repair { robot } => self.repair(robot, events),
             Action::Remove { robot } => self.remove_row(robot, order.token, events),
             Action::Nothing | Action::Spawn { .. } => {}
         }
@@ -179,7 +189,7 @@ impl Fleet {
 
     fn drive(&mut self, row: usize, legs: Vec<Leg>, released: usize, limit: f64, events: &mut EventBuffer) {
         self.set_ordered_route(row, legs, released, limit);
-        if !self.is(row, RobotState::Held) {
+        if !self.is_stopped(row) {
             self.motion.start_driving(&mut self.columns.all_rows(), row, events);
         }
     }
@@ -194,31 +204,35 @@ impl Fleet {
                 limit => self.set_ordered_route(row, Vec::new(), 0, limit),
             }
         }
-        if !self.is(row, RobotState::Held) {
+        if !self.is_stopped(row) {
             self.motion.start_driving(&mut self.columns.all_rows(), row, events);
         }
     }
 
     fn hold(&mut self, row: usize, events: &mut EventBuffer) {
-        match self.columns.state[row] {
-            state if state == RobotState::Held as u8 => return,
-            // It stays idle when the hold ends.
-            state if state == RobotState::Idle as u8 => self.set_route(row, |_| Route::PARKED),
-            _ => {}
+        if let Some(impairment) = self.impairments.get_mut(&(row as u32)) {
+            impairment.is_held = true;
+            return;
         }
+        if self.is(row, RobotState::Held) {
+            return;
+        }
+        self.keep_idle(row);
         self.motion.hold(&mut self.columns.all_rows(), row, events);
     }
 
     fn resume(&mut self, row: usize, events: &mut EventBuffer) {
+        if let Some(impairment) = self.impairments.get_mut(&(row as u32)) {
+            if std::mem::replace(&mut impairment.is_held, false) {
+                events.push(EventKind::Resumed, row as u32, 0);
+            }
+            return;
+        }
         if !self.is(row, RobotState::Held) {
             return;
         }
         events.push(EventKind::Resumed, row as u32, 0);
-        if self.columns.route[row] == Route::PARKED {
-            self.columns.state[row] = RobotState::Idle as u8;
-        } else {
-            self.motion.start_driving(&mut self.columns.all_rows(), row, events);
-        }
+        self.go_on(row, events);
     }
 
     /// Gives a robot another route and updates the end of its base and the speed from which it can brake on it.
@@ -245,8 +259,10 @@ fn is_route(order: &OrderRecord) -> bool {
 }
 
 fn kind(order: &OrderRecord) -> Option<OrderKind> {
-    use OrderKind::{Assign, Cancel, Extend, Hold, Leg, Release, Remove, Resume, SpawnAtNode, SpawnOnEdge};
-    [Leg, Assign, Extend, Cancel, Hold, Resume, SpawnAtNode, SpawnOnEdge, Remove, Release]
+    use OrderKind::{
+        Assign, Break, Cancel, Extend, Hold, Leg, Release, Remove, Repair, Resume, SpawnAtNode, SpawnOnEdge,
+    };
+    [Leg, Assign, Extend, Cancel, Hold, Resume, SpawnAtNode, SpawnOnEdge, Remove, Release, Break, Repair]
         .into_iter()
         .find(|&kind| kind as u32 == order.kind)
 }

@@ -80,6 +80,7 @@ impl Fleet {
         let row = robot as usize;
         self.motion.plans.discard(self.columns.route[row]);
         self.columns.clear(row);
+        self.impairments.remove(&robot);
         self.free.insert(robot);
         while self.robots > 0 && self.free.remove(&(self.robots - 1)) {
             self.robots -= 1;

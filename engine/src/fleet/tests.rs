@@ -2,6 +2,7 @@
 
 mod drive;
 mod equality;
+mod impairment;
 mod limits;
 mod orders;
 mod portable;

@@ -55,7 +55,7 @@ impl Motion {
         let before = rows.speed[row];
         self.drive_near_leg_end(rows, row);
         self.hand_over(rows, row, events);
-        if rows.is(row, RobotState::Held) && rows.speed[row] == 0.0 && before > 0.0 {
+        if rows.speed[row] == 0.0 && before > 0.0 {
             self.report_held(rows, row, events);
         }
     }
@@ -89,7 +89,7 @@ impl Motion {
         let compiled = self.legs.leg(leg);
         let before = rows.speed[row];
         let changes_gear = compiled.first_piece.gear() != rows.piece.get(row).gear();
-        let cruise = self.leg_speed(rows.robot_type[row], leg);
+        let cruise = self.leg_speed(rows, row, leg);
         self.command_speed(rows, row, cruise);
         if self.is_limited(rows.robot_type[row]) {
             rows.speed[row] = if changes_gear { 0.0 } else { before.min(cruise) };
@@ -127,15 +127,17 @@ impl Motion {
             BaseEnd::Unreleased => (RobotState::Waiting, EventKind::WaitingForRelease),
             BaseEnd::DeadEnd => (RobotState::Faulted, EventKind::Faulted),
         };
-        if !rows.is(row, RobotState::Held) {
+        if !rows.is_stopped(row) {
             rows.state[row] = state as u8;
             events.push(event, rows.robot(row), 0);
         }
     }
 
-    /// Reports that a robot with a hold order has come to a stop.
+    /// Reports that a robot has come to a stop, if it has a hold order.
     pub(super) fn report_held(&self, rows: &Rows, row: usize, events: &mut EventBuffer) {
-        events.push(EventKind::Held, rows.robot(row), 0);
+        if rows.is(row, RobotState::Held) {
+            events.push(EventKind::Held, rows.robot(row), 0);
+        }
     }
 
     /// Makes a robot follow its route, whether it stands or drives.
@@ -147,7 +149,7 @@ impl Motion {
         }
         match rows.leg(row) {
             Some(leg) if is_on_leg => {
-                self.command_speed(rows, row, self.leg_speed(rows.robot_type[row], leg));
+                self.command_speed(rows, row, self.leg_speed(rows, row, leg));
                 self.update_base(rows, row);
             }
             _ => {
@@ -170,6 +172,12 @@ impl Motion {
         }
     }
 
+    /// Makes a robot stop as [`hold`](Self::hold) does, in another state in which it may not drive.
+    pub(crate) fn impair(&self, rows: &mut Rows, row: usize, state: RobotState) {
+        rows.state[row] = state as u8;
+        self.command_speed(rows, row, 0.0);
+    }
+
     /// Puts a robot on a piece at `w` ≤ 0, idle.
     pub(crate) fn place(&self, rows: &mut Rows, row: usize, piece: PieceIndex, edge: Option<u32>, w: i32) {
         self.stop(rows, row);
@@ -180,9 +188,10 @@ impl Motion {
         rows.w[row] = w;
     }
 
-    /// Returns the speed of a robot of some type on a leg, in metres per second.
-    pub(super) fn leg_speed(&self, robot_type: u16, leg: Leg) -> f32 {
-        self.legs.leg(leg).speed.min(self.limits[usize::from(robot_type)].max_speed)
+    /// Returns the speed of a robot on a leg, in metres per second.
+    pub(super) fn leg_speed(&self, rows: &Rows, row: usize, leg: Leg) -> f32 {
+        let speed = self.legs.leg(leg).speed.min(self.limits[usize::from(rows.robot_type[row])].max_speed);
+        self.variation.apply(speed, rows.robot(row), leg.edge)
     }
 
     /// Returns the next leg of a route and moves the cursor to its end; or the reason why there is none.

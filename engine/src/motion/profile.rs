@@ -24,8 +24,6 @@
 //! assign): then it brakes harder, because it never leaves its released base. The robot stops at the very end of its
 //! base, within the tick in which it gets there.
 
-use regatta_plugin::frame::RobotState;
-
 use super::Motion;
 use super::routes::RouteCursor;
 use super::rows::Rows;
@@ -125,7 +123,7 @@ impl Motion {
             let compiled = self.legs.leg(leg);
             let robot_type = rows.robot_type[row];
             let stops = compiled.first_piece.gear() != gear || self.turns_between(robot_type, before, leg);
-            let speed = if stops { 0.0 } else { self.leg_speed(robot_type, leg) };
+            let speed = if stops { 0.0 } else { self.leg_speed(rows, row, leg) };
             if !visit(f64::from(speed), distance) {
                 return;
             }
@@ -149,10 +147,10 @@ impl Motion {
         }
     }
 
-    /// Sets the speed that a row accelerates or brakes to: 0 while it is held. Without a limit the row has that speed
+    /// Sets the speed that a row accelerates or brakes to: 0 while it may not drive. Without a limit the row has that speed
     /// at once.
     pub(super) fn command_speed(&self, rows: &mut Rows, row: usize, cruise: f32) {
-        let wanted = if rows.is(row, RobotState::Held) { 0.0 } else { cruise };
+        let wanted = if rows.is_stopped(row) { 0.0 } else { cruise };
         if let Some(limits) = &mut rows.limits {
             limits.cruise[row] = wanted;
         }

@@ -130,6 +130,11 @@ impl<'fleet> Rows<'fleet> {
         self.state[row] == state as u8
     }
 
+    /// Whether a robot may not drive: it is held, stalled or broken.
+    pub(crate) fn is_stopped(&self, row: usize) -> bool {
+        RobotState::from_number(self.state[row]).is_stopped()
+    }
+
     /// Returns the leg that a robot is on; `None` on a node.
     pub(crate) fn leg(&self, row: usize) -> Option<Leg> {
         leg_of(self.piece.get(row), self.edge[row])

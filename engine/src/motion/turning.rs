@@ -52,7 +52,7 @@ impl Motion {
         rows.w[row] = rows.w[row].min(0);
         let heading = self.heading(rows, row);
         self.set_heading_rule(rows, row, HeadingRule::fixed(heading));
-        if !rows.is(row, RobotState::Held) {
+        if !rows.is_stopped(row) {
             rows.state[row] = RobotState::Turning as u8;
         }
     }

@@ -11,8 +11,8 @@ use regatta_plugin::world::Shape;
 
 use super::suggest::did_you_mean;
 use super::yaml::{
-    LegName, LightEntry, NodeEntry, NodeKey, PluginCommand, PluginEntry, RepeatEntry, RobotGroupEntry, RobotTypeEntry,
-    RoutesEntry, ScenarioFile, ShapeEntry,
+    Disturbances, LegName, LightEntry, NodeEntry, NodeKey, PluginCommand, PluginEntry, RepeatEntry, RobotGroupEntry,
+    RobotTypeEntry, RoutesEntry, ScenarioFile, ShapeEntry,
 };
 use super::{MAX_LIGHTS, MAX_ROBOTS, Overrides, RobotCount, RobotGroup, Scenario, ScenarioError, Start};
 use crate::fleet::{Repeat, RobotType};
@@ -48,6 +48,7 @@ pub(super) fn resolve(
     let robot_types = robot_types(file.robot_types).map_err(|message| invalid("robot_types", message))?;
     override_nodes(file.nodes, &mut graph).map_err(|(place, message)| invalid(&place, message))?;
     let groups = groups(file.robots, &graph, &robot_types).map_err(|(place, message)| invalid(&place, message))?;
+    check_disturbances(&file.disturbances).map_err(|message| invalid("disturbances", message))?;
     check_lights(&file.lights).map_err(|message| invalid("lights", message))?;
     let plugins = plugins(file.plugins, path);
     check_names(&plugins).and_then(|()| check_order(&plugins)).map_err(|message| invalid("plugins", message))?;
@@ -62,6 +63,7 @@ pub(super) fn resolve(
         seed: overrides.seed.unwrap_or(file.seed),
         robot_types,
         groups,
+        disturbances: file.disturbances,
         plugins,
         viewer: file.viewer,
         lights: file.lights,
@@ -157,6 +159,24 @@ fn dead_end(groups: &[RobotGroup], graph: &RouteGraph) -> Option<String> {
     let is_dead_end = |node| !graph.departures(node).iter().any(|leg| leg.gear == Gear::Forward);
     let (_, node) = (0..).map(NodeIndex).zip(graph.nodes()).find(|(index, _)| is_dead_end(*index))?;
     Some(format!("robots on random walks will stop at dead ends such as node {}", node.id))
+}
+
+fn check_disturbances(disturbances: &Disturbances) -> Result<(), String> {
+    let Disturbances { stalls, breakdowns, speed_variation } = disturbances;
+    let repair_secs = breakdowns.and_then(|breakdowns| breakdowns.repair_secs);
+    let values = [
+        ("stalls, per_hour", stalls.map(|stalls| stalls.per_hour), 1e-6..=36_000.0),
+        ("stalls, mean_secs", stalls.map(|stalls| stalls.mean_secs), 0.001..=1e6),
+        ("stalls, share", stalls.map(|stalls| stalls.share), 0.0..=1.0),
+        ("breakdowns, per_hour", breakdowns.map(|breakdowns| breakdowns.per_hour), 1e-6..=36_000.0),
+        ("breakdowns, repair_secs", repair_secs, 0.001..=1e9),
+        ("speed_variation", Some(f64::from(*speed_variation)), 0.0..=0.9),
+    ];
+    let bad = |(name, value, range): (&str, Option<f64>, RangeInclusive<f64>)| {
+        let value = value.filter(|value| !range.contains(value))?;
+        Some(format!("{name} is {value}; give {} to {}", range.start(), range.end()))
+    };
+    values.into_iter().find_map(bad).map_or(Ok(()), Err)
 }
 
 fn check_lights(lights: &[LightEntry]) -> Result<(), String> {

@@ -33,6 +33,9 @@ pub struct ScenarioFile {
     pub robot_types: Vec<RobotTypeEntry>,
     /// The groups of robots, in the order of their ids.
     pub robots: Vec<RobotGroupEntry>,
+    /// What goes wrong; nothing by default.
+    #[serde(default)]
+    pub disturbances: Disturbances,
     /// The plugins to start.
     #[serde(default)]
     pub plugins: Vec<PluginEntry>,
@@ -184,6 +187,45 @@ pub enum RoutesEntry {
     Random,
     /// None: robots wait for orders where they touch no others.
     None,
+}
+
+/// What goes wrong with robots, at random by the scenario's seed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Disturbances {
+    /// Robots that stop for a while.
+    pub stalls: Option<Stalls>,
+    /// Robots that break down.
+    pub breakdowns: Option<Breakdowns>,
+    /// The largest part of its speed by which a robot is slower on a leg; 0 to below 1.
+    pub speed_variation: f32,
+}
+
+/// Robots that stop for a while, after times with an exponential distribution.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Stalls {
+    /// Stalls per hour and robot.
+    pub per_hour: f64,
+    /// The mean of a stall's duration in seconds, which is distributed exponentially.
+    pub mean_secs: f64,
+    /// The part of the robots that stall; all by default.
+    #[serde(default = "all")]
+    pub share: f64,
+}
+
+fn all() -> f64 {
+    1.0
+}
+
+/// Robots that break down, after times with an exponential distribution.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Breakdowns {
+    /// Breakdowns per hour and robot.
+    pub per_hour: f64,
+    /// Seconds after which a robot is repaired; by default only an order repairs it.
+    pub repair_secs: Option<f64>,
 }
 
 /// Whether to open the viewer.

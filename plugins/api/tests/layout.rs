@@ -95,12 +95,14 @@ fn all_records() -> Map<String, Value> {
 
 fn all_enums() -> Map<String, Value> {
     enums! {
-        RobotState { Idle, Driving, Waiting, Held, Faulted, Turning, Absent }
+        RobotState { Idle, Driving, Waiting, Held, Faulted, Turning, Stalled, Broken, Absent }
         ClockState { Running, Paused, Stopped }
         Shape { Rectangle, Circle }
         NodeRole { None, Pick, Drop, Park, Charge }
-        OrderKind { Leg, Assign, Extend, Cancel, Hold, Resume, SpawnAtNode, SpawnOnEdge, Remove, Release }
-        EventKind { ReachedNode, RouteDone, WaitingForRelease, Held, Resumed, Accepted, Refused, Spawned, Removed, Faulted }
+        OrderKind { Leg, Assign, Extend, Cancel, Hold, Resume, SpawnAtNode, SpawnOnEdge, Remove, Release, Break,
+            Repair }
+        EventKind { ReachedNode, RouteDone, WaitingForRelease, Held, Resumed, Accepted, Refused, Spawned, Removed, Faulted,
+            Stalled, Recovered, BrokenDown, Repaired }
         Refusal { UnknownRobot, UnknownEdge, UnknownNode, UnknownRobotType, NotConnected, NoReverse, MalformedRoute,
             DistanceOutOfRange, FleetFull, MalformedOrder, NotSteerable, NotAhead }
         ContactLevel { Possible, Touching }

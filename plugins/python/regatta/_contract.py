@@ -322,7 +322,7 @@ class ControlResponse(Record):
     tick_cost_p99_nanos: u64
     resident_bytes: u64
     wall_time_nanos: u64
-    robots_by_state: Annotated[Any, ctypes.c_uint32 * 6]
+    robots_by_state: Annotated[Any, ctypes.c_uint32 * 8]
     robots: u32
     pid: u32
     clock: u32

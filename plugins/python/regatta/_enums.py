@@ -18,6 +18,10 @@ class RobotState(IntEnum):
     """The robot can't continue; an event gave the reason."""
     TURNING = 5
     """The robot stands at a node and turns on the spot, to the heading of its next edge."""
+    STALLED = 6
+    """The robot has stopped for a while of its own, or brakes in order to; it goes on afterwards."""
+    BROKEN = 7
+    """The robot is broken: it stands, or brakes in order to, until it is repaired."""
     ABSENT = 255
     """The row holds no robot. Its pose is meaningless."""
 
@@ -70,6 +74,8 @@ class OrderKind(IntEnum):
     SPAWN_ON_EDGE = 7
     REMOVE = 8
     RELEASE = 9
+    BREAK = 10
+    REPAIR = 11
 
 
 class EventKind(IntEnum):
@@ -95,6 +101,14 @@ class EventKind(IntEnum):
     """The robot left the fleet."""
     FAULTED = 10
     """The robot can't continue (a random walk at a dead end, for example)."""
+    STALLED = 11
+    """The robot stalls: it stops for a while."""
+    RECOVERED = 12
+    """The robot no longer stalls."""
+    BROKEN_DOWN = 13
+    """The robot is broken."""
+    REPAIRED = 14
+    """The robot is no longer broken."""
 
 
 class Refusal(IntEnum):

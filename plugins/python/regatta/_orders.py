@@ -132,6 +132,22 @@ class Orders(Open):
         return self._push(OrderKind.RESUME, robot=numbers(robot, "robot"))
 
     @overload
+    def break_down(self, robot: Number) -> int: ...
+    @overload
+    def break_down(self, robot: Numbers) -> TokenArray: ...
+    def break_down(self, robot: Number | Numbers) -> int | TokenArray:
+        """Makes a robot break down: it brakes and stands until it is repaired. Returns the order's token."""
+        return self._push(OrderKind.BREAK, robot=numbers(robot, "robot"))
+
+    @overload
+    def repair(self, robot: Number) -> int: ...
+    @overload
+    def repair(self, robot: Numbers) -> TokenArray: ...
+    def repair(self, robot: Number | Numbers) -> int | TokenArray:
+        """Repairs a robot that is broken. Returns the order's token."""
+        return self._push(OrderKind.REPAIR, robot=numbers(robot, "robot"))
+
+    @overload
     def spawn_at_node(self, robot_type: Number, node: Number) -> int: ...
     @overload
     def spawn_at_node(self, robot_type: Number | Numbers, node: Numbers) -> TokenArray: ...

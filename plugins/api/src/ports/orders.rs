@@ -120,6 +120,16 @@ impl Orders {
         self.push(OrderKind::Resume, OrderRecord { robot, ..OrderRecord::default() })
     }
 
+    /// Makes a robot break down. Returns the order's token.
+    pub fn break_down(&mut self, robot: u32) -> u64 {
+        self.push(OrderKind::Break, OrderRecord { robot, ..OrderRecord::default() })
+    }
+
+    /// Repairs a robot that is broken. Returns the order's token.
+    pub fn repair(&mut self, robot: u32) -> u64 {
+        self.push(OrderKind::Repair, OrderRecord { robot, ..OrderRecord::default() })
+    }
+
     /// Adds a robot on a node, by the node's id. Returns the order's token; the `Spawned` event has the
     /// robot's id.
     pub fn spawn_at_node(&mut self, robot_type: u32, node: u32) -> u64 {

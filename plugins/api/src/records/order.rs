@@ -70,6 +70,11 @@ pub enum OrderKind {
     /// Nothing is ever taken back: less than is released already changes nothing. So the order may be sent again. It takes
     /// one record; the legs aren't sent again.
     Release = 9,
+    /// Make a robot break down: it brakes, stops and keeps its route until it is repaired. Orders for its route are
+    /// accepted, and take effect afterwards.
+    Break = 10,
+    /// Repair a robot that is broken. It goes on with its route, unless it is held.
+    Repair = 11,
 }
 
 /// One edge of a route in an order.

@@ -425,6 +425,10 @@ pub enum RobotState {
     Faulted = 4,
     /// The robot turns on the spot at a node.
     Turning = 5,
+    /// The robot stops for a while.
+    Stalled = 6,
+    /// The robot is broken and stands.
+    Broken = 7,
     /// There is no robot with this id.
     Absent = 255,
 }
@@ -441,6 +445,8 @@ impl RobotState {
             Self::Held => "HELD",
             Self::Faulted => "FAULTED",
             Self::Turning => "TURNING",
+            Self::Stalled => "STALLED",
+            Self::Broken => "BROKEN",
             Self::Absent => "ABSENT",
         }
     }
@@ -453,6 +459,8 @@ impl RobotState {
             "HELD" => Some(Self::Held),
             "FAULTED" => Some(Self::Faulted),
             "TURNING" => Some(Self::Turning),
+            "STALLED" => Some(Self::Stalled),
+            "BROKEN" => Some(Self::Broken),
             "ABSENT" => Some(Self::Absent),
             _ => None,
         }
@@ -567,6 +575,10 @@ pub enum EventKind {
     Spawned = 8,
     Removed = 9,
     HasFaulted = 10,
+    HasStalled = 11,
+    Recovered = 12,
+    BrokenDown = 13,
+    Repaired = 14,
 }
 impl EventKind {
     /// String value of the enum field names used in the ProtoBuf definition.
@@ -586,6 +598,10 @@ impl EventKind {
             Self::Spawned => "SPAWNED",
             Self::Removed => "REMOVED",
             Self::HasFaulted => "HAS_FAULTED",
+            Self::HasStalled => "HAS_STALLED",
+            Self::Recovered => "RECOVERED",
+            Self::BrokenDown => "BROKEN_DOWN",
+            Self::Repaired => "REPAIRED",
         }
     }
     /// Creates an enum from field names used in the ProtoBuf definition.
@@ -602,6 +618,10 @@ impl EventKind {
             "SPAWNED" => Some(Self::Spawned),
             "REMOVED" => Some(Self::Removed),
             "HAS_FAULTED" => Some(Self::HasFaulted),
+            "HAS_STALLED" => Some(Self::HasStalled),
+            "RECOVERED" => Some(Self::Recovered),
+            "BROKEN_DOWN" => Some(Self::BrokenDown),
+            "REPAIRED" => Some(Self::Repaired),
             _ => None,
         }
     }
@@ -678,6 +698,8 @@ pub enum OrderKind {
     SpawnOnEdge = 7,
     Remove = 8,
     Release = 9,
+    Break = 10,
+    Repair = 11,
 }
 impl OrderKind {
     /// String value of the enum field names used in the ProtoBuf definition.
@@ -696,6 +718,8 @@ impl OrderKind {
             Self::SpawnOnEdge => "SPAWN_ON_EDGE",
             Self::Remove => "REMOVE",
             Self::Release => "RELEASE",
+            Self::Break => "BREAK",
+            Self::Repair => "REPAIR",
         }
     }
     /// Creates an enum from field names used in the ProtoBuf definition.
@@ -711,6 +735,8 @@ impl OrderKind {
             "SPAWN_ON_EDGE" => Some(Self::SpawnOnEdge),
             "REMOVE" => Some(Self::Remove),
             "RELEASE" => Some(Self::Release),
+            "BREAK" => Some(Self::Break),
+            "REPAIR" => Some(Self::Repair),
             _ => None,
         }
     }
