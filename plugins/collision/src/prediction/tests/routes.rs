@@ -160,7 +160,7 @@ proptest! {
         } else { 0.5 };
         let speed = speed.min(bound(s));
         let end = if stops { RouteEnd::Stop } else { RouteEnd::Open };
-        let route = Some(RouteAhead { reverse: None, legs: &legs[..last], end });
+        let route = Some(RouteAhead { reverse: None, legs: &legs[..last], end, limit: f32::INFINITY });
         let motion = Motion { speed, s, limits, route, ..FREE };
         let way = trajectory(&robot(s), &motion, &fork());
         let (mut x, mut v) = (s, speed);
