@@ -2,3 +2,6 @@
 //!
 //! | module | |
 //! |---|---|
+//! | [`tasks`] | transport orders: where they come from, which robot gets them |
+
+pub mod tasks;
