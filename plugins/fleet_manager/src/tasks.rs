@@ -8,6 +8,7 @@
 //! | [`book`] | all open orders: the one place where their states change |
 //! | [`assign`] | which robot gets which order |
 //! | [`figures`] | how many, how long |
+//! | [`store`], [`web`] | where orders are kept; orders over HTTP |
 //!
 //! A manager calls the [`TaskBook`] once a tick, like this. All times are in seconds of simulated time; nodes are indices in
 //! the world's nodes.
@@ -56,9 +57,12 @@ pub mod figures;
 pub mod file;
 mod generator;
 pub mod load;
+mod office;
 pub mod order;
 pub mod places;
 mod random;
+pub mod store;
+pub mod web;
 mod yaml;
 
 pub use assign::{Assigner, Candidate, Nearest, OpenTask, Problem};
@@ -68,6 +72,9 @@ pub use draft::{DraftError, Label, OrderDraft, StopDraft};
 pub use figures::{ByState, Durations, Figures};
 pub use file::{FileError, TimedDraft, read_orders};
 pub use load::Load;
+pub use office::{TaskSettings, TasksError};
 pub use order::{Action, Change, HistoryEntry, NameError, NewOrder, Order, OrderName, State, Stop, TaskEvent, TaskId};
 pub use places::{Place, Places};
+pub use store::StoreError;
+pub use web::WebError;
 pub use yaml::InputError;

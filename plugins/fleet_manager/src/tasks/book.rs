@@ -15,6 +15,7 @@ mod requests;
 mod sources;
 
 pub use assignment::{Assignments, Urgency};
+pub(super) use sources::Known;
 
 /// What a robot does after a stop.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -247,6 +248,21 @@ impl TaskBook {
         let vehicles = vehicles.iter().filter_map(|robot| self.vehicles.get(robot).cloned()).collect();
         let orders = closed.into_iter().chain(open).collect();
         office.publish(Update { now_secs, orders, vehicles, figures, done });
+    }
+
+    /// The address of the web API, with the actual port.
+    pub fn http_address(&self) -> Option<std::net::SocketAddr> {
+        self.office.as_ref()?.address()
+    }
+
+    pub(super) fn set_office(&mut self, office: Box<dyn Office>) {
+        self.office = Some(office);
+    }
+
+    /// Whether everything that was published is in the store. A manager of real robots may wait for it before a robot leaves
+    /// a stop: what is lost with a killed process is the ticks that aren't in the store.
+    pub fn is_saved(&self) -> bool {
+        self.office.as_ref().is_none_or(|office| office.is_saved())
     }
 
     /// Returns the order that a robot has, if it is in a state.

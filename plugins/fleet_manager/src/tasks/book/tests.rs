@@ -130,7 +130,9 @@ fn perform(book: &mut TaskBook, step: &Step, now: f64) {
             let name = book.order(TaskId(*number)).map(|order| order.content().name().clone());
             drop(name.map(|name| book.cancel(&name, *immediate, now)));
         }
-        Step::Unroutable(number) => assert!(!book.unroutable(TaskId(*number), now, "closed") || !book.waiting.contains(&TaskId(*number))),
+        Step::Unroutable(number) => {
+            assert!(!book.unroutable(TaskId(*number), now, "closed") || !book.waiting.contains(&TaskId(*number)))
+        }
         Step::Reopen(number) => assert!(!book.reopen(TaskId(*number), now) || book.waiting.contains(&TaskId(*number))),
     }
 }
