@@ -8,7 +8,7 @@
 //! | [`book`] | all open orders: the one place where their states change |
 //! | [`assign`] | which robot gets which order |
 //! | [`figures`] | how many, how long |
-//! | [`store`], [`web`] | where orders are kept; orders over HTTP |
+//! | [`store`], [`web`], [`client`] | where orders are kept; orders over HTTP, and a client of it |
 //!
 //! A manager calls the [`TaskBook`] once a tick, like this. All times are in seconds of simulated time; nodes are indices in
 //! the world's nodes.
@@ -51,6 +51,7 @@
 
 pub mod assign;
 pub mod book;
+pub mod client;
 mod desk;
 pub mod draft;
 pub mod figures;
@@ -67,6 +68,7 @@ mod yaml;
 
 pub use assign::{Assigner, Candidate, Nearest, OpenTask, Problem};
 pub use book::{Assignments, Next, TaskBook, Urgency};
+pub use client::{Client, ClientError};
 pub use desk::{Vehicle, WithdrawError};
 pub use draft::{DraftError, Label, OrderDraft, StopDraft};
 pub use figures::{ByState, Durations, Figures};

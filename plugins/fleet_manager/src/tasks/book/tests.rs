@@ -127,8 +127,9 @@ fn perform(book: &mut TaskBook, step: &Step, now: f64) {
             assert_eq!(withdrawn.is_err(), book.task_of(*robot).is_some() || withdrawn == Err(WithdrawError::Unknown));
         }
         Step::Cancel(number, immediate) => {
-            let name = book.order(TaskId(*number)).map(|order| order.content().name().clone());
-            drop(name.map(|name| book.cancel(&name, *immediate, now)));
+            let Some(order) = book.order(TaskId(*number)).cloned() else { return };
+            let is_cancelled = book.cancel(order.content().name(), *immediate, now).is_ok();
+            assert_eq!(is_cancelled, *immediate || !order.is_bound());
         }
         Step::Unroutable(number) => {
             assert!(!book.unroutable(TaskId(*number), now, "closed") || !book.waiting.contains(&TaskId(*number)))

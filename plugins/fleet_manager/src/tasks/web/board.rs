@@ -53,11 +53,9 @@ impl Board {
     }
 
     /// Takes updates until the book ends.
-    pub(super) fn follow(self: Arc<Self>, mut updates: UnboundedReceiver<Update>) -> impl Future<Output = ()> {
-        async move {
-            while let Some(update) = updates.recv().await {
-                self.apply(update);
-            }
+    pub(super) async fn follow(self: Arc<Self>, mut updates: UnboundedReceiver<Update>) {
+        while let Some(update) = updates.recv().await {
+            self.apply(update);
         }
     }
 

@@ -284,3 +284,21 @@ fn an_address_in_use_is_one_line() {
     let error = open(&settings).expect_err("in use").to_string();
     assert!(error.contains("choose another port with --http") && !error.contains('\n'), "{error}");
 }
+
+#[test]
+fn the_client_gets_values_and_reasons() {
+    use crate::tasks::{Client, ClientError};
+    let book = book();
+    let client = Client::new(&format!("http://{}/", address(&book)), None).expect("an address");
+    let order: Value = serde_json::from_str(ORDER).expect("an order");
+    let path = Client::order_path("Größe 1%");
+    assert_eq!(client.post(&path, &order).expect("kept")["name"], json!("Größe 1%"));
+    assert_eq!(client.get(&path).expect("there")["state"], json!("created"));
+    let error = client.post(&path, &order).expect_err("twice");
+    assert!(matches!(&error, ClientError::Refused { status: 409, reason } if reason.contains("already")), "{error}");
+    drop(book);
+    assert!(matches!(client.get(&path), Err(ClientError::Connect { .. })));
+    for url in ["", "http://here", "https://127.0.0.1:1", "127.0.0.1:1\r\n", "127.0.0.1:99999"] {
+        assert!(matches!(Client::new(url, None), Err(ClientError::Url(_))), "{url}");
+    }
+}
