@@ -67,35 +67,51 @@ pub struct Nearest {
 
 impl Default for Nearest {
     fn default() -> Self {
-        Self { exact_up_to: 48, nearest_robots: 12, hysteresis_secs: 10.0 }
+        Self { exact_up_to: 200, nearest_robots: 12, hysteresis_secs: 10.0 }
     }
 }
 
 /// Larger than any cost in milliseconds: of pairs that can't be.
 const IMPOSSIBLE_MILLIS: i64 = 1 << 44;
 
+/// The largest number of pairs whose distances are compared in one call, which bounds its time.
+const MAX_PAIRS: usize = 1_000_000;
+
 impl Assigner for Nearest {
     fn assign(&mut self, problem: &Problem) -> Vec<(TaskId, u32)> {
-        let tasks = most_urgent(problem.tasks, self.exact_up_to.max(2 * problem.robots.len()));
-        if tasks.is_empty() || problem.robots.is_empty() {
+        let robots = problem.robots.len();
+        if problem.tasks.is_empty() || robots == 0 {
             return Vec::new();
         }
-        match tasks.len().max(problem.robots.len()) <= self.exact_up_to {
-            true => self.exact(problem, &tasks),
-            false => self.greedy(problem, &tasks),
+        let count = self.exact_up_to.max(2 * robots).min((MAX_PAIRS / robots).max(1));
+        let (tasks, mut pairs) = most_urgent(problem.tasks, count);
+        let keeping: BTreeSet<_> = pairs.iter().map(|(_, robot)| *robot).collect();
+        let others: Vec<_> =
+            problem.robots.iter().filter(|candidate| !keeping.contains(&candidate.robot)).copied().collect();
+        if others.is_empty() {
+            return pairs;
         }
+        let problem = Problem { robots: &others, ..*problem };
+        pairs.extend(match tasks.len().max(others.len()) <= self.exact_up_to {
+            true => self.exact(&problem, &tasks),
+            false => self.greedy(&problem, &tasks),
+        });
+        pairs
     }
 }
 
-/// Returns the most urgent orders, and those that have a robot.
-fn most_urgent(tasks: &[OpenTask], count: usize) -> Vec<OpenTask> {
+/// Returns the most urgent orders: those without a robot first. Of the others, those that have a robot keep it.
+fn most_urgent(tasks: &[OpenTask], count: usize) -> (Vec<OpenTask>, Vec<(TaskId, u32)>) {
     let mut tasks = tasks.to_vec();
-    if tasks.len() > count {
-        let rank = |task: &OpenTask| (task.robot.is_none(), -task.urgency_secs);
-        tasks.sort_by(|a, b| rank(a).0.cmp(&rank(b).0).then(rank(a).1.total_cmp(&rank(b).1)).then(a.task.cmp(&b.task)));
-        tasks.truncate(count);
+    if tasks.len() <= count {
+        return (tasks, Vec::new());
     }
-    tasks
+    tasks.sort_by(|a, b| {
+        let urgency = b.urgency_secs.total_cmp(&a.urgency_secs);
+        a.robot.is_some().cmp(&b.robot.is_some()).then(urgency).then(a.task.cmp(&b.task))
+    });
+    let rest = tasks.split_off(count);
+    (tasks, rest.iter().filter_map(|task| Some((task.task, task.robot?))).collect())
 }
 
 impl Nearest {

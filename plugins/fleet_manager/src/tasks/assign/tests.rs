@@ -95,3 +95,15 @@ fn wrong_pairs_of_an_assigner_are_ignored() {
     let pairs = vec![(TaskId(1), 7), (TaskId(9), 0), (TaskId(1), 1), (TaskId(1), 0), (TaskId(2), 1)];
     assert_eq!(allowed(&problem, pairs), BTreeMap::from([(TaskId(1), 1)]));
 }
+
+#[test]
+fn robots_keep_their_orders_in_a_problem_that_is_too_large_to_be_solved_at_once() {
+    let count = 2_000;
+    let mut tasks = tasks(&vec![0.0; count as usize]);
+    tasks.iter_mut().zip(0..).skip(1).for_each(|(task, robot)| task.robot = Some(robot));
+    let secs = |robot: u32, node: u32| Some(f64::from(robot.abs_diff(node)));
+    let problem = Problem { now_secs: 0.0, tasks: &tasks, robots: &robots(count), driving_secs: &secs };
+    let pairs = allowed(&problem, Nearest::default().assign(&problem));
+    assert!(pairs.iter().all(|(task, robot)| task.0 == u64::from(*robot) + 1), "{pairs:?}");
+    assert_eq!(pairs.len(), count as usize);
+}
