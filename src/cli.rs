@@ -14,7 +14,7 @@ use crate::arguments::Time;
 use crate::control::Target;
 use crate::failure::Failure;
 use crate::output::{Force, write_file};
-use crate::{doctor, engine, graph, order, plugin, recording, report, run, version};
+use crate::{doctor, engine, graph, order, orders, plugin, recording, report, run, version};
 
 static SHORT_VERSION: LazyLock<String> = LazyLock::new(version::short);
 static LONG_VERSION: LazyLock<String> = LazyLock::new(version::long);
@@ -123,6 +123,12 @@ pub enum Command {
     Plot(regatta_record::PlotArgs),
     /// Watch and steer a running fleet live in this terminal.
     Top(Target),
+    /// List, show, cancel and import the transport orders of a running fleet manager.
+    #[command(arg_required_else_help = false)]
+    Orders {
+        #[command(subcommand)]
+        command: orders::OrdersCommand,
+    },
     /// Repeat the experiments that Regatta's accuracy and speed are measured with.
     #[command(arg_required_else_help = false)]
     Report {

@@ -11,6 +11,7 @@ mod fleets;
 mod graph;
 mod new;
 mod order;
+mod orders;
 mod output;
 mod output_error;
 mod plugin;
@@ -78,6 +79,7 @@ fn dispatch(cli: Cli) -> Result<ExitCode, Failure> {
         Command::Export(args) => recording::export(&args),
         Command::Plot(args) => recording::plot(&args),
         Command::Top(target) => top::run(&target),
+        Command::Orders { command } => orders::run(command),
         Command::Report { command } => report::run(command),
         Command::Doctor(args) => doctor::run(args),
         Command::Completions { shell } => {
