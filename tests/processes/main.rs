@@ -22,3 +22,4 @@ mod shared_memory;
 mod terminal;
 mod top;
 mod udp;
+mod validator;
