@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use clap::Args;
 use regatta_engine::scenario::{LightEntry, PluginCommand, Scenario, Viewer};
-use regatta_plugin::{AFTER_VARIABLE, Control, FleetName, Termination};
+use regatta_plugin::{AFTER_VARIABLE, Control, FleetName, LOAD_VARIABLE, Termination};
 
 use crate::arguments::Time;
 use crate::engine::EngineOptions;
@@ -60,7 +60,9 @@ pub fn run(args: RunArgs) -> Result<ExitCode, Failure> {
         engine.stdin(input);
     }
     let engine = supervisor.start(ENGINE, &mut engine)?;
+    let load = args.scenario.as_deref().filter(|path| scenario.has_load && !scenario::is_standard_input(Some(path)));
     for (plugin, mut command) in scenario.plugins.iter().zip(plugins) {
+        command.envs(load.map(|path| (LOAD_VARIABLE, path)));
         supervisor.start(&plugin.name, &mut command)?;
     }
     print_summary(&scenario, &args);

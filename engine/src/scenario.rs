@@ -45,6 +45,8 @@ pub struct Scenario {
     pub groups: Vec<RobotGroup>,
     /// What goes wrong.
     pub disturbances: Disturbances,
+    /// Whether the file describes a load of transport orders, for a fleet manager.
+    pub has_load: bool,
     /// The plugins to start.
     pub plugins: Vec<PluginCommand>,
     /// Whether to open the viewer.

@@ -6,6 +6,7 @@ mod command_line;
 mod control;
 mod determinism;
 mod fleet;
+mod fleet_manager;
 mod fleets;
 mod lockstep;
 mod metrics;

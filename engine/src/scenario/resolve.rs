@@ -64,6 +64,7 @@ pub(super) fn resolve(
         robot_types,
         groups,
         disturbances: file.disturbances,
+        has_load: file.load.is_some(),
         plugins,
         viewer: file.viewer,
         lights: file.lights,

@@ -36,6 +36,8 @@ pub struct ScenarioFile {
     /// What goes wrong; nothing by default.
     #[serde(default)]
     pub disturbances: Disturbances,
+    /// The transport orders of a fleet manager, which reads them itself.
+    pub load: Option<de::IgnoredAny>,
     /// The plugins to start.
     #[serde(default)]
     pub plugins: Vec<PluginEntry>,

@@ -57,7 +57,7 @@ pub use process::join::Participant;
 pub use process::log::set_verbosity;
 pub use process::plugin::Plugin;
 pub use process::rate::{Rate, RateError};
-pub use process::run::{AFTER_VARIABLE, NAME_VARIABLE, Options, run, run_from};
+pub use process::run::{AFTER_VARIABLE, LOAD_VARIABLE, NAME_VARIABLE, Options, run, run_from};
 pub use process::scheduling::{Priority, SchedulingError, SchedulingOptions};
 pub use process::termination::{PARENT_VARIABLE, Termination};
 pub use process::usage::usage_line;

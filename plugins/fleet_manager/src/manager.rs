@@ -120,6 +120,12 @@ impl Manager {
 
     /// Moves a robot's task on, if it has come to a stop or has handled one.
     fn serve(&mut self, robot: u32, now_secs: f64) {
+        // A store remembers whose orders had begun: they go on.
+        if self.errands[robot as usize] == Errand::None
+            && let Some(stop) = self.tasks.current_stop(robot)
+        {
+            self.send(robot, stop.node);
+        }
         if let Errand::To(node) = self.errands[robot as usize] {
             if self.steering.has_arrived(robot, node) && self.tasks.arrived(robot, now_secs) {
                 let dwell_secs = self.tasks.current_stop(robot).map_or(0.0, |stop: Stop| stop.dwell_secs);

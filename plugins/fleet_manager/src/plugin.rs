@@ -13,8 +13,8 @@ use regatta_plugin::order::RouteLeg;
 use regatta_plugin::ports::tasks::TaskPublisher;
 use regatta_plugin::task::TaskRecord;
 use regatta_plugin::{
-    ColumnReader, Error, Events, Frame, Options, OrderError, Orders, Participant, Plugin, Rate, Result, World, tell,
-    usage_line,
+    ColumnReader, Error, Events, Frame, LOAD_VARIABLE, Options, OrderError, Orders, Participant, Plugin, Rate, Result,
+    World, tell, usage_line,
 };
 
 use crate::manager::Manager;
@@ -30,7 +30,7 @@ pub struct Cli {
     /// A file of transport orders with times, YAML or CSV
     #[arg(long, value_name = "FILE")]
     pub orders: Option<PathBuf>,
-    /// A YAML file with a load: generators of orders (a scenario's key `load` does)
+    /// A YAML file with a load: generators of orders [default: that of the scenario, under `regatta run`]
     #[arg(long, value_name = "FILE")]
     pub load: Option<PathBuf>,
     /// Keep orders in this SQLite file: they survive the manager [default: in memory]
@@ -106,6 +106,7 @@ impl FleetManager {
 
     fn task_settings(&self) -> TaskSettings {
         let Cli { orders, load, store, http, token_file, .. } = self.cli.clone();
+        let load = load.or_else(|| std::env::var_os(LOAD_VARIABLE).map(PathBuf::from));
         TaskSettings { orders, load, store, http, token_file }
     }
 
@@ -179,12 +180,12 @@ impl Plugin for FleetManager {
         self.report()?;
         // A store and an address are free again only when the book that has them is gone.
         self.manager = None;
-        self.log = TaskLog::default();
         self.pending.clear();
         let roads = Arc::new(Roads::new(world));
         let places = Arc::new(Places::of(world));
         let tasks = TaskBook::open(&self.task_settings(), places, world.run_id(), 0.0)
             .map_err(|error| Error::new(format_args!("{error}")))?;
+        self.log = TaskLog::new(tasks.open_orders(), tasks.places());
         if let Some(address) = tasks.http_address() {
             tell!("fleet-manager: orders at http://{address}");
         }

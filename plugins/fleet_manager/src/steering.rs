@@ -9,6 +9,8 @@ mod grant;
 mod guard;
 mod recovery;
 mod robot;
+#[cfg(test)]
+mod tests;
 
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -198,10 +200,10 @@ impl Steering {
     pub fn has_arrived(&self, robot: u32, goal: u32) -> bool {
         let Some(state) = self.robot(robot) else { return false };
         let Some(end) = self.claims.end(robot) else { return false };
-        let is_at_end = state.speed == 0.0 && self.left(robot) < 0.02 && state.horizon.is_empty();
+        let is_at_end = state.speed == 0.0 && self.left(robot) < 2e-3 && state.horizon.is_empty();
         let at_node = end
             .leg
-            .is_some_and(|leg| self.roads.end(leg) == goal && end.to >= self.roads.edge(leg.edge()).length - 0.02);
+            .is_some_and(|leg| self.roads.end(leg) == goal && end.to >= self.roads.edge(leg.edge()).length - 2e-3);
         is_at_end && at_node && !state.needs_route
     }
 

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use regatta_plugin::task::{NO_ROBOT, StopAction, TaskKind, TaskRecord};
 
-use crate::tasks::{Action, Change, Places, TaskEvent};
+use crate::tasks::{Action, Change, Order, Places, Stop, TaskEvent};
 
 /// Turns events into records.
 #[derive(Debug, Default)]
@@ -14,6 +14,17 @@ pub struct TaskLog {
 }
 
 impl TaskLog {
+    /// Makes the log of a book whose open orders were announced already: before a restart.
+    pub fn new<'book>(open: impl Iterator<Item = &'book Order>, places: &Places) -> Self {
+        let stops = |order: &Order| {
+            let task = order.id().0;
+            let stops = (0..).zip(order.content().stops());
+            let of = record(task, TaskKind::Stop, None);
+            (task, stops.map(|(number, stop)| stop_record(of, number, stop, places)).collect())
+        };
+        Self { stops: open.map(stops).collect() }
+    }
+
     /// Returns an event as a record; `None` for those that the task log doesn't have.
     pub fn record(&mut self, event: &TaskEvent, places: &Places) -> Option<TaskRecord> {
         let task = event.task.0;
@@ -21,20 +32,15 @@ impl TaskLog {
         Some(match &event.change {
             Change::Created { stops, .. } => TaskRecord { detail: *stops, ..of(TaskKind::Created, None) },
             Change::Stop { stop, node, action, dwell_secs } => {
-                let record = TaskRecord {
-                    stop: *stop,
-                    node: places.place(*node).id,
-                    action: stop_action(*action) as u32,
-                    dwell_secs: *dwell_secs as f32,
-                    ..of(TaskKind::Stop, None)
-                };
+                let of_stop = Stop { node: *node, action: *action, dwell_secs: *dwell_secs };
+                let record = stop_record(of(TaskKind::Stop, None), *stop, &of_stop, places);
                 self.stops.entry(task).or_default().push(record);
                 record
             }
             Change::Assigned { robot } => of(TaskKind::Assigned, Some(*robot)),
             Change::Withdrawn { robot } => of(TaskKind::Withdrawn, Some(*robot)),
-            Change::Arrived { robot, stop } => self.at_stop(task, TaskKind::Arrived, *robot, *stop),
-            Change::Handled { robot, stop } => self.at_stop(task, TaskKind::Handled, *robot, *stop),
+            Change::Arrived { robot, stop } => self.at_stop(of(TaskKind::Arrived, Some(*robot)), *stop),
+            Change::Handled { robot, stop } => self.at_stop(of(TaskKind::Handled, Some(*robot)), *stop),
             Change::Finished { robot } => self.end(of(TaskKind::Finished, Some(*robot))),
             Change::Failed { robot, .. } => self.end(of(TaskKind::Failed, *robot)),
             Change::Cancelled { robot, .. } => self.end(of(TaskKind::Cancelled, *robot)),
@@ -42,10 +48,10 @@ impl TaskLog {
         })
     }
 
-    fn at_stop(&self, task: u64, kind: TaskKind, robot: u32, stop: u32) -> TaskRecord {
-        let known = self.stops.get(&task).and_then(|stops| stops.get(stop as usize)).copied();
-        let known = known.unwrap_or_else(|| record(task, kind, None));
-        TaskRecord { kind: kind as u32, robot, stop, dwell_secs: 0.0, ..known }
+    fn at_stop(&self, record: TaskRecord, stop: u32) -> TaskRecord {
+        let known = self.stops.get(&record.task).and_then(|stops| stops.get(stop as usize));
+        let (node, action) = known.map_or((0, 0), |known| (known.node, known.action));
+        TaskRecord { stop, node, action, ..record }
     }
 
     fn end(&mut self, record: TaskRecord) -> TaskRecord {
@@ -65,6 +71,16 @@ fn record(task: u64, kind: TaskKind, robot: Option<u32>) -> TaskRecord {
         dwell_secs: 0.0,
         detail: 0,
         reserved: 0,
+    }
+}
+
+fn stop_record(record: TaskRecord, number: u32, stop: &Stop, places: &Places) -> TaskRecord {
+    TaskRecord {
+        stop: number,
+        node: places.place(stop.node).id,
+        action: stop_action(stop.action) as u32,
+        dwell_secs: stop.dwell_secs as f32,
+        ..record
     }
 }
 

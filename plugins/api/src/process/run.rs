@@ -122,6 +122,9 @@ pub const NAME_VARIABLE: &str = "REGATTA_PLUGIN_NAME";
 /// The environment variable with the names of the plugins that this one comes after in lockstep, separated by commas:
 /// `regatta run` sets it to the names in the scenario.
 pub const AFTER_VARIABLE: &str = "REGATTA_PLUGIN_AFTER";
+/// The environment variable with the path of a scenario that describes a load of transport orders (its key `load`), for a
+/// fleet manager: `regatta run` sets it.
+pub const LOAD_VARIABLE: &str = "REGATTA_LOAD";
 
 /// The longest sleep between two checks of the termination flag.
 const SLICE: Duration = Duration::from_millis(100);

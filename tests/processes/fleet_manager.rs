@@ -1,0 +1,129 @@
+//! The fleet manager on real engines: no contact, no task lost, and runs that repeat.
+
+use std::path::{Path, PathBuf};
+use std::process::Output;
+
+use regatta_plugin::FleetName;
+use rustix::process::Signal;
+
+use crate::fleet::{Process, eventually, graphs, regatta, unique};
+
+/// Writes a scenario of robots that wait for orders, and a load that keeps them busy.
+fn scenario(folder: &Path, robots: usize, robot_type: &str) -> PathBuf {
+    let graph = graphs("warehouse.yaml");
+    let text = format!(
+        "graph: {}\nrate: 50\npublish_rate: 10\nseed: 3\nrobot_types:\n- {{name: amr, length: 0.9, width: 0.6{robot_type}}}\n\
+         robots:\n- {{count: {robots}, routes: none}}\n",
+        graph.display()
+    );
+    std::fs::write(folder.join("load.yaml"), "load: {seed: 5, endless: robots, dwell: 2}\n").expect("written");
+    let path = folder.join("scenario.yaml");
+    std::fs::write(&path, text).expect("written");
+    path
+}
+
+fn manager(fleet: &FleetName, folder: &Path, args: &[&str]) -> Process {
+    let fleet = fleet.to_string();
+    let load = folder.join("load.yaml");
+    let mut command = regatta();
+    command.args(["plugin", "fleet-manager", "--summary", "--fleet", &fleet, "--load"]).arg(load).args(args);
+    Process::start(&mut command)
+}
+
+fn validator(fleet: &FleetName) -> Process {
+    // Robots without a task are no fault of a manager that has as many orders as robots, now and then.
+    let args = ["plugin", "validator", "--after", "fleet-manager", "--fleet"];
+    Process::start(regatta().args(args).arg(fleet.to_string()))
+}
+
+fn text(output: &Output) -> String {
+    String::from_utf8_lossy(&[&output.stdout[..], &output.stderr[..]].concat()).into_owned()
+}
+
+fn finished(summary: &str) -> u64 {
+    let line = summary.lines().find(|line| line.starts_with("| finished")).unwrap_or_default();
+    line.split_whitespace().nth(3).and_then(|number| number.parse().ok()).unwrap_or(0)
+}
+
+/// Runs a managed fleet in lockstep for ten minutes; returns the digest of its frames.
+fn managed_run(test: &str, robots: usize, robot_type: &str, args: &[&str]) -> String {
+    let folder = tempfile::tempdir().expect("a folder");
+    let scenario = scenario(folder.path(), robots, robot_type);
+    let fleet = unique(test);
+    let (manager, validator) = (manager(&fleet, folder.path(), &[]), validator(&fleet));
+    let mut engine = regatta();
+    engine.arg("engine").arg(scenario).args(["--ticks", "30000", "--speed", "max", "--digest", "--fleet"]);
+    engine.arg(fleet.to_string()).args(["--lockstep", "fleet-manager", "--lockstep", "validator"]).args(args);
+    let engine = Process::start(&mut engine).finish();
+    assert!(engine.status.success(), "{}", text(&engine));
+    let (summary, verdict) = (text(&manager.interrupt()), validator.interrupt());
+    assert!(verdict.status.success(), "{}", text(&verdict));
+    assert!(finished(&summary) > 3 * robots as u64, "{summary}");
+    let digest = String::from_utf8(engine.stdout).expect("a digest");
+    assert_eq!(digest.trim().len(), 32, "{digest}");
+    digest
+}
+
+#[test]
+fn a_managed_fleet_has_no_contact_and_repeats_bit_by_bit() {
+    let first = managed_run("managed-once", 120, "", &["--threads", "1"]);
+    let second = managed_run("managed-again", 120, "", &["--threads", "2"]);
+    assert_eq!(first, second);
+}
+
+#[test]
+fn robots_with_acceleration_limits_have_no_contact_either() {
+    managed_run("managed-limited", 120, ", max_speed: 1.5, max_acceleration: 0.8", &[]);
+}
+
+#[test]
+fn a_killed_manager_goes_on_where_it_was() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let scenario = scenario(folder.path(), 80, ", max_acceleration: 0.8");
+    let fleet = unique("managed-killed");
+    let validator = validator(&fleet);
+    let store = folder.path().join("orders.sqlite");
+    let store = ["--store", store.to_str().expect("a path")];
+    let first = manager(&fleet, folder.path(), &store);
+    let mut engine = regatta();
+    engine.arg("engine").arg(scenario).args(["--speed", "20", "--fleet"]).arg(fleet.to_string());
+    let engine = Process::start(&mut engine);
+    wait_until(&fleet, 120.0);
+    first.signal(Signal::KILL);
+    drop(first);
+    wait_until(&fleet, 150.0);
+    let second = manager(&fleet, folder.path(), &store);
+    wait_until(&fleet, 400.0);
+    let summary = text(&second.interrupt());
+    let verdict = validator.interrupt();
+    assert!(engine.interrupt().status.success());
+    assert!(verdict.status.success(), "{}\n{summary}", text(&verdict));
+    assert!(finished(&summary) > 80, "{summary}");
+}
+
+/// Waits until a fleet has reached a simulated time in seconds.
+fn wait_until(fleet: &FleetName, secs: f64) {
+    eventually("simulated time passes", || (status(fleet)?["sim_time_secs"].as_f64()? > secs).then_some(()));
+}
+
+fn status(fleet: &FleetName) -> Option<serde_json::Value> {
+    let output = regatta().args(["status", "--json", "--fleet", &fleet.to_string()]).output().ok()?;
+    serde_json::from_slice(&output.stdout).ok()
+}
+
+#[test]
+fn a_second_manager_is_refused() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let scenario = scenario(folder.path(), 10, "");
+    let fleet = unique("managed-twice");
+    let engine = Process::start(regatta().arg("engine").arg(scenario).args(["--fleet"]).arg(fleet.to_string()));
+    let first = manager(&fleet, folder.path(), &[]);
+    eventually("the first manager steers", || {
+        (status(&fleet)?["robots_by_state"]["driving"].as_u64()? > 0).then_some(())
+    });
+    let output = manager(&fleet, folder.path(), &["--name", "another"]).finish();
+    assert!(!output.status.success());
+    assert!(text(&output).contains("task log"), "{}", text(&output));
+    first.interrupt();
+    engine.interrupt();
+}
