@@ -5,6 +5,7 @@
 
 pub mod arc_length;
 pub mod bezier;
+mod body_heading;
 pub mod components;
 pub mod diff;
 pub mod draw;

@@ -242,6 +242,7 @@ fn raw_node(node: LayoutNode, heading: f64, number: Number) -> RawNode {
         y: Some(node.position.y),
         theta: Some(heading),
         has_heading: node.heading.is_some(),
+        body_heading: None,
         role: node.role,
         tags: tags_with_id(node.tags, &node.id, number),
     }

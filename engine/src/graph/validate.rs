@@ -6,6 +6,7 @@ use std::f64::consts::PI;
 use glam::DVec2;
 
 use super::bezier::CubicBezier;
+use super::body_heading;
 use super::finding::{Report, Subject};
 use super::item::{RawCurve, RawEdge, RawNode, RawStation};
 use super::path::Path;
@@ -42,7 +43,7 @@ pub(super) fn validate(raw: &RawGraph, handles: Handles, report: &mut Report<'_>
         raw.nodes.iter().map(|node| NodeCheck { node, report }.check(origin, raw.degrees)).collect();
     warn_of_degrees(raw, report);
     reject_duplicate_edges(raw, report);
-    let edges: Vec<Option<Edge>> = raw
+    let mut edges: Vec<Option<Edge>> = raw
         .edges
         .iter()
         .map(|edge| EdgeCheck { edge, origin, degrees: raw.degrees, report }.check(&by_id, &nodes, handles))
@@ -50,6 +51,7 @@ pub(super) fn validate(raw: &RawGraph, handles: Handles, report: &mut Report<'_>
     if report.has_errors() {
         return None;
     }
+    body_heading::orient(raw, &mut edges, report);
     let nodes = nodes.into_iter().collect::<Option<_>>()?;
     let stations = check_stations(&raw.stations, &by_id, origin, report)?;
     let background = raw.background.iter().map(|line| line.iter().map(|point| *point - origin).collect()).collect();
@@ -152,6 +154,9 @@ impl NodeCheck<'_, '_, '_> {
         let raw = self.node;
         self.coordinate("X", raw.x, origin.x);
         self.coordinate("Y", raw.y, origin.y);
+        if let Some(angle) = raw.body_heading.filter(|angle| angle.abs() > MAX_ANGLE) {
+            self.error(format!("ThetaHolonomic is {angle}: give a heading in radians, or `AngleUnit: deg`"));
+        }
         let theta = raw.theta?;
         if theta.abs() > MAX_ANGLE {
             self.error(format!("Theta is {theta}: give a heading in radians, or `AngleUnit: deg`"));
