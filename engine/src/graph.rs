@@ -17,7 +17,7 @@ pub mod info;
 mod item;
 mod layout;
 mod line_index;
-mod lint;
+pub(crate) mod lint;
 pub mod nurbs;
 pub mod path;
 mod read;

@@ -4,6 +4,7 @@ use super::finding::Report;
 use super::route_graph::Edge;
 use super::spline::normalize_angle;
 use super::tags::Orientation;
+use super::value::plural;
 use super::yaml::RawGraph;
 
 /// Angles in radians that differ by at most this much count as equal: files round them.
@@ -55,8 +56,7 @@ impl Unsupported {
         let Some(first) = self.first else { return };
         let others = match self.count {
             1 => String::new(),
-            2 => " (and 1 more edge)".to_owned(),
-            count => format!(" (and {} more edges)", count - 1),
+            count => format!(" (and {})", plural(count - 1, "more edge")),
         };
         let message = format!(
             "{reason}{others}: robots head along the tangent there; give such edges a HeadingOffset or a Heading, or correct \
@@ -123,7 +123,7 @@ mod tests {
         let found = orientation(QUARTER, 1.0, 1.0 + FRAC_PI_2);
         assert!(matches!(found, Orientation::Offset(angle) if (angle - 1.0).abs() < 1e-9), "{found:?}");
         // Across the cut at π, and rounded.
-        let found = orientation(QUARTER, 3.14, -1.57);
+        let found = orientation(QUARTER, 3.141, -1.571);
         assert!(matches!(found, Orientation::Offset(angle) if (angle - PI).abs() < 0.01), "{found:?}");
         assert_eq!(orientation(QUARTER, 0.001, FRAC_PI_2), Orientation::Tangential);
     }
@@ -181,7 +181,9 @@ mod tests {
         };
         let (graph, _) = parse(&text("90"), "g", &ReadOptions::default()).expect("a graph");
         assert_eq!(graph.edges()[0].orientation, Orientation::Offset(FRAC_PI_2));
-        for (angle, problem) in [("left", "ThetaHolonomic is `left`: it must be"), ("1e9", "ThetaHolonomic is 1000000000:")] {
+        for (angle, problem) in
+            [("left", "ThetaHolonomic is `left`: it must be"), ("1e9", "ThetaHolonomic is 1000000000:")]
+        {
             let error = parse(&text(angle), "g", &ReadOptions::default()).expect_err("no angle").to_string();
             assert!(error.starts_with("g:3: error: node 1: ") && error.contains(problem), "{error}");
         }
@@ -190,7 +192,8 @@ mod tests {
     #[test]
     fn the_key_is_kept_and_our_writer_keeps_the_orientation() {
         let (graph, _) = read(QUARTER, ", ThetaHolonomic: 1", ", ThetaHolonomic: 1");
-        let property = |graph: &RouteGraph| graph.nodes()[0].tags.as_ref().expect("tags").properties["ThetaHolonomic"].clone();
+        let property =
+            |graph: &RouteGraph| graph.nodes()[0].tags.as_ref().expect("tags").properties["ThetaHolonomic"].clone();
         let text = super::super::format::regatta_yaml::write(&graph).text;
         let (again, _) = parse(&text, "g", &ReadOptions::default()).expect("a graph");
         assert_eq!((&*property(&graph), &*property(&again)), ("1", "1"));

@@ -13,7 +13,7 @@ use super::path::Path;
 use super::route_graph::{Edge, Node, NodeIndex, RouteGraph};
 use super::spline::{HandleLengths, Handles, normalize_angle, spline};
 use super::tags::{Orientation, Station};
-use super::value::shorten;
+use super::value::{plural, shorten};
 use super::yaml::RawGraph;
 
 /// The largest |x| or |y| in metres: beyond it the `f32` poses in frames are coarser than half a millimetre.
@@ -109,12 +109,19 @@ fn check_stations(
 }
 
 fn reject_empty(raw: &RawGraph, report: &mut Report<'_>) {
-    if raw.nodes.is_empty() {
-        report.error(0, Subject::File, "has no nodes: list them under Vertices");
+    // Whoever found nothing for a reason has said so.
+    if report.has_errors() {
+        return;
     }
-    if raw.edges.is_empty() {
-        report.error(0, Subject::File, "has no edges: list them under Edges");
-    }
+    let message = match (raw.nodes.is_empty(), raw.edges.is_empty(), raw.is_imported) {
+        (false, false, _) => return,
+        (true, _, true) => "the layout has no nodes: there is nothing to drive on; check that this is the right file",
+        (false, true, true) => "the layout has no edges: add connections between its nodes",
+        (true, true, false) => "has no nodes and no edges: list them under Vertices and Edges",
+        (true, false, false) => "has no nodes: list them under Vertices",
+        (false, true, false) => "has no edges: list them under Edges",
+    };
+    report.error(0, Subject::File, message);
 }
 
 fn index_nodes(raw: &RawGraph, report: &mut Report<'_>) -> BTreeMap<u32, NodeIndex> {
@@ -187,10 +194,10 @@ impl NodeCheck<'_, '_, '_> {
 fn warn_of_degrees(raw: &RawGraph, report: &mut Report<'_>) {
     let suspect = |node: &&RawNode| node.theta.is_some_and(|theta| theta.abs() > SUSPICIOUS_ANGLE);
     let mut suspects = raw.nodes.iter().filter(suspect);
-    let Some(first) = suspects.next().filter(|_| !raw.degrees) else { return };
+    let Some(first) = suspects.next().filter(|_| !raw.degrees && !raw.is_imported) else { return };
     let others = match suspects.count() {
         0 => String::new(),
-        more => format!(" (and {more} more nodes)"),
+        more => format!(" (and {})", plural(more, "more node")),
     };
     let message = format!(
         "Theta is {}, more than a full turn{others}: if the angles are in degrees, add `AngleUnit: deg` to the file",

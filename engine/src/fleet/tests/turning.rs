@@ -12,9 +12,7 @@ use regatta_plugin::order::{OrderKind, OrderRecord};
 
 use super::support::*;
 use crate::fleet::{Fleet, FleetConfig, Placement, Repeat, RobotType, RouteSource};
-use crate::graph::{
-    CubicBezier, Edge, Leg, Node, NodeIndex, Orientation, ReadOptions, Rotation, RouteGraph, parse,
-};
+use crate::graph::{CubicBezier, Edge, Leg, Node, NodeIndex, Orientation, ReadOptions, Rotation, RouteGraph, parse};
 use crate::motion::Isa;
 
 /// Returns straight edges between corners, each driven both ways, in the order of the corners.
