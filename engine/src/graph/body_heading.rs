@@ -123,7 +123,7 @@ mod tests {
         let found = orientation(QUARTER, 1.0, 1.0 + FRAC_PI_2);
         assert!(matches!(found, Orientation::Offset(angle) if (angle - 1.0).abs() < 1e-9), "{found:?}");
         // Across the cut at π, and rounded.
-        let found = orientation(QUARTER, 3.141, -1.571);
+        let found = orientation(QUARTER, PI - 0.002, -FRAC_PI_2 - 0.002);
         assert!(matches!(found, Orientation::Offset(angle) if (angle - PI).abs() < 0.01), "{found:?}");
         assert_eq!(orientation(QUARTER, 0.001, FRAC_PI_2), Orientation::Tangential);
     }
