@@ -14,7 +14,7 @@ use crate::arguments::Time;
 use crate::control::Target;
 use crate::failure::Failure;
 use crate::output::{Force, write_file};
-use crate::{doctor, engine, graph, plugin, recording, report, run, version};
+use crate::{doctor, engine, graph, plugin, recording, report, run, validate, version};
 
 static SHORT_VERSION: LazyLock<String> = LazyLock::new(version::short);
 static LONG_VERSION: LazyLock<String> = LazyLock::new(version::long);
@@ -112,6 +112,8 @@ pub enum Command {
     Export(regatta_record::ExportArgs),
     /// Plot one robot of a recording: its path over the graph, and its x, y, heading and speed over time.
     Plot(regatta_record::PlotArgs),
+    /// Judge a recording: contacts, motion, tasks. Fails if anything is found.
+    Validate(validate::ValidateArgs),
     /// Watch and steer a running fleet live in this terminal.
     Top(Target),
     /// Repeat the experiments that Regatta's accuracy and speed are measured with.

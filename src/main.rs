@@ -20,6 +20,7 @@ mod run;
 mod scenario;
 mod supervisor;
 mod top;
+mod validate;
 mod version;
 #[cfg(feature = "viewer")]
 mod viewer;
@@ -73,6 +74,7 @@ fn dispatch(cli: Cli) -> Result<ExitCode, Failure> {
         Command::Info(args) => recording::info(&args),
         Command::Export(args) => recording::export(&args),
         Command::Plot(args) => recording::plot(&args),
+        Command::Validate(args) => validate::run(&args),
         Command::Top(target) => top::run(&target),
         Command::Report { command } => report::run(command),
         Command::Doctor(args) => doctor::run(args),

@@ -56,6 +56,12 @@ const PLUGINS: &[BuiltIn] = &[
         run: |args| regatta_udp::source::run(args),
         add_options: |command| command,
     },
+    BuiltIn {
+        name: "validator",
+        about: "Judge the fleet: contacts, motion, tasks",
+        run: |args| regatta_validator::run_from(args),
+        add_options: |_| regatta_validator::Cli::command(),
+    },
 ];
 
 fn run_hello(mut args: Vec<String>) -> regatta_plugin::Result {

@@ -21,3 +21,4 @@ mod shared_memory;
 mod terminal;
 mod top;
 mod udp;
+mod validator;

@@ -27,5 +27,6 @@ pub mod producer;
 pub mod routes;
 pub mod services;
 mod slices;
+pub mod tasks;
 mod wake;
 pub mod worlds;

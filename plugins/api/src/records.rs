@@ -15,6 +15,7 @@ pub mod order;
 pub mod order_log;
 pub mod route;
 pub mod sequence;
+pub mod task;
 mod text;
 pub mod world;
 

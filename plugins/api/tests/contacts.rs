@@ -1,14 +1,15 @@
-//! Contacts and the order log, there and back.
+//! Contacts, the order log and the task log, there and back.
 
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use regatta_plugin::ProducerPorts;
 use regatta_plugin::contact::{ContactChange, ContactEvent, ContactHeader, ContactLevel, ContactRecord};
 use regatta_plugin::order::{OrderKind, OrderRecord};
+use regatta_plugin::task::{StopAction, TaskKind, TaskRecord};
 use regatta_plugin::world::WorldData;
 use regatta_plugin::{
     ContactEventReader, ContactPublisher, ContactReader, FleetName, OpenError, OrderLogReader, Participant, ReadError,
-    services,
+    TaskPublisher, TaskReader, services,
 };
 
 static NEXT: AtomicU32 = AtomicU32::new(0);
@@ -82,6 +83,35 @@ fn the_order_log_tells_what_was_taken_and_when() {
         })
         .unwrap();
     assert_eq!(seen, [(producer.run_id(), 9, vec![hold; 100])]);
+}
+
+#[test]
+fn the_task_log_is_read_tick_by_tick_and_has_one_writer() {
+    let fleet = fleet();
+    let mut publisher = TaskPublisher::open_on(&Participant::join(&fleet, "manager").unwrap()).unwrap();
+    assert!(!publisher.has_readers());
+    let second = TaskPublisher::open_on(&Participant::join(&fleet, "second").unwrap());
+    assert!(matches!(second, Err(OpenError::TasksTaken { .. })));
+    let mut reader = TaskReader::open_on(&Participant::join(&fleet, "validator").unwrap()).unwrap();
+    assert!(publisher.has_readers());
+    let record = |tick| TaskRecord::new(tick, TaskKind::Handled).of_robot(5).at_stop(1, 9, StopAction::Drop);
+    let last = 10 + services::EVENT_BUFFER as u64;
+    for tick in 1..=last {
+        publisher.publish(7, tick, u64::from(tick == last), &[record(tick); 100]).unwrap();
+    }
+    let mut seen = Vec::new();
+    let mut last_dropped = 0;
+    reader
+        .take(|tasks| {
+            assert_eq!((tasks.header.run_id, tasks.records), (7, &[record(tasks.header.tick); 100][..]));
+            seen.push(tasks.header.tick);
+            last_dropped = tasks.header.dropped;
+            Ok::<_, ReadError>(())
+        })
+        .unwrap();
+    assert_eq!((seen, last_dropped), ((11..=last).collect::<Vec<_>>(), 1), "the first ten overflowed");
+    publisher.publish(7, last + 1, 0, &[]).unwrap();
+    reader.take(|tasks| Ok::<_, ReadError>(assert_eq!((tasks.header.tick, tasks.missed), (last + 1, 0)))).unwrap();
 }
 
 #[test]

@@ -23,10 +23,11 @@ use regatta_plugin::order::{OrderHeader, OrderKind, OrderRecord};
 use regatta_plugin::order_log::OrderLogHeader;
 use regatta_plugin::records::lockstep::Done;
 use regatta_plugin::route::{RouteRequest, RouteResponse};
+use regatta_plugin::task::{NO_ROBOT, StopAction, TaskHeader, TaskKind, TaskRecord};
 use regatta_plugin::world::{CurveRecord, EdgeRecord, NodeRecord, NodeRole, RobotTypeRecord, Shape, WorldHeader};
 use regatta_plugin::{
     ColumnReader, ContactEventReader, ContactReader, FleetName, OrderLogReader, Participant, Result, RouteServer,
-    services,
+    TaskReader, services,
 };
 use serde_json::{Map, Value, json};
 
@@ -77,6 +78,8 @@ fn all_records() -> Map<String, Value> {
         OrderLogHeader { run_id, tick, sequence }
         EventHeader { run_id, tick, dropped, sequence }
         EventRecord { token, kind, robot, id, detail }
+        TaskHeader { run_id, tick, dropped, sequence }
+        TaskRecord { task, kind, robot, stop, node, action, dwell_secs, detail, reserved }
         ContactHeader { run_id, tick, sim_time_nanos, touching_ever, possible_ever, frames_skipped, sequence, touching,
             possible, capped, reserved }
         ContactRecord { since_tick, since_nanos, robots, level, edge, x, y, relative_speed, reserved }
@@ -102,6 +105,8 @@ fn all_enums() -> Map<String, Value> {
         EventKind { ReachedNode, RouteDone, WaitingForRelease, Held, Resumed, Accepted, Refused, Spawned, Removed, Faulted }
         Refusal { UnknownRobot, UnknownEdge, UnknownNode, UnknownRobotType, NotConnected, NoReverse, MalformedRoute,
             DistanceOutOfRange, FleetFull, MalformedOrder, NotSteerable }
+        TaskKind { Created, Stop, Assigned, Withdrawn, Arrived, Handled, Finished, Failed, Cancelled }
+        StopAction { None, Pick, Drop, Charge, Park }
         ContactLevel { Possible, Touching }
         ContactChange { Began, Ended }
         ControlKind { Status, Pause, Resume, Step, Speed, Robots, Seek }
@@ -115,6 +120,7 @@ fn all_services(fleet: &FleetName) -> Result<Map<String, Value>> {
     let _open =
         (ColumnReader::open_on(&other, "NAME")?, ContactReader::open_on(&other)?, ContactEventReader::open_on(&other)?);
     let (_log, _routes) = (OrderLogReader::open_on(&other)?, RouteServer::open_on(&other)?);
+    let _tasks = TaskReader::open_on(&other)?;
     let prefix = services::service_name(fleet, "");
     let mut services = Map::new();
     ipc::Service::list(regatta_plugin::iceoryx2_config()?, |service| {
@@ -151,6 +157,7 @@ fn the_layout_file_is_true() {
         "contract_version": CONTRACT_VERSION,
         "version_attribute": services::VERSION_ATTRIBUTE,
         "no_edge": NO_EDGE,
+        "no_robot": NO_ROBOT,
         "order_buffer": services::ORDER_BUFFER,
         "event_buffer": services::EVENT_BUFFER,
         "records": all_records(),

@@ -23,11 +23,13 @@ from regatta._contacts import ContactReader, Contacts
 from regatta._contract import (
     CONTRACT_VERSION,
     NO_EDGE,
+    NO_ROBOT,
     ContactEventHeader,
     ContactHeader,
     EventHeader,
     FrameHeader,
     OrderLogHeader,
+    TaskHeader,
 )
 from regatta._control import Control, ControlResponse, RobotsByState
 from regatta._enums import (
@@ -40,6 +42,8 @@ from regatta._enums import (
     Refusal,
     RobotState,
     Shape,
+    StopAction,
+    TaskKind,
 )
 from regatta._errors import (
     ClosedError,
@@ -172,6 +176,7 @@ def _shared(name: str) -> Fleet:
 __all__ = [
     "CONTRACT_VERSION",
     "NO_EDGE",
+    "NO_ROBOT",
     "ClockState",
     "ClosedError",
     "ColumnPublisher",
@@ -211,7 +216,10 @@ __all__ = [
     "RobotsByState",
     "Route",
     "Shape",
+    "StopAction",
     "TakenError",
+    "TaskHeader",
+    "TaskKind",
     "TickReader",
     "TickRecords",
     "VersionError",

@@ -21,6 +21,9 @@ CONTRACT_VERSION: int = LAYOUT["contract_version"]
 NO_EDGE: int = LAYOUT["no_edge"]
 """The value of the column ``edge`` for a robot that is on no edge."""
 
+NO_ROBOT: int = LAYOUT["no_robot"]
+"""The ``robot`` of a record of the task log that belongs to no robot."""
+
 BYTES_PER_LINE = 64
 WORDS_PER_LINE = 16
 
@@ -243,6 +246,32 @@ class EventRecord(Record):
     robot: u32
     id: u32
     detail: u32
+
+
+@record
+class TaskHeader(Sequenced):
+    """The header of the task log's records of one tick. ``dropped`` counts those that were left out because there were too
+    many."""
+
+    run_id: u64
+    tick: u64
+    dropped: u64
+    sequence: u64
+
+
+@record
+class TaskRecord(Record):
+    """Something that happened to a task."""
+
+    task: u64
+    kind: u32
+    robot: u32
+    stop: u32
+    node: u32
+    action: u32
+    dwell_secs: f32
+    detail: u32
+    reserved: u32
 
 
 @record

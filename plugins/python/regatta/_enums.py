@@ -123,6 +123,44 @@ class Refusal(IntEnum):
     """The producer takes no orders: a replay, a UDP source."""
 
 
+class TaskKind(IntEnum):
+    """Kinds of records of the task log."""
+
+    CREATED = 1
+    """The task exists. It has ``detail`` stops; a record for each follows."""
+    STOP = 2
+    """A stop of the task: ``node``, ``action`` and ``dwell_secs``."""
+    ASSIGNED = 3
+    """The task was given to ``robot``."""
+    WITHDRAWN = 4
+    """The task was taken from its robot before the first pick."""
+    ARRIVED = 5
+    """The robot stands at a stop, and its dwell begins."""
+    HANDLED = 6
+    """The dwell is over: the load is picked or dropped, for example."""
+    FINISHED = 7
+    """All stops were handled."""
+    FAILED = 8
+    """The fleet manager has given the task up."""
+    CANCELLED = 9
+    """The task was cancelled on request."""
+
+
+class StopAction(IntEnum):
+    """What a robot does at a stop of a task."""
+
+    NONE = 0
+    """Nothing but to stand there."""
+    PICK = 1
+    """Pick a load up."""
+    DROP = 2
+    """Drop the load."""
+    CHARGE = 3
+    """Charge."""
+    PARK = 4
+    """Park."""
+
+
 class ContactLevel(IntEnum):
     """How close two robots are to a collision: the values of the column ``collision``, where 0 is clear."""
 

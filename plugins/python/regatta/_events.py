@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Generic, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from regatta._contract import LAYOUT, ContactEventHeader, EventHeader, OrderLogHeader, Record, dtype
+from regatta._contract import LAYOUT, ContactEventHeader, EventHeader, OrderLogHeader, Record, TaskHeader, dtype
 from regatta._open import Open
 from regatta._ports import NAP
 from regatta._termination import Termination
@@ -25,7 +25,7 @@ MAX_QUEUED = 1 << 16
 """The largest number of ticks in a reader's queue, which bounds its memory if the program never takes them: 11 minutes
 at 100 ticks a second."""
 
-Header = TypeVar("Header", bound=EventHeader | OrderLogHeader | ContactEventHeader)
+Header = TypeVar("Header", bound=EventHeader | OrderLogHeader | ContactEventHeader | TaskHeader)
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,8 +68,8 @@ class TickReader(Open, Generic[Header]):
     and a warning (of the logger ``regatta``) gives their number, the first time and whenever it is ten times as large.
 
     All records of a tick are published before its frame. In lockstep, :meth:`take` in the body of the loop over frames
-    therefore has exactly the records up to the frame's tick, and the run is reproducible. (Contact events are the
-    exception: their publisher gets the same frame. They are complete if the loop comes after it:
+    therefore has exactly the records up to the frame's tick, and the run is reproducible. (Contact events and
+    the task log are the exceptions: their publishers get the same frame. They are complete if the loop comes after those:
     ``fleet.frames(after=["collision"])``.)
     """
 

@@ -25,6 +25,8 @@ from regatta._contract import (
     Line,
     OrderLogHeader,
     OrderRecord,
+    TaskHeader,
+    TaskRecord,
     WorldHeader,
 )
 from regatta._control import Control
@@ -159,6 +161,12 @@ class Fleet(Closes):
     def order_log(self) -> TickReader[OrderLogHeader]:
         """Opens the order log: the orders that the engine applied, of all senders."""
         return TickReader(self, "order_log", "the order log", OrderRecord, OrderLogHeader)
+
+    def tasks(self) -> TickReader[TaskHeader]:
+        """Opens the task log, which a fleet manager writes: what became of transport tasks. Records have ``task``, ``kind``
+        (a :class:`TaskKind <regatta.TaskKind>`), ``robot`` (``NO_ROBOT`` for none), ``stop``, ``node``, ``action`` (a
+        :class:`StopAction <regatta.StopAction>`), ``dwell_secs`` and ``detail``."""
+        return TickReader(self, "tasks", "the task log", TaskRecord, TaskHeader)
 
     def contacts(self) -> ContactReader:
         """Opens the contacts: pairs of robots that touch or are about to, which a collision checker publishes."""

@@ -20,6 +20,7 @@ OPEN: dict[str, Callable[[regatta.Fleet], Any]] = {
     "control": lambda fleet: fleet.control(),
     "events": lambda fleet: fleet.events(),
     "order_log": lambda fleet: fleet.order_log(),
+    "tasks": lambda fleet: fleet.tasks(),
     "contacts": lambda fleet: fleet.contacts(),
     "contact_events": lambda fleet: fleet.contact_events(),
 }

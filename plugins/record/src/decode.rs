@@ -4,6 +4,7 @@ use prost::Message;
 use regatta_plugin::contact::{ContactEvent, ContactHeader, ContactRecord};
 use regatta_plugin::event::{EventHeader, EventRecord};
 use regatta_plugin::order::OrderRecord;
+use regatta_plugin::task::{TaskHeader, TaskRecord};
 use regatta_plugin::world::{CurveRecord, EdgeRecord, NodeRecord, RobotTypeRecord, Texts, WorldData};
 
 use crate::schema::regatta;
@@ -133,6 +134,24 @@ pub(crate) fn orders(message: &[u8]) -> Result<(u64, u64, Vec<OrderRecord>), Mes
         s: order.s,
     };
     Ok((orders.run_id, orders.tick, orders.orders.iter().map(order).collect()))
+}
+
+/// Returns the header of the task log's records of a tick, the records, and how many ticks the recorder missed before it.
+pub(crate) fn tasks(message: &[u8]) -> Result<(TaskHeader, Vec<TaskRecord>, u64), MessageError> {
+    let tasks = regatta::Tasks::decode(message)?;
+    let header = TaskHeader { run_id: tasks.run_id, tick: tasks.tick, dropped: tasks.dropped, ..TaskHeader::default() };
+    let task = |task: &regatta::Task| TaskRecord {
+        task: task.task,
+        kind: task.kind as u32,
+        robot: task.robot,
+        stop: task.stop,
+        node: task.node,
+        action: task.action as u32,
+        dwell_secs: task.dwell_secs,
+        detail: task.detail,
+        reserved: 0,
+    };
+    Ok((header, tasks.tasks.iter().map(task).collect(), tasks.missed))
 }
 
 /// Returns a whole list of contacts and its number.

@@ -10,8 +10,9 @@ use regatta_plugin::contact::{ContactHeader, ContactRecord};
 use regatta_plugin::event::EventRecord;
 use regatta_plugin::frame::FrameHeader;
 use regatta_plugin::order::OrderRecord;
+use regatta_plugin::task::TaskRecord;
 use regatta_plugin::world::{EdgeRecord, NodeRecord, RobotTypeRecord};
-use regatta_plugin::{ColumnValues, ContactEvents, Events, Frame, OrderLog, World};
+use regatta_plugin::{ColumnValues, ContactEvents, Events, Frame, OrderLog, Tasks, World};
 
 use crate::contacts::ContactList;
 use crate::schema::regatta;
@@ -197,6 +198,30 @@ fn order(order: &OrderRecord) -> regatta::Order {
         released: order.released,
         robot_type: order.robot_type,
         s: order.s,
+    }
+}
+
+pub(crate) fn tasks(log: &Tasks<'_>) -> Vec<u8> {
+    regatta::Tasks {
+        run_id: log.header.run_id,
+        tick: log.header.tick,
+        dropped: log.header.dropped,
+        missed: log.missed,
+        tasks: log.records.iter().map(task).collect(),
+    }
+    .encode_to_vec()
+}
+
+fn task(task: &TaskRecord) -> regatta::Task {
+    regatta::Task {
+        task: task.task,
+        kind: task.kind as i32,
+        robot: task.robot,
+        stop: task.stop,
+        node: task.node,
+        action: task.action as i32,
+        dwell_secs: task.dwell_secs,
+        detail: task.detail,
     }
 }
 

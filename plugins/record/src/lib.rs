@@ -13,6 +13,7 @@ mod limit;
 mod mcap_file;
 mod mcap_record;
 mod output;
+mod playback;
 mod plot;
 mod progress;
 mod reading;
@@ -43,6 +44,7 @@ pub use export::{ExportArgs, ExportError, export};
 pub use info::{Info, TopicInfo, info};
 pub use limit::Limit;
 pub use mcap_file::Compression;
+pub use playback::{Published, play};
 pub use plot::{PlotArgs, PlotError, plot, png};
 pub use reading::{ReadingError, Recording};
 pub use repair::{Repair, RepairError, repair, repair_copy};
@@ -73,7 +75,7 @@ pub struct RecordArgs {
     /// Keep only the newest part of the recording, of this time or size: 10min, 1GB …
     #[arg(long, value_name = "LIMIT")]
     ring: Option<Limit>,
-    /// Record only these topics, and the world: frames, events, orders, contacts, contact_events, columns,
+    /// Record only these topics, and the world: frames, events, orders, tasks, contacts, contact_events, columns,
     /// columns/NAME, poses, robots, graph
     #[arg(long, value_name = "NAMES")]
     topics: Option<TopicSet>,

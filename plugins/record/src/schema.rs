@@ -31,6 +31,8 @@ pub enum Topic {
     Events,
     /// Orders that took effect or were refused.
     Orders,
+    /// What happened to transport tasks.
+    Tasks,
     /// Pairs of robots that touch or may touch: whole lists.
     Contacts,
     /// Lists of contacts as changes from the list before.
@@ -55,11 +57,12 @@ pub(crate) const PRODUCERS_COLUMN: &str = "type";
 
 impl Topic {
     /// All topics but those of columns.
-    pub(crate) const FIXED: [Self; 11] = [
+    pub(crate) const FIXED: [Self; 12] = [
         Self::World,
         Self::Frames,
         Self::Events,
         Self::Orders,
+        Self::Tasks,
         Self::Contacts,
         Self::ContactUpdates,
         Self::ContactEvents,
@@ -76,6 +79,7 @@ impl Topic {
             Self::Frames => "/frames".to_owned(),
             Self::Events => "/events".to_owned(),
             Self::Orders => "/orders".to_owned(),
+            Self::Tasks => "/tasks".to_owned(),
             Self::Contacts => "/contacts".to_owned(),
             Self::ContactUpdates => "/contact_updates".to_owned(),
             Self::ContactEvents => "/contact_events".to_owned(),
@@ -102,6 +106,7 @@ impl Topic {
             Self::Frames => "regatta.Frame",
             Self::Events => "regatta.Events",
             Self::Orders => "regatta.Orders",
+            Self::Tasks => "regatta.Tasks",
             Self::Contacts => "regatta.Contacts",
             Self::ContactUpdates => "regatta.ContactUpdate",
             Self::ContactEvents => "regatta.ContactEvents",
@@ -139,7 +144,7 @@ impl Topic {
     pub(crate) fn is_from_plugin(&self) -> bool {
         match self {
             Self::Column(name) => name.as_str() != PRODUCERS_COLUMN,
-            _ => matches!(self, Self::Contacts | Self::ContactUpdates | Self::ContactEvents),
+            _ => matches!(self, Self::Tasks | Self::Contacts | Self::ContactUpdates | Self::ContactEvents),
         }
     }
 

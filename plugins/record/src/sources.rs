@@ -1,4 +1,4 @@
-//! Reads what a fleet publishes besides frames, world and events: columns, orders and contacts.
+//! Reads what a fleet publishes besides frames, world and events: columns, orders, tasks and contacts.
 
 use std::collections::BTreeSet;
 use std::sync::mpsc::{Receiver, Sender, channel};
@@ -8,7 +8,7 @@ use std::time::Duration;
 use regatta_plugin::services::COLUMN_BUFFER;
 use regatta_plugin::{
     ColumnName, ColumnReader, ContactEventReader, ContactReader, FleetName, OrderLogReader, Participant, Result,
-    column_names,
+    TaskReader, column_names,
 };
 
 use crate::contacts::ContactList;
@@ -33,6 +33,7 @@ pub(crate) struct Sources {
     _search: Arc<()>,
     topics: TopicSet,
     orders: Option<OrderLogReader>,
+    tasks: Option<TaskReader>,
     contacts: Option<ContactReader>,
     contact_events: Option<ContactEventReader>,
 }
@@ -66,6 +67,7 @@ impl Sources {
             _search: search,
             topics: topics.clone(),
             orders: has(Topic::Orders).then(|| OrderLogReader::open_on(participant)).transpose()?,
+            tasks: has(Topic::Tasks).then(|| TaskReader::open_on(participant)).transpose()?,
             contacts: has(Topic::Contacts).then(|| ContactReader::open_for_all_on(participant)).transpose()?,
             contact_events: has(Topic::ContactEvents).then(|| ContactEventReader::open_on(participant)).transpose()?,
         };
@@ -99,6 +101,14 @@ impl Sources {
                 let (run_id, tick, missed) = (log.header.run_id, log.header.tick, log.missed);
                 let payload = Payload::Message(encode::orders(log));
                 each(Sample { topic: Topic::Orders, run_id, tick, missed, payload });
+                Ok(())
+            })?;
+        }
+        if let Some(tasks) = &mut self.tasks {
+            tasks.take(|log| -> Result {
+                let (run_id, tick, missed) = (log.header.run_id, log.header.tick, log.missed);
+                let payload = Payload::Message(encode::tasks(log));
+                each(Sample { topic: Topic::Tasks, run_id, tick, missed, payload });
                 Ok(())
             })?;
         }

@@ -14,8 +14,8 @@ pub struct TopicSet {
 }
 
 /// The names that a command line can have, besides those of columns.
-const NAMES: [&str; 9] =
-    ["frames", "events", "orders", "contacts", "contact_events", "columns", "poses", "robots", "graph"];
+const NAMES: [&str; 10] =
+    ["frames", "events", "orders", "tasks", "contacts", "contact_events", "columns", "poses", "robots", "graph"];
 
 impl TopicSet {
     /// Returns the set of all topics.
@@ -32,6 +32,7 @@ impl TopicSet {
             Topic::Frames => has("frames"),
             Topic::Events => has("events"),
             Topic::Orders => has("orders"),
+            Topic::Tasks => has("tasks"),
             Topic::Contacts | Topic::ContactUpdates => has("contacts"),
             Topic::ContactEvents => has("contact_events"),
             Topic::Column(name) => has("columns") || has(&format!("columns/{name}")),

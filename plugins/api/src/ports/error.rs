@@ -54,6 +54,14 @@ pub enum OpenError {
         /// Their publisher: executable and process id.
         owner: String,
     },
+    /// Another fleet manager writes the fleet's task log.
+    #[error("the task log of fleet '{fleet}' is already written by {owner}; stop that one first")]
+    TasksTaken {
+        /// The fleet.
+        fleet: FleetName,
+        /// Its writer: executable and process id.
+        owner: String,
+    },
     /// A service has no free place.
     #[error(
         "{service} has all of its {limit} places taken by {holders}; stop one of them, or run `regatta doctor --clean` if \

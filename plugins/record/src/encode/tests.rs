@@ -8,8 +8,9 @@ use regatta_plugin::event::{EventHeader, EventRecord};
 use regatta_plugin::frame::{ColumnsMut, FrameHeader, Line, frame_lines, stride_lines};
 use regatta_plugin::order::OrderRecord;
 use regatta_plugin::order_log::OrderLogHeader;
+use regatta_plugin::task::{StopAction, TaskHeader, TaskKind, TaskRecord};
 use regatta_plugin::world::{CurveRecord, EdgeRecord, NodeRecord, NodeRole, Orientation, RobotTypeRecord, WorldData};
-use regatta_plugin::{ColumnValues, ContactEvents, Events, Frame, OrderLog};
+use regatta_plugin::{ColumnValues, ContactEvents, Events, Frame, OrderLog, Tasks};
 
 use crate::contacts::ContactList;
 use crate::decode::{self, MessageError};
@@ -136,6 +137,15 @@ fn events_and_orders_are_decoded_as_they_were_encoded() {
     let header = OrderLogHeader { run_id: 1, tick: 41, sequence: 1 };
     let message = encode::orders(&OrderLog { header: &header, records: &[record], missed: 0 });
     assert_eq!(decode::orders(&message).unwrap(), (1, 41, vec![record]));
+}
+
+#[test]
+fn tasks_are_decoded_as_they_were_encoded() {
+    let stop = TaskRecord::new(u64::MAX, TaskKind::Handled).of_robot(4).at_stop(1, 9, StopAction::Park);
+    let records = [TaskRecord { dwell_secs: 2.5, detail: 3, ..stop }, TaskRecord::default()];
+    let header = TaskHeader { run_id: 1, tick: 42, dropped: 5, sequence: 0 };
+    let message = encode::tasks(&Tasks { header: &header, records: &records, missed: 6 });
+    assert_eq!(decode::tasks(&message).unwrap(), (header, records.to_vec(), 6));
 }
 
 #[test]

@@ -61,6 +61,8 @@ pub(super) enum Table {
     Events,
     /// Orders that took effect or were refused.
     Orders,
+    /// What happened to transport tasks.
+    Tasks,
     /// Pairs of robots that touch or may touch, at each tick.
     Contacts,
     /// Contacts that began or ended.
@@ -97,6 +99,7 @@ impl Table {
             Self::Frames => "robots",
             Self::Events => "events",
             Self::Orders => "orders",
+            Self::Tasks => "tasks",
             Self::Contacts => "contacts",
             Self::ContactEvents => "contact_events",
         }

@@ -51,6 +51,7 @@ fn topics(table: Table) -> Vec<Topic> {
         Table::Frames => vec![Topic::Frames],
         Table::Events => vec![Topic::Events],
         Table::Orders => vec![Topic::Orders],
+        Table::Tasks => vec![Topic::Tasks],
         Table::Contacts => vec![Topic::Contacts, Topic::ContactUpdates],
         Table::ContactEvents => vec![Topic::ContactEvents],
     }

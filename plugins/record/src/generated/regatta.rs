@@ -252,6 +252,47 @@ pub struct Order {
     #[prost(float, tag = "9")]
     pub s: f32,
 }
+/// What happened to transport tasks in one tick.
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct Tasks {
+    #[prost(fixed64, tag = "1")]
+    pub run_id: u64,
+    #[prost(uint64, tag = "2")]
+    pub tick: u64,
+    /// Number of records of this tick that were left out because there were too many.
+    #[prost(uint64, tag = "3")]
+    pub dropped: u64,
+    /// Number of ticks with records directly before this one that the recorder missed.
+    #[prost(uint64, tag = "4")]
+    pub missed: u64,
+    #[prost(message, repeated, tag = "5")]
+    pub tasks: ::prost::alloc::vec::Vec<Task>,
+}
+/// Something that happened to a task.
+#[derive(Clone, Copy, PartialEq, ::prost::Message)]
+pub struct Task {
+    #[prost(uint64, tag = "1")]
+    pub task: u64,
+    #[prost(enumeration = "TaskKind", tag = "2")]
+    pub kind: i32,
+    /// 4294967295 for no robot.
+    #[prost(uint32, tag = "3")]
+    pub robot: u32,
+    /// Index among the stops of the task.
+    #[prost(uint32, tag = "4")]
+    pub stop: u32,
+    /// Id of the stop's node in the route graph.
+    #[prost(uint32, tag = "5")]
+    pub node: u32,
+    #[prost(enumeration = "StopAction", tag = "6")]
+    pub action: i32,
+    /// TASK_STOP: the shortest time that a robot stands at the stop, in seconds.
+    #[prost(float, tag = "7")]
+    pub dwell_secs: f32,
+    /// TASK_CREATED: the number of stops. TASK_WITHDRAWN, TASK_FAILED, TASK_CANCELLED: the fleet manager's number of the reason.
+    #[prost(uint32, tag = "8")]
+    pub detail: u32,
+}
 /// Pairs of robots that touch or may touch: a whole list. Most lists are recorded as a ContactUpdate of the list before.
 #[derive(Clone, PartialEq, ::prost::Message)]
 pub struct Contacts {
@@ -705,6 +746,91 @@ impl OrderKind {
             "SPAWN_AT_NODE" => Some(Self::SpawnAtNode),
             "SPAWN_ON_EDGE" => Some(Self::SpawnOnEdge),
             "REMOVE" => Some(Self::Remove),
+            _ => None,
+        }
+    }
+}
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, ::prost::Enumeration)]
+#[repr(i32)]
+pub enum TaskKind {
+    TaskUnknown = 0,
+    TaskCreated = 1,
+    TaskStop = 2,
+    TaskAssigned = 3,
+    TaskWithdrawn = 4,
+    TaskArrived = 5,
+    TaskHandled = 6,
+    TaskFinished = 7,
+    TaskFailed = 8,
+    TaskCancelled = 9,
+}
+impl TaskKind {
+    /// String value of the enum field names used in the ProtoBuf definition.
+    ///
+    /// The values are not transformed in any way and thus are considered stable
+    /// (if the ProtoBuf definition does not change) and safe for programmatic use.
+    pub fn as_str_name(&self) -> &'static str {
+        match self {
+            Self::TaskUnknown => "TASK_UNKNOWN",
+            Self::TaskCreated => "TASK_CREATED",
+            Self::TaskStop => "TASK_STOP",
+            Self::TaskAssigned => "TASK_ASSIGNED",
+            Self::TaskWithdrawn => "TASK_WITHDRAWN",
+            Self::TaskArrived => "TASK_ARRIVED",
+            Self::TaskHandled => "TASK_HANDLED",
+            Self::TaskFinished => "TASK_FINISHED",
+            Self::TaskFailed => "TASK_FAILED",
+            Self::TaskCancelled => "TASK_CANCELLED",
+        }
+    }
+    /// Creates an enum from field names used in the ProtoBuf definition.
+    pub fn from_str_name(value: &str) -> ::core::option::Option<Self> {
+        match value {
+            "TASK_UNKNOWN" => Some(Self::TaskUnknown),
+            "TASK_CREATED" => Some(Self::TaskCreated),
+            "TASK_STOP" => Some(Self::TaskStop),
+            "TASK_ASSIGNED" => Some(Self::TaskAssigned),
+            "TASK_WITHDRAWN" => Some(Self::TaskWithdrawn),
+            "TASK_ARRIVED" => Some(Self::TaskArrived),
+            "TASK_HANDLED" => Some(Self::TaskHandled),
+            "TASK_FINISHED" => Some(Self::TaskFinished),
+            "TASK_FAILED" => Some(Self::TaskFailed),
+            "TASK_CANCELLED" => Some(Self::TaskCancelled),
+            _ => None,
+        }
+    }
+}
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, ::prost::Enumeration)]
+#[repr(i32)]
+pub enum StopAction {
+    ActionNone = 0,
+    ActionPick = 1,
+    ActionDrop = 2,
+    ActionCharge = 3,
+    ActionPark = 4,
+}
+impl StopAction {
+    /// String value of the enum field names used in the ProtoBuf definition.
+    ///
+    /// The values are not transformed in any way and thus are considered stable
+    /// (if the ProtoBuf definition does not change) and safe for programmatic use.
+    pub fn as_str_name(&self) -> &'static str {
+        match self {
+            Self::ActionNone => "ACTION_NONE",
+            Self::ActionPick => "ACTION_PICK",
+            Self::ActionDrop => "ACTION_DROP",
+            Self::ActionCharge => "ACTION_CHARGE",
+            Self::ActionPark => "ACTION_PARK",
+        }
+    }
+    /// Creates an enum from field names used in the ProtoBuf definition.
+    pub fn from_str_name(value: &str) -> ::core::option::Option<Self> {
+        match value {
+            "ACTION_NONE" => Some(Self::ActionNone),
+            "ACTION_PICK" => Some(Self::ActionPick),
+            "ACTION_DROP" => Some(Self::ActionDrop),
+            "ACTION_CHARGE" => Some(Self::ActionCharge),
+            "ACTION_PARK" => Some(Self::ActionPark),
             _ => None,
         }
     }

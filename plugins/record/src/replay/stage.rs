@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use regatta_plugin::contact::ContactHeader;
 use regatta_plugin::frame::{FrameHeader, RobotState};
 use regatta_plugin::producer::Session;
-use regatta_plugin::{ColumnName, ContactPublisher, ProducerPorts, PublishError};
+use regatta_plugin::{ColumnName, ContactPublisher, ProducerPorts, PublishError, TaskPublisher};
 
 use super::ReplayError;
 use crate::contacts::ContactDecoder;
@@ -18,6 +18,8 @@ use crate::schema::Topic;
 pub(super) struct Stage {
     /// `None` if the recording has no contacts, so that a live checker can publish them.
     contacts: Option<ContactPublisher>,
+    /// `None` if the recording has no task log.
+    tasks: Option<TaskPublisher>,
     /// The columns that are published: none that another process publishes.
     columns: BTreeSet<ColumnName>,
     /// The recorded run that is being shown.
@@ -66,8 +68,13 @@ impl Stage {
         let contacts = contacts.and_then(|opened| {
             opened.inspect_err(|error| regatta_plugin::tell!("replay: contacts are left out: {error}")).ok()
         });
+        let tasks = topics.contains(&Topic::Tasks).then(|| TaskPublisher::open_on(ports.participant()));
+        let tasks = tasks.and_then(|opened| {
+            opened.inspect_err(|error| regatta_plugin::tell!("replay: tasks are left out: {error}")).ok()
+        });
         Self {
             contacts,
+            tasks,
             columns,
             recorded_run: None,
             world: RecordedWorld::default(),
@@ -77,8 +84,11 @@ impl Stage {
         }
     }
 
-    /// Gives the newest contacts to readers that have joined since.
+    /// Gives the newest contacts to readers that have joined since, and connects those of the task log.
     pub fn update(&self) {
+        if let Some(tasks) = &self.tasks {
+            tasks.update();
+        }
         if let Some(contacts) = &self.contacts {
             contacts.update();
         }
@@ -121,6 +131,12 @@ impl Stage {
             Topic::Orders if session.ports().has_order_log_readers() => {
                 let (_, tick, orders) = decode::orders(message)?;
                 session.ports().publish_order_log(tick, &orders)?;
+            }
+            Topic::Tasks => {
+                if let Some(publisher) = &mut self.tasks {
+                    let (header, tasks, _) = decode::tasks(message)?;
+                    publisher.publish(session.run_id(), header.tick, header.dropped, &tasks)?;
+                }
             }
             Topic::Contacts | Topic::ContactUpdates => self.contacts(session.run_id(), topic, message)?,
             Topic::ContactEvents => self.contact_events(session.run_id(), message)?,

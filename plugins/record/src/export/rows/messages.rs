@@ -1,16 +1,17 @@
-//! The tables of events, orders and contacts: a row per record of a message.
+//! The tables of events, orders, tasks and contacts: a row per record of a message.
 
 use std::time::Duration;
 
 use regatta_plugin::contact::{ContactEvent, ContactHeader, ContactRecord};
 use regatta_plugin::event::{EventKind, EventRecord};
 use regatta_plugin::order::OrderRecord;
+use regatta_plugin::task::{NO_ROBOT, TaskRecord};
 use regatta_plugin::world::EdgeRecord;
 
 use super::super::ExportError;
 use super::super::options::{ExportArgs, Table};
 use super::super::value::{Column, Kind, Value};
-use super::names::{CHANGES, EVENTS, LEVELS, ORDERS, REFUSALS, name};
+use super::names::{ACTIONS, CHANGES, EVENTS, LEVELS, ORDERS, REFUSALS, TASKS, name};
 use super::{Take, topics};
 use crate::contacts::ContactDecoder;
 use crate::decode::{self, MessageError};
@@ -46,6 +47,16 @@ pub(super) fn columns(table: Table) -> Vec<Column> {
             column("robot_type", U32),
             column("legs", U32),
             column("token", U64),
+        ],
+        Table::Tasks => vec![
+            column("task", U64),
+            column("kind", Text),
+            Column::optional("robot", U32),
+            column("stop", U32),
+            column("node", U32),
+            column("action", Text),
+            column("dwell_s", F32),
+            column("detail", U32),
         ],
         Table::Contacts => {
             let since = [column("since_tick", U64), column("since_s", F64)];
@@ -123,6 +134,10 @@ impl Rows<'_> {
             Topic::Orders => {
                 let (run_id, tick, orders) = decode::orders(entry.message)?;
                 return Ok(self.rows(moment(run_id, tick), &orders, Self::order));
+            }
+            Topic::Tasks => {
+                let (header, tasks, _) = decode::tasks(entry.message)?;
+                return Ok(self.rows(moment(header.run_id, header.tick), &tasks, Self::task));
             }
             Topic::ContactEvents => {
                 let (run_id, tick, events) = decode::contact_events(entry.message)?;
@@ -204,6 +219,23 @@ impl Rows<'_> {
             Value::U64(order.token),
         ]);
         [Some(order.robot), None]
+    }
+
+    /// Fills in what happened to a task, and returns its robot.
+    fn task(&self, task: &TaskRecord, row: &mut Vec<Value>) -> [Option<u32>; 2] {
+        let robot = Some(task.robot).filter(|robot| *robot != NO_ROBOT);
+        row.extend([
+            Value::U64(task.task),
+            name(&TASKS, task.kind),
+            robot.into(),
+            Value::U32(task.stop),
+            Value::U32(task.node),
+            name(&ACTIONS, task.action),
+            Value::F32(task.dwell_secs),
+            Value::U32(task.detail),
+        ]);
+        // Without a robot, it belongs to all exports but those of some robots.
+        [Some(task.robot), None]
     }
 
     fn contact(&self, pair: &ContactRecord, row: &mut Vec<Value>) -> [Option<u32>; 2] {

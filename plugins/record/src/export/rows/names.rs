@@ -37,6 +37,13 @@ pub(super) const REFUSALS: [&str; 12] = [
 pub(super) const ORDERS: [&str; 9] =
     ["leg", "assign", "extend", "cancel", "hold", "resume", "spawn_at_node", "spawn_on_edge", "remove"];
 
+/// The names of what happened to a task, by number.
+pub(super) const TASKS: [&str; 10] =
+    ["unknown", "created", "stop", "assigned", "withdrawn", "arrived", "handled", "finished", "failed", "cancelled"];
+
+/// The names of the actions at stops, by number.
+pub(super) const ACTIONS: [&str; 5] = ["none", "pick", "drop", "charge", "park"];
+
 /// The names of what happened to a contact, by number.
 pub(super) const CHANGES: [&str; 3] = ["unknown", "began", "ended"];
 
@@ -71,6 +78,8 @@ mod tests {
         assert_eq!(recorded(regatta::EventKind::as_str_name), events);
         assert_eq!(recorded(regatta::Refusal::as_str_name), REFUSALS);
         assert_eq!(recorded(regatta::OrderKind::as_str_name), ORDERS);
+        assert_eq!(recorded(regatta::TaskKind::as_str_name), TASKS.map(|name| format!("task_{name}")));
+        assert_eq!(recorded(regatta::StopAction::as_str_name), ACTIONS.map(|name| format!("action_{name}")));
         assert_eq!(recorded(regatta::ContactLevel::as_str_name), LEVELS);
         assert_eq!(recorded(regatta::ContactChange::as_str_name)[1..], CHANGES[1..]);
     }

@@ -1,0 +1,187 @@
+//! The task log: what became of each transport task, on `regatta/F/tasks`. One sample holds all records of one tick of the
+//! fleet manager that writes it.
+
+use bytemuck::{Pod, Zeroable};
+use iceoryx2::prelude::ZeroCopySend;
+
+use super::sequence::Sequenced;
+
+/// The value of [`TaskRecord::robot`] for a record of no robot.
+pub const NO_ROBOT: u32 = u32::MAX;
+
+/// The iceoryx2 user header of `regatta/F/tasks`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
+#[repr(C)]
+#[type_name("regatta_TaskHeader")]
+pub struct TaskHeader {
+    /// The run that the tick belongs to.
+    pub run_id: u64,
+    /// The tick of the frame that the fleet manager had when it wrote the records.
+    pub tick: u64,
+    /// Records of this tick that were left out because there were too many.
+    pub dropped: u64,
+    /// Counts the samples of the run, from 1. The publisher fills it in.
+    pub sequence: u64,
+}
+
+/// Something that happened to a task. `kind` decides which fields have a meaning; the others are zero, and `robot` is
+/// [`NO_ROBOT`].
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable, ZeroCopySend)]
+#[repr(C)]
+#[type_name("regatta_TaskRecord")]
+pub struct TaskRecord {
+    /// The number of the task, which no other task of the fleet manager's store has.
+    pub task: u64,
+    /// A [`TaskKind`].
+    pub kind: u32,
+    /// The robot, by id, or [`NO_ROBOT`].
+    pub robot: u32,
+    /// `Stop`, `Arrived`, `Handled`: the index of the stop among those of the task.
+    pub stop: u32,
+    /// `Stop`, `Arrived`, `Handled`: id of the stop's node in the route graph.
+    pub node: u32,
+    /// `Stop`, `Arrived`, `Handled`: a [`StopAction`].
+    pub action: u32,
+    /// `Stop`: the shortest time that a robot stands at the stop, in seconds.
+    pub dwell_secs: f32,
+    /// `Created`: the number of stops. `Withdrawn`, `Failed`, `Cancelled`: the fleet manager's number of the reason.
+    pub detail: u32,
+    /// Zero.
+    pub reserved: u32,
+}
+
+/// Kinds of [`TaskRecord`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[repr(u32)]
+pub enum TaskKind {
+    /// The task exists. One `Stop` for each of its stops follows in the same sample.
+    Created = 1,
+    /// A stop of the task: its node, action and dwell.
+    Stop = 2,
+    /// The task was given to a robot.
+    Assigned = 3,
+    /// The task was taken from its robot before the first pick.
+    Withdrawn = 4,
+    /// The robot stands at a stop, and its dwell begins.
+    Arrived = 5,
+    /// The dwell is over: the load is picked or dropped, for example.
+    Handled = 6,
+    /// All stops were handled.
+    Finished = 7,
+    /// The fleet manager has given the task up.
+    Failed = 8,
+    /// The task was cancelled on request.
+    Cancelled = 9,
+}
+
+/// What a robot does at a stop of a task.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[repr(u32)]
+pub enum StopAction {
+    /// Nothing but to stand there.
+    #[default]
+    None = 0,
+    /// Pick a load up.
+    Pick = 1,
+    /// Drop the load.
+    Drop = 2,
+    /// Charge.
+    Charge = 3,
+    /// Park.
+    Park = 4,
+}
+
+impl TaskKind {
+    /// All kinds, by number from 1.
+    pub const ALL: [Self; 9] = [
+        Self::Created,
+        Self::Stop,
+        Self::Assigned,
+        Self::Withdrawn,
+        Self::Arrived,
+        Self::Handled,
+        Self::Finished,
+        Self::Failed,
+        Self::Cancelled,
+    ];
+}
+
+impl StopAction {
+    /// All actions, by number.
+    pub const ALL: [Self; 5] = [Self::None, Self::Pick, Self::Drop, Self::Charge, Self::Park];
+}
+
+impl TaskRecord {
+    /// Returns a record of a task without a robot, whose other fields are zero.
+    pub const fn new(task: u64, kind: TaskKind) -> Self {
+        let kind = kind as u32;
+        Self {
+            task,
+            kind,
+            robot: NO_ROBOT,
+            stop: 0,
+            node: 0,
+            action: StopAction::None as u32,
+            dwell_secs: 0.0,
+            detail: 0,
+            reserved: 0,
+        }
+    }
+
+    /// Returns the record with a robot, by id.
+    #[must_use]
+    pub const fn of_robot(self, robot: u32) -> Self {
+        Self { robot, ..self }
+    }
+
+    /// Returns the record with a stop: its index among those of the task, the id of its node, and its action.
+    #[must_use]
+    pub const fn at_stop(self, stop: u32, node: u32, action: StopAction) -> Self {
+        Self { stop, node, action: action as u32, ..self }
+    }
+
+    /// The kind; `None` if this contract doesn't know it.
+    pub fn kind(&self) -> Option<TaskKind> {
+        TaskKind::ALL.into_iter().find(|kind| *kind as u32 == self.kind)
+    }
+
+    /// The action. An unknown number counts as nothing.
+    pub fn action(&self) -> StopAction {
+        StopAction::ALL.into_iter().find(|action| *action as u32 == self.action).unwrap_or_default()
+    }
+}
+
+impl Default for TaskRecord {
+    /// Returns a record of no kind and no robot.
+    fn default() -> Self {
+        Self { kind: 0, ..Self::new(0, TaskKind::Created) }
+    }
+}
+
+impl Sequenced for TaskHeader {
+    fn run_id(&self) -> u64 {
+        self.run_id
+    }
+
+    fn sequence(&self) -> u64 {
+        self.sequence
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn records_are_read_as_they_were_written() {
+        for kind in TaskKind::ALL {
+            assert_eq!(TaskRecord::new(7, kind).kind(), Some(kind));
+        }
+        for action in StopAction::ALL {
+            let record = TaskRecord::new(7, TaskKind::Arrived).of_robot(3).at_stop(1, 44, action);
+            assert_eq!((record.action(), record.robot, record.stop, record.node), (action, 3, 1, 44));
+        }
+        assert_eq!((TaskRecord::default().kind(), TaskRecord::default().robot), (None, NO_ROBOT));
+        assert_eq!(TaskRecord { action: 99, ..TaskRecord::default() }.action(), StopAction::None);
+    }
+}

@@ -1,0 +1,285 @@
+//! Synthetic runs: a clean one without findings, and one for each fault, planted.
+
+use regatta_plugin::event::{EventKind, EventRecord};
+use regatta_plugin::frame::{ColumnsMut, FrameHeader, Line, NO_EDGE, RobotState, frame_lines, stride_lines};
+use regatta_plugin::task::{StopAction, TaskHeader, TaskKind, TaskRecord};
+use regatta_plugin::world::{CurveRecord, EdgeRecord, NodeRecord, RobotTypeRecord, WorldData};
+
+use super::*;
+
+/// Ten ticks a second.
+const PERIOD: f32 = 0.1;
+
+/// Three nodes on a line, 10 m apart, with ids 1 to 3, and node 4 beside the last. Edge 0 leads from 1 to 2 and may be driven
+/// in reverse gear, edge 1 from 2 to 3, edge 2 from 4 to 1 far away. All are for 1 m/s; the type brakes at 0.5 m/s².
+fn world() -> WorldData {
+    let at = [[0.0, 0.0], [10.0, 0.0], [20.0, 0.0], [0.0, 30.0]];
+    let node = |(id, [x, y]): (u32, [f32; 2])| NodeRecord { id, x, y, ..NodeRecord::default() };
+    let mut robot_type = RobotTypeRecord::new("cart", 1.0, 0.6);
+    robot_type.max_acceleration = 0.5;
+    robot_type.max_rotation_speed = 1.0;
+    let nodes = (1..).zip(at).map(node).collect();
+    let mut world = WorldData { nodes, robot_types: vec![robot_type], ..WorldData::default() };
+    for (id, origin, destination, back) in [(10, 0, 1, 0.5), (11, 1, 2, 0.0), (12, 3, 0, 0.0)] {
+        let (from, to): ([f32; 2], [f32; 2]) = (at[origin], at[destination]);
+        let length = (to[0] - from[0]).hypot(to[1] - from[1]);
+        let (origin, destination) = (origin as u32, destination as u32);
+        let limits = EdgeRecord { velocity_forward: 1.0, velocity_backwards: back, ..EdgeRecord::default() };
+        let edge = EdgeRecord { id, origin, destination, length, ..limits };
+        world.add_edge(edge, [CurveRecord::straight(from, to)]);
+    }
+    world
+}
+
+/// A robot on an edge of the line, at a distance along it and a speed.
+fn on(edge: u32, s: f32, speed: f32) -> Row {
+    let state = if speed == 0.0 { RobotState::Idle } else { RobotState::Driving };
+    Row { x: 10.0 * edge as f32 + s, y: 0.0, theta: 0.0, speed, s, edge, state }
+}
+
+fn show(judge: &mut Judge, tick: u64, rows: &[Row]) {
+    let mut lines = vec![Line::default(); frame_lines(rows.len())];
+    let columns = ColumnsMut::split(&mut lines, rows.len());
+    for (robot, row) in rows.iter().enumerate() {
+        (columns.x[robot], columns.y[robot], columns.theta[robot]) = (row.x, row.y, row.theta);
+        (columns.speed[robot], columns.s[robot]) = (row.speed, row.s);
+        (columns.edge[robot], columns.state[robot]) = (row.edge, row.state as u8);
+    }
+    let header = FrameHeader {
+        run_id: 7,
+        tick,
+        sim_time_nanos: tick * 100_000_000,
+        tick_period_nanos: 100_000_000,
+        robots: rows.len() as u32,
+        stride_lines: stride_lines(rows.len()) as u32,
+        ..FrameHeader::default()
+    };
+    judge.take_frame(&Frame::new(&header, &lines).expect("it fits"));
+}
+
+fn judge() -> Judge {
+    let settings = Settings { unserved_after_secs: 60.0, idle_after_secs: 30.0, examples: 3 };
+    let mut judge = Judge::new(settings);
+    judge.take_world(&world().view(7, 1));
+    judge
+}
+
+/// The kinds and counts of a report.
+fn found(judge: Judge) -> Vec<(Kind, u64)> {
+    let report = judge.finish();
+    Kind::ALL.into_iter().map(|kind| (kind, report.count(kind))).filter(|(_, count)| *count > 0).collect()
+}
+
+/// Judges frames of one robot, one a tick.
+fn judged(rows: &[Row]) -> Vec<(Kind, u64)> {
+    let mut judge = judge();
+    (0..).zip(rows).for_each(|(tick, row)| show(&mut judge, tick, std::slice::from_ref(row)));
+    found(judge)
+}
+
+/// A drive over both edges of the line, from a stand to a stand.
+fn drive() -> Vec<Row> {
+    let (mut rows, mut way, mut speed) = (Vec::new(), 0.0_f32, 0.0_f32);
+    while rows.len() < 400 {
+        let edge = u32::from(way >= 10.0);
+        rows.push(on(edge, way - 10.0 * edge as f32, speed));
+        let brakes = 20.0 - way <= speed * speed + 0.1 * speed + 0.005;
+        let next = if brakes { (speed - 0.05).max(0.0) } else { (speed + 0.05).min(1.0) };
+        way = (way + 0.5 * (speed + next) * PERIOD).min(20.0);
+        speed = next;
+    }
+    rows
+}
+
+#[test]
+fn a_clean_drive_has_no_findings() {
+    assert_eq!(judged(&drive()), []);
+    let every_fifth: Vec<_> = (0..).zip(drive()).filter(|(tick, _)| tick % 5 == 0).collect();
+    let mut judge = judge();
+    every_fifth.iter().for_each(|(tick, row)| show(&mut judge, *tick, std::slice::from_ref(row)));
+    assert_eq!(judge.report.ticks_between, 4 * 79);
+    assert_eq!(found(judge), []);
+}
+
+#[test]
+fn each_fault_of_motion_is_found_once() {
+    use Kind::{
+        Acceleration, BrokenRoute, HardBraking, Heading, InvalidPose, OffGraph, Rotation, Speed, Teleport,
+        WrongDirection,
+    };
+    let stand = on(0, 5.0, 0.0);
+    let turning = |theta| Row { theta, state: RobotState::Turning, ..on(0, 10.0, 0.0) };
+    let cases: [(Kind, Vec<Row>); 13] = [
+        (OffGraph, vec![stand, Row { y: 0.01, ..stand }, Row { y: 0.01, ..stand }]),
+        (OffGraph, vec![Row { s: 11.0, ..on(0, 10.0, 0.0) }]),
+        (Heading, vec![Row { theta: 0.05, ..stand }]),
+        (WrongDirection, vec![on(0, 5.0, 1.0), on(0, 4.95, 1.0)]),
+        (WrongDirection, vec![on(1, 5.0, -0.3), on(1, 4.97, -0.3)]),
+        (Teleport, vec![stand, on(0, 5.2, 0.0)]),
+        (Teleport, vec![on(0, 9.9, 0.0), on(1, 0.1, 0.0)]),
+        (Speed, vec![on(0, 5.0, 1.1)]),
+        (Acceleration, vec![stand, on(0, 5.003, 0.06)]),
+        (HardBraking, vec![on(0, 5.0, 1.0), on(0, 5.09, 0.9)]),
+        (Rotation, vec![turning(0.0), turning(0.05), turning(0.2)]),
+        (BrokenRoute, vec![on(0, 0.02, 0.0), Row { x: 0.0, y: 0.02, theta: -1.5708, s: 29.98, ..on(2, 0.0, 0.0) }]),
+        (InvalidPose, vec![stand, Row { x: f32::NAN, ..stand }, stand]),
+    ];
+    for (kind, rows) in cases {
+        let found = judged(&rows);
+        let expected: &[_] = &[(kind, 1)];
+        assert_eq!(found, expected, "{rows:?}");
+    }
+}
+
+#[test]
+fn reverse_gear_and_turning_back_at_a_node_are_allowed() {
+    let back: Vec<_> =
+        (0..20).map(|tick| on(0, 10.0 - 0.05 * tick as f32, if tick == 0 { 0.0 } else { -0.05 })).collect();
+    let slow: Vec<_> =
+        (0..20).map(|tick| on(0, 10.0 - 0.005 * tick as f32, if tick == 0 { 0.0 } else { -0.05 })).collect();
+    assert_eq!(judged(&slow), []);
+    assert_eq!(judged(&back), [], "the judge doesn't compare speeds with distances");
+}
+
+#[test]
+fn a_robot_that_was_spawned_elsewhere_has_not_jumped() {
+    let mut judge = judge();
+    show(&mut judge, 0, &[on(0, 5.0, 0.0)]);
+    let spawned = EventRecord { kind: EventKind::Spawned as u32, ..EventRecord::default() };
+    judge.take_events(&[spawned]);
+    show(&mut judge, 1, &[on(1, 5.0, 0.0)]);
+    show(&mut judge, 2, &[Row { state: RobotState::Absent, x: 99.0, ..on(1, 5.0, 0.0) }]);
+    show(&mut judge, 3, &[Row { x: 20.0, y: 0.0, edge: NO_EDGE, ..on(1, 5.0, 0.0) }]);
+    assert_eq!(found(judge), []);
+}
+
+#[test]
+fn a_contact_counts_once_and_has_a_duration() {
+    let mut judge = judge();
+    for tick in 0..50 {
+        let apart = if (10..30).contains(&tick) || tick == 40 { 0.99 } else { 1.01 };
+        // On no edge: this is about contacts alone.
+        let row = |x| Row { x, edge: NO_EDGE, ..on(0, 0.0, 0.0) };
+        show(&mut judge, tick, &[row(5.0), row(5.0 + apart), row(9.0)]);
+    }
+    assert_eq!(judge.contacts(), 1);
+    let report = judge.finish();
+    let contact = &report.kinds[0];
+    assert_eq!((contact.kind, contact.count), ("contact", 1));
+    let example = &contact.examples[0];
+    assert_eq!((example.tick, &example.robots[..]), (10, &[0, 1][..]));
+    assert!((example.duration_secs.expect("it lasted") - 1.9).abs() < 1e-9);
+    assert!((example.value.expect("a depth") - 0.01).abs() < 1e-4);
+    assert!(report.to_markdown().contains("robots 0 and 1") && report.to_json().contains("\"contact\""));
+}
+
+/// Records of one task: tick, and what happened.
+type Log = Vec<(u64, TaskRecord)>;
+
+/// A transport from node 2 to node 3 by robot 0, as it should be: it stands at node 2 from tick 10 to 40, drives, and stands
+/// at node 3 from tick 300 on.
+fn transport() -> Log {
+    let stop =
+        |tick, kind, stop, node, action| (tick, TaskRecord::new(5, kind).of_robot(0).at_stop(stop, node, action));
+    let plan = |index, node, action| {
+        let record = TaskRecord::new(5, TaskKind::Stop).at_stop(index, node, action);
+        (0, TaskRecord { dwell_secs: 2.0, ..record })
+    };
+    vec![
+        (0, TaskRecord { detail: 2, ..TaskRecord::new(5, TaskKind::Created) }),
+        plan(0, 2, StopAction::Pick),
+        plan(1, 3, StopAction::Drop),
+        (1, TaskRecord::new(5, TaskKind::Assigned).of_robot(0)),
+        stop(10, TaskKind::Arrived, 0, 2, StopAction::Pick),
+        stop(30, TaskKind::Handled, 0, 2, StopAction::Pick),
+        stop(300, TaskKind::Arrived, 1, 3, StopAction::Drop),
+        stop(320, TaskKind::Handled, 1, 3, StopAction::Drop),
+        (320, TaskRecord::new(5, TaskKind::Finished).of_robot(0)),
+    ]
+}
+
+/// Where robot 0 is at a tick of the transport.
+fn carrier(tick: u64) -> Row {
+    match tick {
+        0..10 => on(0, 10.0 - 0.01 * (10 - tick) as f32, 0.1),
+        10..=40 => on(0, 10.0, 0.0),
+        41..300 => on(1, 10.0 * (tick - 40) as f32 / 260.0, 10.0 / 26.0),
+        _ => on(1, 10.0, 0.0),
+    }
+}
+
+/// Judges a task log; records come `late` ticks after their frame.
+fn judged_log(log: &[(u64, TaskRecord)], late: u64, last: u64) -> Vec<(Kind, u64)> {
+    let mut judge = judge();
+    // What the carrier's speed does between stops is another test's matter.
+    judge.site.types[0].max_acceleration = f32::INFINITY;
+    for tick in 0..=last {
+        show(&mut judge, tick, &[carrier(tick)]);
+        for (at, record) in log.iter().filter(|(at, _)| at + late == tick) {
+            judge.take_tasks(&TaskHeader { run_id: 7, tick: *at, ..TaskHeader::default() }, 0, &[*record]);
+        }
+    }
+    found(judge)
+}
+
+#[test]
+fn a_transport_as_it_should_be_has_no_findings() {
+    assert_eq!(judged_log(&transport(), 0, 400), []);
+    assert_eq!(judged_log(&transport(), 7, 400), [], "the log comes late");
+}
+
+/// The transport with a change.
+fn changed(change: impl FnOnce(&mut Log)) -> Vec<(Kind, u64)> {
+    let mut log = transport();
+    change(&mut log);
+    judged_log(&log, 0, 400)
+}
+
+#[test]
+fn each_fault_of_a_task_is_found() {
+    use Kind::{
+        DoneTwice, DropWithoutPick, MovedInDwell, ShortDwell, SkippedStop, TaskOrder, TwoTasks, Unserved, WrongPlace,
+    };
+    let has = |found: Vec<(Kind, u64)>, kind: Kind| {
+        assert!(found.iter().any(|(other, _)| *other == kind), "{kind:?} not in {found:?}");
+    };
+    assert_eq!(changed(|log| log[5].0 = 28), [(ShortDwell, 1)]);
+    assert_eq!(changed(|log| log[5].0 = 60), [(WrongPlace, 1), (MovedInDwell, 1)]);
+    assert_eq!(changed(|log| log[6].0 = 290), [(WrongPlace, 1), (MovedInDwell, 1)], "arrives before it stands");
+    assert_eq!(changed(|log| (log[6].1.node, log[7].1.node, log[2].1.node) = (1, 1, 1)), [(WrongPlace, 2)]);
+    assert_eq!(changed(|log| log[1].1.action = StopAction::None as u32), [(DropWithoutPick, 1)]);
+    has(changed(|log| drop(log.drain(4..6))), SkippedStop);
+    assert_eq!(changed(|log| drop(log.drain(6..8))), [(SkippedStop, 1)]);
+    assert_eq!(changed(|log| log.push((330, log[8].1))), [(DoneTwice, 1)]);
+    assert_eq!(changed(|log| log.push((330, log[0].1))), [(TaskOrder, 1)], "created twice");
+    assert_eq!(changed(|log| drop(log.drain(4..5))), [(TaskOrder, 1)], "handled without an arrival");
+    assert_eq!(changed(|log| drop(log.drain(3..4))), [(TaskOrder, 5)], "no robot has it");
+    assert_eq!(changed(|log| log[5].1.kind = 99), [(DropWithoutPick, 1), (SkippedStop, 1), (TaskOrder, 2)]);
+    let second = |log: &mut Log| {
+        log.push((50, TaskRecord::new(6, TaskKind::Created)));
+        log.push((51, TaskRecord::new(6, TaskKind::Assigned).of_robot(0)));
+        log.push((52, TaskRecord::new(6, TaskKind::Cancelled).of_robot(0)));
+    };
+    assert_eq!(changed(second), [(TwoTasks, 1)]);
+    let withdrawn = |log: &mut Log| log.insert(6, (50, TaskRecord::new(5, TaskKind::Withdrawn).of_robot(0)));
+    has(changed(withdrawn), TaskOrder);
+    assert_eq!(judged_log(&transport()[..3], 0, 700), [(Unserved, 1), (Kind::Idle, 1)]);
+    assert_eq!(judged_log(&transport()[..3], 0, 280), [], "not yet");
+}
+
+#[test]
+fn a_log_with_a_gap_is_judged_as_far_as_it_is_known() {
+    let mut judge = judge();
+    judge.site.types[0].max_acceleration = f32::INFINITY;
+    for tick in 0..=400 {
+        show(&mut judge, tick, &[carrier(tick)]);
+        for (number, (at, record)) in transport().iter().enumerate().filter(|(_, (at, _))| *at == tick) {
+            if number != 5 {
+                let header = TaskHeader { run_id: 7, tick: *at, ..TaskHeader::default() };
+                judge.take_tasks(&header, u64::from(number == 6), &[*record]);
+            }
+        }
+    }
+    assert_eq!(judge.report.task_samples_missed, 1);
+    assert_eq!(found(judge), []);
+}

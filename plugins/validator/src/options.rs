@@ -1,0 +1,90 @@
+//! The options of a judgement, live and of a recording, and what is done with its report.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+
+use crate::findings::Kind;
+use crate::judge::Settings;
+use crate::report::Report;
+
+/// Options of `regatta plugin validator` and `regatta validate`.
+#[derive(Args, Clone, Debug)]
+#[group(skip)]
+pub struct JudgeOptions {
+    /// Write the report to this file as JSON
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+    /// Write the report to this file as Markdown
+    #[arg(long, value_name = "FILE")]
+    markdown: Option<PathBuf>,
+    /// Don't fail because of findings of this kind, or these: contact, hard-braking …
+    #[arg(long, value_name = "KIND", value_delimiter = ',')]
+    allow: Vec<Kind>,
+    /// A task that isn't finished after this time is a finding
+    #[arg(long, value_name = "TIME", default_value = "20min")]
+    unserved_after: humantime::Duration,
+    /// A robot that does nothing for this time while tasks wait is a finding
+    #[arg(long, value_name = "TIME", default_value = "20min")]
+    idle_after: humantime::Duration,
+    /// The number of examples of each kind in the report
+    #[arg(long, value_name = "N", default_value = "10")]
+    examples: usize,
+}
+
+/// The error of a judgement.
+#[derive(Debug, thiserror::Error)]
+pub enum JudgeError {
+    /// The report can't be written.
+    #[error("can't write {path} ({reason})")]
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// The system's reason.
+        reason: std::io::Error,
+    },
+    /// There are findings that are not allowed.
+    #[error("the validator has {count} findings: {kinds}; `--allow KIND` lets a kind pass")]
+    Findings {
+        /// How many.
+        count: u64,
+        /// Their kinds.
+        kinds: String,
+    },
+}
+
+impl JudgeOptions {
+    /// The settings of the judge.
+    pub fn settings(&self) -> Settings {
+        Settings {
+            unserved_after_secs: self.unserved_after.as_secs_f64(),
+            idle_after_secs: self.idle_after.as_secs_f64(),
+            examples: self.examples,
+        }
+    }
+
+    /// Writes the report to the files that were asked for. (The caller prints it.)
+    ///
+    /// # Errors
+    /// [`JudgeError::Write`], or [`JudgeError::Findings`] if there are findings of other kinds than those that are allowed.
+    pub fn conclude(&self, report: &Report) -> Result<(), JudgeError> {
+        let files = [(&self.json, report.to_json()), (&self.markdown, report.to_markdown())];
+        for (path, text) in files {
+            if let Some(path) = path {
+                write(path, &text)?;
+            }
+        }
+        let count = report.count_without(&self.allow);
+        if count == 0 {
+            return Ok(());
+        }
+        let found = Kind::ALL.into_iter().filter(|kind| !self.allow.contains(kind) && report.count(*kind) > 0);
+        let kinds: Vec<_> = found.map(|kind| format!("{} {}", report.count(kind), kind.name())).collect();
+        Err(JudgeError::Findings { count, kinds: kinds.join(", ") })
+    }
+}
+
+fn write(path: &Path, text: &str) -> Result<(), JudgeError> {
+    fs::write(path, text).map_err(|reason| JudgeError::Write { path: path.to_owned(), reason })
+}

@@ -1,0 +1,127 @@
+//! The plugin: reads a fleet and feeds the judge.
+
+use std::ffi::OsString;
+use std::io::Write as _;
+use std::time::{Duration, Instant};
+
+use clap::Parser;
+use regatta_plugin::{
+    ColumnReader, Error, Events, Frame, Options, Participant, Plugin, ReadError, Result, TaskReader, World, usage_line,
+};
+
+use crate::judge::Judge;
+use crate::options::JudgeOptions;
+
+/// The longest wait for the column `type` at the start of a run.
+const TYPES_WAIT: Duration = Duration::from_secs(2);
+
+/// The command line of `regatta plugin validator`.
+#[derive(Clone, Debug, Parser)]
+#[command(bin_name = "regatta plugin validator", max_term_width = 100)]
+#[command(about = "Judges a fleet: contacts, motion, tasks; fails if it finds anything")]
+pub struct Cli {
+    /// What counts, and where the report goes.
+    #[command(flatten)]
+    pub judge: JudgeOptions,
+    /// Options of every plugin.
+    #[command(flatten)]
+    pub options: Options,
+}
+
+/// Runs the plugin with a command line, whose first argument is the name of the program.
+///
+/// # Errors
+/// If an option is invalid, if the fleet can't be read, if the report can't be written, or if there are findings.
+pub fn run_from<A: Into<OsString> + Clone>(args: impl IntoIterator<Item = A>) -> Result {
+    match Cli::try_parse_from(args) {
+        Ok(cli) => cli.options.run(Validator::new(cli.judge.clone()), "validator"),
+        Err(error) if !error.use_stderr() => Ok(error.print()?),
+        Err(error) => Err(Error::new(format_args!("{}; --help lists the options", usage_line(&error)))),
+    }
+}
+
+struct Validator {
+    options: JudgeOptions,
+    judge: Judge,
+    ports: Option<(ColumnReader, TaskReader)>,
+    run_id: u64,
+    robot_types: usize,
+}
+
+impl Validator {
+    fn new(options: JudgeOptions) -> Self {
+        let judge = Judge::new(options.settings());
+        Self { options, judge, ports: None, run_id: 0, robot_types: 0 }
+    }
+
+    /// Gives the judge the robots' types. At the start of a run they may come a little after the first frame.
+    fn take_types(&mut self, frame: &Frame<'_>) -> Result {
+        let Some((types, _)) = &mut self.ports else { return Ok(()) };
+        if std::mem::replace(&mut self.run_id, frame.run_id()) != frame.run_id() && self.robot_types > 1 {
+            let start = Instant::now();
+            while types.latest()?.is_none()
+                && types.current()?.is_none_or(|old| old.header.run_id != frame.run_id())
+                && start.elapsed() < TYPES_WAIT
+            {
+                std::thread::sleep(Duration::from_millis(1));
+            }
+            if let Some(types) = types.current()? {
+                self.judge.take_types(types.values);
+            }
+        }
+        if let Some(types) = types.latest()? {
+            self.judge.take_types(types.values);
+        }
+        Ok(())
+    }
+
+    fn take_tasks(&mut self) -> Result {
+        let Some((_, tasks)) = &mut self.ports else { return Ok(()) };
+        tasks.take(|tasks| {
+            self.judge.take_tasks(tasks.header, tasks.missed, tasks.records);
+            Ok::<_, ReadError>(())
+        })?;
+        Ok(())
+    }
+}
+
+impl Plugin for Validator {
+    fn on_start(&mut self, fleet: &Participant) -> Result {
+        self.ports = Some((ColumnReader::open_on(fleet, "type")?, TaskReader::open_on(fleet)?));
+        Ok(())
+    }
+
+    fn on_world(&mut self, world: &World<'_>) -> Result {
+        self.robot_types = world.robot_types().len();
+        self.judge.take_world(world);
+        Ok(())
+    }
+
+    fn wants_events(&self) -> bool {
+        true
+    }
+
+    fn on_events(&mut self, events: &Events<'_>) -> Result {
+        self.judge.take_events(events.records);
+        self.take_tasks()
+    }
+
+    fn on_frame(&mut self, frame: &Frame<'_>) -> Result {
+        self.take_types(frame)?;
+        self.judge.take_frame(frame);
+        self.take_tasks()
+    }
+
+    fn on_idle(&mut self, _has_producer: bool) -> Result {
+        self.take_tasks()
+    }
+
+    fn on_stop(&mut self) -> Result {
+        self.take_tasks()?;
+        let judge = std::mem::replace(&mut self.judge, Judge::new(self.options.settings()));
+        let report = judge.finish();
+        // Whoever reads this may be gone, which is no finding.
+        let _ = write!(std::io::stdout(), "{report}");
+        Ok(self.options.conclude(&report)?)
+    }
+}

@@ -1,0 +1,163 @@
+//! The report: as lines, JSON and Markdown.
+
+use std::fmt::{self, Write as _};
+
+use regatta_plugin::Frame;
+use serde::Serialize;
+
+use crate::findings::{Finding, Findings, Kind};
+
+/// What the judge has seen, and what it found.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct Report {
+    /// Runs of producers.
+    pub runs: u64,
+    /// Frames that were judged.
+    pub frames: u64,
+    /// Ticks between them without a frame: what happened in them is judged from the frames around.
+    pub ticks_between: u64,
+    /// Frames that the producer published and the judge didn't get.
+    pub frames_missed: u64,
+    /// Samples of the task log that the judge didn't get.
+    pub task_samples_missed: u64,
+    /// Simulated seconds of the last run.
+    pub seconds: f64,
+    /// The largest number of robots.
+    pub robots: u64,
+    /// Tasks in the task log.
+    pub tasks: u64,
+    /// The findings of each kind.
+    pub kinds: Vec<KindReport>,
+}
+
+/// The findings of one kind.
+#[derive(Clone, Debug, Serialize)]
+pub struct KindReport {
+    /// The kind's name.
+    pub kind: &'static str,
+    /// The unit of values and limits; empty if there is none.
+    pub unit: &'static str,
+    /// The number of findings.
+    pub count: u64,
+    /// The first of them.
+    pub examples: Vec<Finding>,
+}
+
+impl Report {
+    pub(crate) fn take_frame(&mut self, frame: &Frame<'_>, ticks: u64) {
+        self.frames += 1;
+        self.ticks_between += ticks.saturating_sub(1);
+        self.frames_missed += frame.missed();
+        self.robots = self.robots.max(frame.len() as u64);
+    }
+
+    pub(crate) fn set_findings(&mut self, findings: &Findings) {
+        let of = |kind: Kind| KindReport {
+            kind: kind.name(),
+            unit: kind.unit(),
+            count: findings.count(kind),
+            examples: findings.examples(kind).to_vec(),
+        };
+        self.kinds = Kind::ALL.into_iter().map(of).collect();
+    }
+
+    /// The number of findings of a kind.
+    pub fn count(&self, kind: Kind) -> u64 {
+        self.kinds.iter().find(|report| report.kind == kind.name()).map_or(0, |report| report.count)
+    }
+
+    /// The number of findings of all kinds but these.
+    pub fn count_without(&self, allowed: &[Kind]) -> u64 {
+        Kind::ALL.into_iter().filter(|kind| !allowed.contains(kind)).map(|kind| self.count(kind)).sum()
+    }
+
+    /// What was judged, in one line.
+    fn subject(&self) -> String {
+        let Self { frames, robots, tasks, ticks_between, frames_missed, task_samples_missed, seconds, .. } = self;
+        let mut line = format!("{frames} frames of {robots} robots in {seconds:.2} s, {tasks} tasks");
+        for (count, what) in [
+            (ticks_between, "ticks between frames"),
+            (frames_missed, "frames missed"),
+            (task_samples_missed, "samples of the task log missed"),
+        ] {
+            if *count > 0 {
+                let _ = write!(line, ", {count} {what}");
+            }
+        }
+        line
+    }
+
+    /// Returns the report as JSON, with a newline at its end.
+    pub fn to_json(&self) -> String {
+        // Numbers, texts and lists: nothing that JSON can't hold.
+        serde_json::to_string_pretty(self).unwrap_or_default() + "\n"
+    }
+
+    /// Returns the report as Markdown.
+    pub fn to_markdown(&self) -> String {
+        let mut text = format!("# Validation\n\n{}.\n\n| kind | findings | first |\n|---|---|---|\n", self.subject());
+        for report in &self.kinds {
+            let first = report.examples.first().map(|finding| describe(finding, report.unit)).unwrap_or_default();
+            let _ = writeln!(text, "| {} | {} | {first} |", report.kind, report.count);
+        }
+        for report in self.kinds.iter().filter(|report| report.count > 0) {
+            let _ = write!(text, "\n## {}\n\n", report.kind);
+            for finding in &report.examples {
+                let _ = writeln!(text, "- {}", describe(finding, report.unit));
+            }
+            let more = report.count - report.examples.len() as u64;
+            if more > 0 {
+                let _ = writeln!(text, "- and {more} more");
+            }
+        }
+        text
+    }
+}
+
+impl fmt::Display for Report {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let total = self.count_without(&[]);
+        let findings = if total == 0 { "no findings".to_owned() } else { format!("{total} findings") };
+        writeln!(f, "validator: {findings} in {}", self.subject())?;
+        for report in self.kinds.iter().filter(|report| report.count > 0) {
+            let first = report.examples.first().map(|finding| describe(finding, report.unit)).unwrap_or_default();
+            writeln!(f, "  {:<18} {:>8}  first: {first}", report.kind, report.count)?;
+        }
+        Ok(())
+    }
+}
+
+/// Describes a finding in one line.
+fn describe(finding: &Finding, unit: &str) -> String {
+    let mut line = format!("tick {} ({:.2} s)", finding.tick, finding.time_secs);
+    if let Some(task) = finding.task {
+        let _ = write!(line, ", task {task}");
+    }
+    match finding.robots[..] {
+        [] => {}
+        [robot] => drop(write!(line, ", robot {robot}")),
+        _ => {
+            let robots: Vec<_> = finding.robots.iter().map(u32::to_string).collect();
+            let _ = write!(line, ", robots {}", robots.join(" and "));
+        }
+    }
+    if let Some(edge) = finding.edge {
+        let _ = write!(line, ", edge {edge}");
+    }
+    if let Some([x, y]) = finding.place {
+        let _ = write!(line, ", at ({x:.2}, {y:.2}) m");
+    }
+    if let Some(value) = finding.value {
+        let _ = write!(line, ": {value:.3} {unit}");
+    }
+    if let Some(limit) = finding.limit {
+        let _ = write!(line, " (limit {limit:.3} {unit})");
+    }
+    if let Some(seconds) = finding.duration_secs {
+        let _ = write!(line, ", for {seconds:.2} s");
+    }
+    if !finding.note.is_empty() {
+        let _ = write!(line, ": {}", finding.note);
+    }
+    line
+}
