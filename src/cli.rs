@@ -14,7 +14,7 @@ use crate::arguments::Time;
 use crate::control::Target;
 use crate::failure::Failure;
 use crate::output::{Force, write_file};
-use crate::{doctor, engine, graph, plugin, recording, report, run, validate, version};
+use crate::{doctor, engine, graph, order, orders, plugin, recording, report, run, validate, version};
 
 static SHORT_VERSION: LazyLock<String> = LazyLock::new(version::short);
 static LONG_VERSION: LazyLock<String> = LazyLock::new(version::long);
@@ -79,12 +79,21 @@ pub enum Command {
         #[command(flatten)]
         target: Target,
     },
-    /// Change the number of robots while the fleet runs.
+    /// Change the number of robots while the fleet runs, or break and repair one.
+    #[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
     Robots {
         /// New number of robots: 500, 10k, 1M …
-        robots: RobotCount,
+        #[arg(required = true)]
+        robots: Option<RobotCount>,
         #[command(flatten)]
         target: Target,
+        #[command(subcommand)]
+        command: Option<order::RobotsCommand>,
+    },
+    /// Send an order to a robot of a running fleet, and wait for the answer.
+    Order {
+        #[command(subcommand)]
+        command: order::OrderCommand,
     },
     /// Print the status of a running fleet.
     Status {
@@ -116,6 +125,12 @@ pub enum Command {
     Validate(validate::ValidateArgs),
     /// Watch and steer a running fleet live in this terminal.
     Top(Target),
+    /// List, show, cancel and import the transport orders of a running fleet manager.
+    #[command(arg_required_else_help = false)]
+    Orders {
+        #[command(subcommand)]
+        command: orders::OrdersCommand,
+    },
     /// Repeat the experiments that Regatta's accuracy and speed are measured with.
     #[command(arg_required_else_help = false)]
     Report {

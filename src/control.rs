@@ -61,14 +61,14 @@ fn send(
 
 /// Formats the status of a fleet in one line.
 pub fn status_line(status: &ControlResponse) -> String {
-    let [idle, driving, waiting, held, faulted, turning] = status.robots_by_state;
+    let [idle, driving, waiting, held, faulted, turning, stalled, broken] = status.robots_by_state;
     let clock = match status.clock {
         1 => "  paused",
         _ => "",
     };
     format!(
         "t {:.2} s{clock}  rtf {:.2}  robots {} (driving {driving}, turning {turning}, idle {idle}, \
-         waiting {waiting}, held {held}, faulted {faulted})  tick p50 {:.3} ms p99 {:.3} ms  late {}",
+         waiting {waiting}, held {held}, stalled {stalled}, broken {broken}, faulted {faulted})  tick p50 {:.3} ms p99 {:.3} ms  late {}",
         status.sim_time_nanos as f64 * 1e-9,
         status.real_time_factor,
         status.robots,
@@ -80,7 +80,7 @@ pub fn status_line(status: &ControlResponse) -> String {
 
 /// Formats the status of a fleet as JSON.
 pub fn status_json(status: &ControlResponse) -> String {
-    let [idle, driving, waiting, held, faulted, turning] = status.robots_by_state;
+    let [idle, driving, waiting, held, faulted, turning, stalled, broken] = status.robots_by_state;
     let speed = if status.speed.is_finite() { serde_json::json!(status.speed) } else { serde_json::json!("max") };
     serde_json::json!({
         "run_id": format!("{:016x}", status.run_id),
@@ -94,7 +94,7 @@ pub fn status_json(status: &ControlResponse) -> String {
         "robots": status.robots,
         "robots_by_state": {
             "idle": idle, "driving": driving, "waiting": waiting, "held": held, "faulted": faulted,
-            "turning": turning,
+            "turning": turning, "stalled": stalled, "broken": broken,
         },
         "late_ticks": status.late_ticks,
         "tick_cost_p50_secs": status.tick_cost_p50_nanos as f64 * 1e-9,

@@ -10,6 +10,8 @@ mod failure;
 mod fleets;
 mod graph;
 mod new;
+mod order;
+mod orders;
 mod output;
 mod output_error;
 mod plugin;
@@ -24,6 +26,7 @@ mod validate;
 mod version;
 #[cfg(feature = "viewer")]
 mod viewer;
+mod way;
 
 use std::process::ExitCode;
 
@@ -65,7 +68,9 @@ fn dispatch(cli: Cli) -> Result<ExitCode, Failure> {
         Command::Step { ticks, target } => control::step(ticks, &target),
         Command::Speed { speed, target } => control::speed(speed, &target),
         Command::Seek { time, target } => control::seek(time.0, &target),
-        Command::Robots { robots, target } => control::robots(robots.0, &target),
+        Command::Robots { command: Some(command), .. } => order::run(command.into()),
+        Command::Robots { robots, target, .. } => control::robots(robots.map_or(0, |robots| robots.0), &target),
+        Command::Order { command } => order::run(command),
         Command::Status { json, target } => control::status(json, &target),
         Command::List { json } => fleets::list(json),
         Command::Stop(target) => fleets::stop(&target),
@@ -76,6 +81,7 @@ fn dispatch(cli: Cli) -> Result<ExitCode, Failure> {
         Command::Plot(args) => recording::plot(&args),
         Command::Validate(args) => validate::run(&args),
         Command::Top(target) => top::run(&target),
+        Command::Orders { command } => orders::run(command),
         Command::Report { command } => report::run(command),
         Command::Doctor(args) => doctor::run(args),
         Command::Completions { shell } => {

@@ -1,9 +1,13 @@
 //! A tick of the engine: take orders → step → publish.
 
+mod disturbances;
+mod footprint;
+mod logarithm;
 mod options;
 mod population;
 mod producer;
 mod routes;
+mod standing;
 
 use std::sync::Arc;
 
@@ -16,7 +20,9 @@ use crate::fleet::{EventBuffer, Fleet, FleetConfig, check_size};
 use crate::graph::arc_length::Tracks;
 use crate::motion::Isa;
 use crate::scenario::{MAX_ROBOTS, Scenario};
+use disturbances::Schedule;
 pub use options::{EngineError, Options, Summary};
+use population::NoRoom;
 
 /// The largest number of events that one tick publishes; the rest is counted.
 const MAX_EVENTS: usize = 1 << 18;
@@ -43,6 +49,7 @@ struct Simulation {
     unannounced_ticks: usize,
     last_tick: Option<u64>,
     digest: Option<Digest>,
+    disturbances: Schedule,
 }
 
 impl Engine {
@@ -73,7 +80,9 @@ impl Engine {
             threads: options.threads,
             most_robots: MAX_ROBOTS,
         };
-        let fleet = Fleet::new(scenario.graph.clone(), tracks.clone(), config)?;
+        let mut fleet = Fleet::new(scenario.graph.clone(), tracks.clone(), config)?;
+        fleet.vary_speeds(scenario.disturbances.speed_variation, scenario.seed);
+        let disturbances = Schedule::new(&scenario.disturbances, scenario.seed, scenario.tick_period);
         let routes = RouteServer::open_on(ports.participant())?;
         let mut simulation = Simulation {
             events: EventBuffer::new(MAX_EVENTS),
@@ -84,13 +93,14 @@ impl Engine {
             unannounced_ticks: 0,
             last_tick: options.ticks,
             digest: options.digest.then(Digest::default),
+            disturbances,
             scenario,
             fleet,
             routes,
         };
         // The first frame shows these robots. EventBuffer of them would reach only readers that happen to be there by now.
         simulation.events.set_wanted(false);
-        simulation.place_robots(robots);
+        simulation.place_robots(robots).map_err(|NoRoom { wanted, fit }| EngineError::NoRoom { wanted, fit })?;
         let session = Session::new(ports, simulation.scenario.tick_period, options.speed, lockstep);
         Ok(Self { session, simulation })
     }

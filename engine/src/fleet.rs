@@ -1,17 +1,19 @@
 //! The state of all robots as private columns, and everything that changes it: spawns, orders and time.
 //!
-//! The parts of a fleet (`ahead`, `orders`, `spawn`) are methods of [`Fleet`] by topic.
+//! The parts of a fleet (`ahead`, `impairment`, `orders`, `release`, `spawn`) are methods of [`Fleet`] by topic.
 
 mod ahead;
 mod columns;
 mod graph_size;
+mod impairment;
 mod orders;
+mod release;
 mod spawn;
 mod step_pool;
 #[cfg(test)]
 mod tests;
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -21,12 +23,14 @@ use regatta_plugin::world::Shape;
 pub use self::ahead::Ahead;
 use self::columns::FleetColumns;
 pub use self::graph_size::check_size;
+use self::impairment::Impairment;
 pub use self::spawn::{Placement, RouteSource};
 use self::step_pool::StepPool;
 use crate::graph::arc_length::Tracks;
 use crate::graph::{Orientation, RouteGraph};
 use crate::motion::{
-    EdgeHeadings, Isa, KinematicLimits, LegTable, Motion, Plans, Route, SupportedIsa, TimeStep, TooManyPieces,
+    EdgeHeadings, Isa, KinematicLimits, LegTable, Motion, Plans, Route, SpeedVariation, SupportedIsa, TimeStep,
+    TooManyPieces,
 };
 pub use crate::motion::{EventBuffer, Repeat};
 
@@ -144,6 +148,8 @@ pub struct Fleet {
     /// Rows among them that hold no robot.
     free: BTreeSet<u32>,
     most_robots: u32,
+    /// Robots that stall or are broken.
+    impairments: BTreeMap<u32, Impairment>,
     /// None if a step runs on the calling thread alone.
     pool: Option<StepPool>,
 }
@@ -172,8 +178,23 @@ impl Fleet {
         let columns = FleetColumns::new(legs.pieces().len(), limited, oriented);
         let time_step = TimeStep::new(tick_period.as_secs_f64());
         let headings = oriented.then(|| EdgeHeadings::new(&legs));
-        let motion = Motion { legs, plans: Plans::new(seed), headings, limits, time_step, isa };
-        Ok(Self { motion, types, columns, robots: 0, free: BTreeSet::new(), most_robots, pool })
+        let variation = SpeedVariation::default();
+        let motion = Motion { legs, plans: Plans::new(seed), headings, limits, variation, time_step, isa };
+        Ok(Self {
+            motion,
+            types,
+            columns,
+            robots: 0,
+            free: BTreeSet::new(),
+            most_robots,
+            impairments: BTreeMap::new(),
+            pool,
+        })
+    }
+
+    /// Makes each robot drive each leg up to `most` (0 to 1) slower, by a seed.
+    pub fn vary_speeds(&mut self, most: f32, seed: u64) {
+        self.motion.variation = SpeedVariation { most: most.clamp(0.0, 1.0), seed };
     }
 
     /// Reserves memory for that many robots. Otherwise spawning allocates it step by step, and more of it.
@@ -209,6 +230,13 @@ impl Fleet {
     /// The [`RobotState`] of every row in use.
     pub fn states(&self) -> &[u8] {
         &self.columns.state[..self.robots()]
+    }
+
+    /// Returns x, y and heading of a robot as in frames; `None` if there is no such robot.
+    pub fn pose(&self, robot: u32) -> Option<[f32; 3]> {
+        let row = self.row(robot).ok()?;
+        let columns = &self.columns;
+        Some(self.motion.pose(columns.piece.get(row), columns.w[row], columns.heading_rule(row)))
     }
 
     /// Number of robots by [`RobotState`]; absent ones aren't counted. Reads one byte per robot.

@@ -8,6 +8,8 @@
 //! 2. hand-over of the listed rows, one by one: they are few. Then the rows that turn on the spot (`turning.rs`).
 //! 3. poses of the whole block, written into the frame.
 //!
+//! A robot whose base ends within its leg is listed like one near the end of its leg (`base_end.rs`).
+//!
 //! Stages 1 and 3 exist as a plain reference (`scalar.rs`) and as vector code (`vector.rs`). Both do the same operations
 //! in the same order, each correctly rounded by IEEE 754 (+ − × ÷ √, min, max, conversions; no fused multiply-add, no
 //! libm), so all of them give the same bits.
@@ -20,6 +22,7 @@
 
 mod aligned_vec;
 mod atan2;
+mod base_end;
 mod block;
 mod events;
 mod hand_over;
@@ -31,6 +34,7 @@ mod profile;
 mod routes;
 mod rows;
 mod scalar;
+mod speed_variation;
 mod time_step;
 mod turning;
 mod vector;
@@ -38,7 +42,7 @@ mod vector;
 pub(crate) use aligned_vec::{AlignedVec, ROW_GROUP};
 pub(crate) use block::BLOCK;
 pub use events::EventBuffer;
-pub(crate) use headings::EdgeHeadings;
+pub(crate) use headings::{EdgeHeadings, HeadingRule};
 pub(crate) use isa::SupportedIsa;
 pub use isa::{Isa, ParseIsaError};
 pub(crate) use leg_table::{LegTable, TooManyPieces};
@@ -47,6 +51,7 @@ pub(crate) use profile::{KinematicLimits, UNLIMITED};
 pub use routes::Repeat;
 pub(crate) use routes::{Plans, Route, RouteCursor};
 pub(crate) use rows::{HeadingRows, LimitRows, Rows, leg_of, split_frame};
+pub(crate) use speed_variation::SpeedVariation;
 pub(crate) use time_step::TimeStep;
 
 use regatta_plugin::frame::ColumnsMut;
@@ -67,6 +72,7 @@ pub(crate) struct Motion {
     pub headings: Option<EdgeHeadings>,
     /// By robot type.
     pub limits: Vec<KinematicLimits>,
+    pub variation: SpeedVariation,
     pub time_step: TimeStep,
     pub isa: SupportedIsa,
 }

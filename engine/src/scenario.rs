@@ -19,7 +19,7 @@ pub use explain::YamlProblem;
 pub use made_up::made_up_scenario;
 pub use read::is_scenario;
 pub use suggest::closest;
-pub use yaml::{LegName, LightEntry, PluginCommand, Viewer};
+pub use yaml::{Breakdowns, Disturbances, LegName, LightEntry, PluginCommand, Stalls, Viewer};
 
 /// The largest number of robots of a scenario: ids and columns stay far below the limits of `u32`.
 pub const MAX_ROBOTS: u32 = 16_000_000;
@@ -43,6 +43,8 @@ pub struct Scenario {
     pub robot_types: Vec<RobotType>,
     /// The robots by ascending id; at least one group.
     pub groups: Vec<RobotGroup>,
+    /// What goes wrong.
+    pub disturbances: Disturbances,
     /// The plugins to start.
     pub plugins: Vec<PluginCommand>,
     /// Whether to open the viewer.
@@ -80,6 +82,8 @@ pub enum Start {
     Random,
     /// On a node, waiting for orders.
     Node(NodeIndex),
+    /// At a random end of an edge where it touches no other robot, waiting for orders.
+    Standing,
 }
 
 /// Settings of a command line that override those of the scenario.

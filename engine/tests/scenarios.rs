@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use regatta_engine::graph::Role;
 use regatta_engine::scenario::{Overrides, Scenario, ScenarioError, Start};
 use regatta_plugin::world::Shape;
 
@@ -46,6 +47,15 @@ robots:
 }
 
 #[test]
+fn nodes_get_the_roles_and_names_of_the_scenario() {
+    let nodes = "nodes: {1: {role: pick, name: A1}, 3: {name: Dock}}\nrobots: [{count: 2, routes: none}]";
+    let scenario = read(nodes).expect("a valid scenario");
+    let nodes: Vec<_> = scenario.graph.nodes().iter().map(|node| (node.role, node.name())).collect();
+    assert_eq!(nodes, [(Role::Pick, Some("A1")), (Role::None, None), (Role::None, Some("Dock"))]);
+    assert!(matches!(scenario.group_of(1).start, Start::Standing));
+}
+
+#[test]
 fn lights_are_white_by_default() {
     let text = "robots: [{node: 1}]\nlights: [{x: 1, y: -2.5, z: 3}, {x: 0, y: 0, z: 4, colour: [1, 0.5, 0]}]";
     let lights = read(text).expect("a valid scenario").lights;
@@ -73,6 +83,8 @@ fn an_error_names_the_entry_and_what_to_do() {
         ("robots: [{count: 2}]", "robots, entry 1", "give one of"),
         ("robots: [{node: 1, routes: random}]", "robots, entry 1", "give one of"),
         ("robots: [{type: ghost, node: 1}]", "robots, entry 1", "list it under robot_types"),
+        ("nodes: {9: {role: pick}}\nrobots: [{node: 1}]", "nodes, 9", "no node with this id or name"),
+        ("nodes: {1: {role: dance}}\nrobots: [{node: 1}]", "nodes, 1", "use none, pick, drop, park or charge"),
         ("robots: []", "robots", "at least one"),
         ("robots: [{count: 4000000000, node: 1}, {count: 4000000000, node: 1}]", "robots", "at most"),
         (&format!("rate: 0\n{robots}"), "rate", "0 ticks per second is out of range"),

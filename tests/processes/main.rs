@@ -9,6 +9,7 @@ mod fleet;
 mod fleets;
 mod lockstep;
 mod metrics;
+mod order;
 mod own_plugin;
 mod producers;
 mod readers;

@@ -90,7 +90,7 @@ fn the_page_agrees_with_the_status() {
     assert_eq!(metrics.value("regatta_late_ticks_total", ""), status["late_ticks"].as_f64());
     let simulated = metrics.value("regatta_simulated_seconds_total", "").expect("a time");
     assert!((simulated - status["sim_time_secs"].as_f64().expect("a time")).abs() < 1e-6);
-    for state in ["idle", "driving", "waiting", "held", "faulted", "turning"] {
+    for state in ["idle", "driving", "waiting", "held", "faulted", "turning", "stalled", "broken"] {
         let labels = format!("state=\"{state}\"");
         assert_eq!(metrics.value("regatta_robots", &labels), status["robots_by_state"][state].as_f64(), "{state}");
     }

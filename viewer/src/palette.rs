@@ -183,6 +183,7 @@ impl Colouring {
 fn states(theme: Theme) -> Scale {
     let idle = if theme == Theme::Dark { Rgb(0x7d8995) } else { Rgb(0x8a96a1) };
     let driving = if theme == Theme::Dark { SKY_BLUE } else { BLUE };
+    let broken = if theme == Theme::Dark { Rgb(0xf4f4f4) } else { Rgb(0x1c1c1c) };
     let states = [
         (RobotState::Idle, idle),
         (RobotState::Driving, driving),
@@ -190,6 +191,8 @@ fn states(theme: Theme) -> Scale {
         (RobotState::Held, PURPLE),
         (RobotState::Faulted, VERMILLION),
         (RobotState::Turning, GREEN),
+        (RobotState::Stalled, YELLOW),
+        (RobotState::Broken, broken),
     ];
     Scale::Categories(states.map(|(state, colour)| (format!("{state:?}").to_lowercase(), colour)).to_vec())
 }

@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use bytemuck::{Pod, Zeroable};
 use regatta_plugin::frame::RobotState;
-use regatta_plugin::route::{LegAhead, RouteResponse};
+use regatta_plugin::route::RouteResponse;
 use regatta_plugin::world::EdgeRecord;
 use regatta_plugin::{Frame, OpenError, Participant, RouteClient, RouteError, World};
 
@@ -60,28 +60,29 @@ pub fn remaining_route(route: &RouteResponse, frame: &Frame<'_>, world: &World<'
     }
     // The robot has moved on since the route was answered.
     let (current, s) = (frame.edge()[row], frame.s()[row]);
-    let is_current = |edge: u32| edge == current && state != RobotState::Waiting;
-    let driven = match state {
-        RobotState::Waiting => (route.released as usize).min(route.legs().len()),
-        _ => route.legs().take(NEXT_LEGS).position(|leg| is_current(leg.edge)).unwrap_or(0),
+    let waits_at_node = state == RobotState::Waiting && route.released_metres == f32::INFINITY;
+    let is_current = |edge: u32| edge == current && !waits_at_node;
+    let driven = match waits_at_node {
+        true => (route.released as usize).min(route.legs().len()),
+        false => route.legs().take(NEXT_LEGS).position(|leg| is_current(leg.edge)).unwrap_or(0),
     };
     let mut all = Vec::with_capacity(route.legs().len() - driven);
     for (index, leg) in route.legs().enumerate().skip(driven) {
         let Some(edge) = world.edges().get(leg.edge as usize) else { break };
-        let has_robot = index == driven && is_current(leg.edge);
-        let place = match (has_robot, leg.reverse) {
-            (true, _) => place_at(world.curves(edge), edge.length, s),
-            (false, true) => ((edge.curves as usize).saturating_sub(1), 1.0),
-            (false, false) => (0, 0.0),
+        let entry = match (index == driven && is_current(leg.edge), leg.reverse) {
+            (true, false) => s.clamp(0.0, edge.length),
+            (true, true) => (edge.length - s).clamp(0.0, edge.length),
+            (false, _) => 0.0,
         };
-        let metres = match (has_robot, leg.reverse) {
-            (true, false) => (edge.length - s).max(0.0),
-            (true, true) => s.max(0.0),
-            (false, _) => edge.length,
-        };
+        let limit = leg.released_metres.clamp(entry, edge.length.max(entry));
         let length = if leg.released { &mut remaining.released } else { &mut remaining.planned };
-        (length.edges, length.metres) = (length.edges + 1, length.metres + metres);
-        all.extend(segments(world, edge, leg, place));
+        length.edges += 1;
+        remaining.released.metres += limit - entry;
+        remaining.planned.metres += edge.length - limit;
+        let parts = [([entry, limit], 1), ([limit, edge.length], 0)];
+        for (range, released) in parts.into_iter().filter(|([from, to], _)| from < to) {
+            all.extend(segments(world, edge, leg.reverse, range, released));
+        }
     }
     let released = route.released.saturating_sub(driven as u32);
     let planned = route.legs.saturating_sub(route.released.max(driven as u32));
@@ -91,24 +92,30 @@ pub fn remaining_route(route: &RouteResponse, frame: &Frame<'_>, world: &World<'
     (all, remaining)
 }
 
-/// Returns the segments of a leg, in the order in which they are driven, from a place on: the number of a curve of the edge, and
-/// a parameter of that curve.
+/// Returns the segments of a part of a leg, in the order in which they are driven. The part is given in metres from where the
+/// leg is entered.
 fn segments(
     world: &World<'_>,
     edge: &EdgeRecord,
-    leg: LegAhead,
-    (first, parameter): (usize, f32),
+    reverse: bool,
+    range: [f32; 2],
+    released: u32,
 ) -> impl Iterator<Item = RouteSegment> + use<> {
-    let count = world.curves(edge).len();
-    let numbers = if leg.reverse { 0..(first + 1).min(count) } else { first..count };
-    let (first_curve, released) = (edge.first_curve, leg.released.into());
-    let [from, to] = if leg.reverse { [1.0, 0.0] } else { [0.0, 1.0] };
-    let segment = move |number: usize| {
-        let start = if number == first { parameter } else { from };
-        RouteSegment { curve: first_curve + number as u32, range: [start, to], released }
+    let (curves, first_curve) = (world.curves(edge), edge.first_curve);
+    let place = |metres: f32| match (metres <= 0.0, metres >= edge.length, reverse) {
+        (true, _, false) | (_, true, true) => (0, 0.0),
+        (true, _, true) | (_, true, false) => (curves.len().saturating_sub(1), 1.0),
+        (_, _, false) => place_at(curves, edge.length, metres),
+        (_, _, true) => place_at(curves, edge.length, edge.length - metres),
     };
-    let (start, end) = (numbers.start, numbers.end);
-    numbers.map(move |number| segment(if leg.reverse { start + end - 1 - number } else { number }))
+    let [from, to] = range.map(place);
+    let count = if curves.is_empty() { 0 } else { from.0.abs_diff(to.0) + 1 };
+    let [start, end] = if reverse { [1.0, 0.0] } else { [0.0, 1.0] };
+    (0..count).map(move |passed| {
+        let number = if reverse { from.0 - passed } else { from.0 + passed };
+        let range = [if passed == 0 { from.1 } else { start }, if passed + 1 == count { to.1 } else { end }];
+        RouteSegment { curve: first_curve + number as u32, range, released }
+    })
 }
 
 /// Polls the routes of some robots.
@@ -220,6 +227,21 @@ mod tests {
         let (segments, left) = remaining(1, 10.0, RobotState::Waiting, &route);
         assert_eq!((segments.len(), left.released.edges, left.planned.edges), (1, 0, 1));
         assert_eq!(remaining(2, 10.0, RobotState::Idle, &route).0, [], "the robot has arrived");
+    }
+
+    #[test]
+    fn the_base_may_end_within_an_edge() {
+        let route = route(2, &[(0, false), (1, false), (2, false)]).up_to(5.0);
+        let (segments, left) = remaining(0, 2.5, RobotState::Driving, &route);
+        assert_eq!([left.released.metres, left.planned.metres], [12.5, 15.0]);
+        assert_eq!([left.released.edges, left.planned.edges], [2, 1]);
+        assert_eq!(
+            segments.iter().map(|segment| (segment.curve, segment.released)).collect::<Vec<_>>(),
+            [(0, 1), (1, 1), (1, 0), (2, 0)]
+        );
+        assert_eq!(segments[1].range[1], segments[2].range[0]);
+        let (segments, left) = remaining(1, 5.0, RobotState::Waiting, &route);
+        assert_eq!((segments.len(), left.released.metres, left.planned.metres), (2, 0.0, 15.0));
     }
 
     #[test]

@@ -69,6 +69,17 @@ pub enum EngineError {
         most = services::EVENT_BUFFER
     )]
     TooFewFrames(u32),
+    /// The route graph has too few places for robots that stand.
+    #[error(
+        "{fit} of {wanted} robots fit where they wait for orders (ends of edges, 0.1 m from each other); use fewer, or a \
+         larger graph"
+    )]
+    NoRoom {
+        /// The requested number of robots.
+        wanted: u32,
+        /// The number that fits.
+        fit: u32,
+    },
     /// More robots than a fleet can hold.
     #[error("{0} robots are too many: a fleet holds at most {max}", max = MAX_ROBOTS)]
     TooManyRobots(u32),

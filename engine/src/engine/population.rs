@@ -1,18 +1,34 @@
 //! The number of robots, and the world and types that the engine publishes.
 
+use glam::DVec2;
 use regatta_plugin::PublishError;
 use regatta_plugin::producer::Session;
 use regatta_plugin::world::{self, CurveRecord, EdgeRecord, NodeRecord, RobotTypeRecord, Texts, WorldData};
 
-use super::{EngineError, Simulation};
+use super::standing::StandingPlaces;
+use super::{EngineError, Scenario, Simulation};
 use crate::fleet::{Placement, RobotType, RouteSource};
 use crate::graph::{CubicBezier, Edge, EdgeIndex, Node, Orientation, RouteGraph, Tags};
 use crate::scenario::Start;
 
+/// No place is left for a robot that stands.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct NoRoom {
+    /// The requested number of robots.
+    pub wanted: u32,
+    /// The number that fits.
+    pub fit: u32,
+}
+
 impl Simulation {
     /// Spawns robots as the scenario defines them, or removes those with the highest ids, until there are `wanted`.
-    pub(super) fn place_robots(&mut self, wanted: u32) {
+    ///
+    /// # Errors
+    /// If no place is left for a robot that stands; those before it are there then.
+    pub(super) fn place_robots(&mut self, wanted: u32) -> Result<(), NoRoom> {
+        let number = wanted;
         let wanted = wanted as usize;
+        let mut standing = None;
         self.fleet.reserve(wanted);
         while self.fleet.present() > wanted {
             let last = self.fleet.robots() as u32 - 1;
@@ -28,10 +44,30 @@ impl Simulation {
                 ),
                 Start::Random => (self.random_place(robot), RouteSource::Random),
                 Start::Node(node) => (Placement::Node(*node), RouteSource::None),
+                Start::Standing => {
+                    let places = standing.get_or_insert_with(|| self.standing_places());
+                    let robot_type = (group.robot_type, &self.scenario.robot_types[usize::from(group.robot_type)]);
+                    let place = places.take((&self.scenario.graph, &self.tracks), robot_type);
+                    (place.ok_or(NoRoom { wanted: number, fit: robot })?, RouteSource::None)
+                }
             };
             let spawned = self.fleet.spawn(placement, group.robot_type, route, 0, &mut self.events);
             spawned.expect("the scenario's routes are connected and its places on the graph");
         }
+        Ok(())
+    }
+
+    /// Returns the places for robots that stand, with those that robots are on already.
+    fn standing_places(&self) -> StandingPlaces {
+        let Scenario { graph, robot_types, seed, .. } = &self.scenario;
+        let mut places = StandingPlaces::new(graph, robot_types, *seed);
+        for robot in 0..self.fleet.robots() as u32 {
+            if let Some([x, y, theta]) = self.fleet.pose(robot) {
+                let robot_type = &robot_types[usize::from(self.fleet.robot_types()[robot as usize])];
+                places.occupy(robot_type, DVec2::new(x.into(), y.into()), DVec2::from_angle(theta.into()));
+            }
+        }
+        places
     }
 
     /// Returns a random place on a random edge, determined by the scenario's seed and the robot.
@@ -68,7 +104,7 @@ impl Simulation {
 }
 
 /// SplitMix64's finaliser (Steele, Lea, Flood: Fast splittable pseudorandom number generators, 2014).
-fn mix(value: u64) -> u64 {
+pub(super) fn mix(value: u64) -> u64 {
     let z = value.wrapping_add(0x9e37_79b9_7f4a_7c15);
     let z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
@@ -144,8 +180,6 @@ fn robot_type_record(robot_type: &RobotType) -> RobotTypeRecord {
 
 #[cfg(test)]
 mod tests {
-    use glam::DVec2;
-
     use super::*;
     use crate::graph::{NodeIndex, Path, Role};
 

@@ -4,7 +4,7 @@ use regatta_plugin::control::ControlKind;
 use regatta_plugin::frame::RobotState;
 use regatta_plugin::producer::{Moment, Producer, RefusalReason, Session};
 
-use super::{EngineError, Simulation};
+use super::{EngineError, NoRoom, Simulation};
 use crate::scenario::MAX_ROBOTS;
 
 impl Producer for Simulation {
@@ -24,6 +24,7 @@ impl Producer for Simulation {
     fn tick(&mut self, session: &mut Session) -> Result<(), EngineError> {
         self.events.set_wanted(session.ports().has_event_readers());
         self.take_orders(session)?;
+        self.disturbances.carry_out(session.tick(), &mut self.fleet, &mut self.events);
         if let Some(mut frame) = self.loan_if_due(session)? {
             self.fleet.step(Some(frame.columns_mut()), &mut self.events);
             self.publish_events(session)?;
@@ -63,7 +64,11 @@ impl Producer for Simulation {
             return Ok(Err(error.to_string()));
         }
         self.events.set_wanted(session.ports().has_event_readers());
-        self.place_robots(robots);
+        let before = self.fleet.present() as u32;
+        if let Err(NoRoom { wanted, fit }) = self.place_robots(robots) {
+            self.place_robots(before).expect("removals need no room");
+            return Ok(Err(EngineError::NoRoom { wanted, fit }.to_string()));
+        }
         // Their events belong to the next tick.
         self.publish_types(session)?;
         Ok(Ok(()))

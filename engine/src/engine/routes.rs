@@ -23,6 +23,7 @@ impl Simulation {
             let drawn = walk.clone().count();
             let edges = ahead.legs().chain(walk).map(|leg| (leg.edge.0, leg.gear == Gear::Reverse));
             let response = response.with_legs(ahead.released() + drawn, ahead.len() + drawn, edges);
+            let response = response.up_to(ahead.released_metres);
             if fleet.drives_on(request.robot) { response.and_on() } else { response }
         })?;
         Ok(())

@@ -1,16 +1,20 @@
 //! The legs that a robot is going to drive.
 
+use regatta_plugin::frame::RobotState;
+
 use super::{Fleet, Route};
 use crate::graph::Leg;
 use crate::motion::{RouteCursor, leg_of};
 
 /// The legs that a robot has still to drive.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ahead<'fleet> {
-    /// The leg that it is on; `None` at its end, on a node, or without a route.
+    /// The leg that it is on; `None` at its end, on a node, without a route, or if it has driven it.
     pub on: Option<Leg>,
     /// The legs after that which it may drive now.
     pub base: &'fleet [Leg],
+    /// Metres of the last released leg that are released, from where it is entered; infinity for all of it.
+    pub released_metres: f32,
     /// The legs after those: planned, not released. Of a loop, the rest of one lap.
     pub horizon: &'fleet [Leg],
 }
@@ -22,9 +26,14 @@ impl Fleet {
         let row = self.row(robot).ok()?;
         let (piece, route) = (self.columns.piece.get(row), self.columns.route[row]);
         let plans = &self.motion.plans;
-        let is_driving = route != Route::PARKED && !self.motion.legs.is_leg_end(piece, self.columns.w[row]);
+        let is_driving = route != Route::PARKED
+            && self.columns.state[row] != RobotState::Idle as u8
+            && !self.motion.legs.is_leg_end(piece, self.columns.w[row]);
         let on = leg_of(piece, self.columns.edge[row]).filter(|_| is_driving);
-        Some(Ahead { on, base: plans.base(route), horizon: plans.horizon(route) })
+        let base = plans.base(route);
+        let is_released = on.is_some() || !base.is_empty();
+        let released_metres = if is_released { plans.limit(route) as f32 } else { f32::INFINITY };
+        Some(Ahead { on, base, released_metres, horizon: plans.horizon(route) })
     }
 
     /// Returns the legs that a random walk takes after the one that the robot is on: they are drawn from the seed. Any

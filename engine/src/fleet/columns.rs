@@ -3,7 +3,7 @@
 use regatta_plugin::frame::{NO_EDGE, RobotState};
 
 use super::Route;
-use crate::motion::{AlignedVec, HeadingRows, LimitRows, PieceColumn, ROW_GROUP, Rows, UNLIMITED};
+use crate::motion::{AlignedVec, HeadingRows, HeadingRule, LimitRows, PieceColumn, ROW_GROUP, Rows, UNLIMITED};
 
 /// All columns. Rows that hold no robot are inert: they are on the first piece and [`RobotState::Absent`].
 #[derive(Debug)]
@@ -20,12 +20,13 @@ pub(super) struct FleetColumns {
     headings: Option<Headings>,
 }
 
-#[derive(Debug)]
+#[derive(Debug, Default)]
 struct Limits {
     acceleration: AlignedVec<f32>,
     cruise: AlignedVec<f32>,
     brake: AlignedVec<f32>,
     rest: AlignedVec<f32>,
+    stop: AlignedVec<f32>,
 }
 
 #[derive(Debug)]
@@ -35,17 +36,21 @@ struct Headings {
     rate: AlignedVec<f32>,
 }
 
+impl Limits {
+    fn resize(&mut self, groups: usize) {
+        self.acceleration.resize(groups, UNLIMITED);
+        self.cruise.resize(groups, 0.0);
+        self.brake.resize(groups, f32::INFINITY);
+        self.rest.resize(groups, 0.0);
+        self.stop.resize(groups, 0.0);
+    }
+}
+
 impl FleetColumns {
     /// Makes columns without rows. `pieces` is the length of the table of pieces; `limited` if a robot type limits its
     /// acceleration, `oriented` if headings aren't simply those of the edges.
     pub fn new(pieces: usize, limited: bool, oriented: bool) -> Self {
         let headings = || Headings { gain: AlignedVec::new(), offset: AlignedVec::new(), rate: AlignedVec::new() };
-        let limits = || Limits {
-            acceleration: AlignedVec::new(),
-            cruise: AlignedVec::new(),
-            brake: AlignedVec::new(),
-            rest: AlignedVec::new(),
-        };
         Self {
             piece: PieceColumn::new(pieces),
             w: AlignedVec::new(),
@@ -55,7 +60,7 @@ impl FleetColumns {
             state: AlignedVec::new(),
             route: AlignedVec::new(),
             robot_type: AlignedVec::new(),
-            limits: limited.then(limits),
+            limits: limited.then(Limits::default),
             headings: oriented.then(headings),
         }
     }
@@ -72,16 +77,21 @@ impl FleetColumns {
         self.route.resize(groups, Route::PARKED);
         self.robot_type.resize(groups, 0);
         if let Some(limits) = &mut self.limits {
-            limits.acceleration.resize(groups, UNLIMITED);
-            limits.cruise.resize(groups, 0.0);
-            limits.brake.resize(groups, f32::INFINITY);
-            limits.rest.resize(groups, 0.0);
+            limits.resize(groups);
         }
         if let Some(headings) = &mut self.headings {
             headings.gain.resize(groups, 1.0);
             headings.offset.resize(groups, 0.0);
             headings.rate.resize(groups, 0.0);
         }
+    }
+
+    /// Adds the columns of limits, which bases need that end within a leg. Returns whether they weren't there.
+    pub fn add_limits(&mut self) -> bool {
+        let is_new = self.limits.is_none();
+        let groups = self.capacity() / ROW_GROUP;
+        self.limits.get_or_insert_with(Limits::default).resize(groups);
+        is_new
     }
 
     /// Reserves memory for that many rows, and no more than they need.
@@ -100,6 +110,7 @@ impl FleetColumns {
             limits.cruise.reserve(groups);
             limits.brake.reserve(groups);
             limits.rest.reserve(groups);
+            limits.stop.reserve(groups);
         }
         if let Some(headings) = &mut self.headings {
             headings.gain.reserve(groups);
@@ -126,6 +137,7 @@ impl FleetColumns {
         if let Some(limits) = &mut self.limits {
             limits.cruise[row] = 0.0;
             limits.rest[row] = 0.0;
+            limits.stop[row] = 0.0;
         }
         if let Some(headings) = &mut self.headings {
             headings.gain[row] = 1.0;
@@ -165,6 +177,7 @@ impl FleetColumns {
                 cruise: &mut limits.cruise,
                 brake: &mut limits.brake,
                 rest: &mut limits.rest,
+                stop: &mut limits.stop,
             }),
             headings: self.headings.as_mut().map(|headings| HeadingRows {
                 gain: &mut headings.gain,
@@ -174,11 +187,17 @@ impl FleetColumns {
         }
     }
 
+    /// Returns what the heading of a row is made of.
+    pub fn heading_rule(&self, row: usize) -> HeadingRule {
+        let rule = |columns: &Headings| HeadingRule { gain: columns.gain[row], offset: columns.offset[row] };
+        self.headings.as_ref().map_or(HeadingRule::TANGENT, rule)
+    }
+
     /// Bytes of memory per row.
     pub fn bytes_per_row(&self) -> usize {
         let hot = 5 * size_of::<u32>() + size_of::<u8>();
         let cold = size_of::<Route>() + size_of::<u16>();
-        let limits = if self.limits.is_some() { 4 * size_of::<f32>() } else { 0 };
+        let limits = if self.limits.is_some() { 5 * size_of::<f32>() } else { 0 };
         let headings = if self.headings.is_some() { 3 * size_of::<f32>() } else { 0 };
         hot + cold + limits + headings
     }

@@ -10,13 +10,23 @@ use crate::graph::{Gear, Leg, NodeIndex};
 use crate::motion::leg_of;
 
 /// A checked order, ready to be carried out.
-enum Action {
-    /// Drive these legs from the end of the current one; the first `released` of them now.
+pub(super) enum Action {
+    /// Drive these legs from the end of the current one; the first `released` of them now, the last of those (without
+    /// any, the current leg) up to `limit` metres.
     Drive {
         row: usize,
         legs: Vec<Leg>,
         released: usize,
+        limit: f64,
     },
+    /// Release the first `released` legs of the route, the last of them up to `limit` metres.
+    Release {
+        row: usize,
+        released: usize,
+        limit: f64,
+    },
+    /// What the order wants is so already.
+    Nothing,
     Cancel {
         row: usize,
     },
@@ -25,6 +35,12 @@ enum Action {
     },
     Resume {
         row: usize,
+    },
+    Break {
+        robot: u32,
+    },
+    Repair {
+        robot: u32,
     },
     Remove {
         robot: u32,
@@ -36,9 +52,9 @@ enum Action {
 }
 
 /// The reason why an order is refused, and the id that caused it.
-struct Rejection {
-    reason: Refusal,
-    id: u32,
+pub(super) struct Rejection {
+    pub reason: Refusal,
+    pub id: u32,
 }
 
 impl Fleet {
@@ -72,9 +88,12 @@ impl Fleet {
                 let row = row()?;
                 self.prepare_route(order, row, legs, self.motion.plans.base(self.columns.route[row]).to_vec())
             }
+            Some(OrderKind::Release) => self.prepare_release(order, row()?),
             Some(OrderKind::Cancel) => Ok(Action::Cancel { row: row()? }),
             Some(OrderKind::Hold) => Ok(Action::Hold { row: row()? }),
             Some(OrderKind::Resume) => Ok(Action::Resume { row: row()? }),
+            Some(OrderKind::Break) => row().map(|_| Action::Break { robot }),
+            Some(OrderKind::Repair) => row().map(|_| Action::Repair { robot }),
             Some(OrderKind::Remove) => row().map(|_| Action::Remove { robot }),
             Some(OrderKind::SpawnAtNode | OrderKind::SpawnOnEdge) => self.prepare_spawn(order),
             Some(OrderKind::Leg) | None => Err(about(order.id)(Refusal::MalformedOrder)),
@@ -98,6 +117,11 @@ impl Fleet {
             return Err(about_robot(Refusal::MalformedRoute));
         }
         let mut node = base.last().map_or_else(|| self.node_ahead(row), |&leg| self.motion.legs.graph().leg_end(leg));
+        let limit = match (released, base.is_empty()) {
+            (0, true) => self.limit_on_leg(row),
+            (0, false) => self.motion.plans.limit(self.columns.route[row]),
+            _ => f64::INFINITY,
+        };
         let released = base.len() + released;
         let mut legs = base;
         for record in records {
@@ -105,7 +129,7 @@ impl Fleet {
             node = self.motion.legs.graph().leg_end(leg);
             legs.push(leg);
         }
-        Ok(Action::Drive { row, legs, released })
+        Ok(Action::Drive { row, legs, released, limit })
     }
 
     /// Returns the leg of a record, which must leave a node.
@@ -151,18 +175,21 @@ impl Fleet {
         }
         events.push_record(accepted(order.robot));
         match action {
-            Action::Drive { row, legs, released } => self.drive(row, legs, released, events),
+            Action::Drive { row, legs, released, limit } => self.drive(row, legs, released, limit, events),
+            Action::Release { row, released, limit } => self.release(row, released, limit, events),
             Action::Cancel { row } => self.cancel(row, events),
             Action::Hold { row } => self.hold(row, events),
             Action::Resume { row } => self.resume(row, events),
+            Action::Break { robot } => self.break_down(robot, events),
+            Action::Repair { robot } => self.repair(robot, events),
             Action::Remove { robot } => self.remove_row(robot, order.token, events),
-            Action::Spawn { .. } => {}
+            Action::Nothing | Action::Spawn { .. } => {}
         }
     }
 
-    fn drive(&mut self, row: usize, legs: Vec<Leg>, released: usize, events: &mut EventBuffer) {
-        self.set_route(row, |plans| plans.order(legs, released));
-        if !self.is(row, RobotState::Held) {
+    fn drive(&mut self, row: usize, legs: Vec<Leg>, released: usize, limit: f64, events: &mut EventBuffer) {
+        self.set_ordered_route(row, legs, released, limit);
+        if !self.is_stopped(row) {
             self.motion.start_driving(&mut self.columns.all_rows(), row, events);
         }
     }
@@ -172,43 +199,50 @@ impl Fleet {
             return;
         }
         if self.columns.route[row] != Route::PARKED {
-            self.set_route(row, |_| Route::FINISH);
+            match self.limit_on_leg(row) {
+                f64::INFINITY => self.set_route(row, |_| Route::FINISH),
+                limit => self.set_ordered_route(row, Vec::new(), 0, limit),
+            }
         }
-        if !self.is(row, RobotState::Held) {
+        if !self.is_stopped(row) {
             self.motion.start_driving(&mut self.columns.all_rows(), row, events);
         }
     }
 
     fn hold(&mut self, row: usize, events: &mut EventBuffer) {
-        match self.columns.state[row] {
-            state if state == RobotState::Held as u8 => return,
-            // It stays idle when the hold ends.
-            state if state == RobotState::Idle as u8 => self.set_route(row, |_| Route::PARKED),
-            _ => {}
+        if let Some(impairment) = self.impairments.get_mut(&(row as u32)) {
+            impairment.is_held = true;
+            return;
         }
+        if self.is(row, RobotState::Held) {
+            return;
+        }
+        self.keep_idle(row);
         self.motion.hold(&mut self.columns.all_rows(), row, events);
     }
 
     fn resume(&mut self, row: usize, events: &mut EventBuffer) {
+        if let Some(impairment) = self.impairments.get_mut(&(row as u32)) {
+            if std::mem::replace(&mut impairment.is_held, false) {
+                events.push(EventKind::Resumed, row as u32, 0);
+            }
+            return;
+        }
         if !self.is(row, RobotState::Held) {
             return;
         }
         events.push(EventKind::Resumed, row as u32, 0);
-        if self.columns.route[row] == Route::PARKED {
-            self.columns.state[row] = RobotState::Idle as u8;
-        } else {
-            self.motion.start_driving(&mut self.columns.all_rows(), row, events);
-        }
+        self.go_on(row, events);
     }
 
-    /// Gives a robot another route and updates the speed from which it can brake on it.
-    fn set_route(&mut self, row: usize, route: impl FnOnce(&mut Plans) -> Route) {
-        self.motion.plans.release(self.columns.route[row]);
+    /// Gives a robot another route and updates the end of its base and the speed from which it can brake on it.
+    pub(super) fn set_route(&mut self, row: usize, route: impl FnOnce(&mut Plans) -> Route) {
+        self.motion.plans.discard(self.columns.route[row]);
         self.columns.route[row] = route(&mut self.motion.plans);
-        self.motion.update_brake(&mut self.columns.all_rows(), row);
+        self.motion.update_base(&mut self.columns.all_rows(), row);
     }
 
-    fn is(&self, row: usize, state: RobotState) -> bool {
+    pub(super) fn is(&self, row: usize, state: RobotState) -> bool {
         self.columns.state[row] == state as u8
     }
 
@@ -225,8 +259,10 @@ fn is_route(order: &OrderRecord) -> bool {
 }
 
 fn kind(order: &OrderRecord) -> Option<OrderKind> {
-    use OrderKind::{Assign, Cancel, Extend, Hold, Leg, Remove, Resume, SpawnAtNode, SpawnOnEdge};
-    [Leg, Assign, Extend, Cancel, Hold, Resume, SpawnAtNode, SpawnOnEdge, Remove]
+    use OrderKind::{
+        Assign, Break, Cancel, Extend, Hold, Leg, Release, Remove, Repair, Resume, SpawnAtNode, SpawnOnEdge,
+    };
+    [Leg, Assign, Extend, Cancel, Hold, Resume, SpawnAtNode, SpawnOnEdge, Remove, Release, Break, Repair]
         .into_iter()
         .find(|&kind| kind as u32 == order.kind)
 }

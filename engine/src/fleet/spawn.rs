@@ -78,8 +78,9 @@ impl Fleet {
     /// Removes a robot that is not absent.
     pub(super) fn remove_row(&mut self, robot: u32, token: u64, events: &mut EventBuffer) {
         let row = robot as usize;
-        self.motion.plans.release(self.columns.route[row]);
+        self.motion.plans.discard(self.columns.route[row]);
         self.columns.clear(row);
+        self.impairments.remove(&robot);
         self.free.insert(robot);
         while self.robots > 0 && self.free.remove(&(self.robots - 1)) {
             self.robots -= 1;

@@ -2,8 +2,10 @@
 
 mod drive;
 mod equality;
+mod impairment;
 mod limits;
 mod orders;
 mod portable;
+mod release;
 pub(super) mod support;
 mod turning;

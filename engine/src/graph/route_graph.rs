@@ -160,6 +160,16 @@ impl RouteGraph {
         Self { stations, background, ..self }
     }
 
+    /// Gives a node another role or name.
+    pub(crate) fn override_node(&mut self, node: NodeIndex, role: Option<Role>, name: Option<&str>) {
+        let node = &mut self.nodes[node.0 as usize];
+        node.role = role.unwrap_or(node.role);
+        if let Some(name) = name {
+            let tags = node.tags.take().map_or_else(Tags::default, |tags| *tags);
+            node.tags = Tags { name: (!name.is_empty()).then(|| name.into()), ..tags }.boxed();
+        }
+    }
+
     /// Returns where (0, 0) of the graph is on the file's map, in metres: (0, 0), unless the file's coordinates are too large
     /// for exact poses in single precision. A position in the file is `origin + position`.
     pub fn origin(&self) -> DVec2 {

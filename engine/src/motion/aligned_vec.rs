@@ -36,6 +36,12 @@ impl<T: Pod> AlignedVec<T> {
     }
 }
 
+impl<T: Pod> Default for AlignedVec<T> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
 impl<T: Pod> Deref for AlignedVec<T> {
     type Target = [T];
 

@@ -27,7 +27,7 @@ impl Motion {
             rows.w[row] = if is_all { w } else { rows.w[row] };
             rows.s_end[row] = if is_all { next.s_end } else { rows.s_end[row] };
             if let Some(limits) = &mut rows.limits {
-                limits.rest[row] = self.legs.rest(rows.piece.get(row));
+                limits.rest[row] = self.legs.rest(rows.piece.get(row)) - limits.stop[row];
             }
             arrived.rows[left] = row as u16;
             left += usize::from(!is_all);
@@ -35,12 +35,12 @@ impl Motion {
         arrived.len = left;
     }
 
-    /// Moves a robot with `w` ≥ 0 to the piece that it has reached by now, or stops it at the end of its base.
+    /// Moves a robot to the piece that it has reached by now, or stops it at the end of its base.
     ///
     /// The distance beyond the end of one leg is driven on the next, exactly. If the speed changes there, the time is
     /// kept and not the distance.
     pub(super) fn hand_over(&self, rows: &mut Rows, row: usize, events: &mut EventBuffer) {
-        while rows.w[row] >= 0 {
+        while !self.stop_at_limit(rows, row, events) && rows.w[row] >= 0 {
             let piece = rows.piece.get(row);
             if !self.legs.span(piece).is_last() {
                 self.put_on_piece(rows, row, self.legs.next_piece(piece), rows.w[row]);
@@ -55,7 +55,7 @@ impl Motion {
         let before = rows.speed[row];
         self.drive_near_leg_end(rows, row);
         self.hand_over(rows, row, events);
-        if rows.is(row, RobotState::Held) && rows.speed[row] == 0.0 && before > 0.0 {
+        if rows.speed[row] == 0.0 && before > 0.0 {
             self.report_held(rows, row, events);
         }
     }
@@ -89,7 +89,7 @@ impl Motion {
         let compiled = self.legs.leg(leg);
         let before = rows.speed[row];
         let changes_gear = compiled.first_piece.gear() != rows.piece.get(row).gear();
-        let cruise = self.leg_speed(rows.robot_type[row], leg);
+        let cruise = self.leg_speed(rows, row, leg);
         self.command_speed(rows, row, cruise);
         if self.is_limited(rows.robot_type[row]) {
             rows.speed[row] = if changes_gear { 0.0 } else { before.min(cruise) };
@@ -99,7 +99,7 @@ impl Motion {
         self.follow_edge(rows, row, Some(leg.edge));
         let surplus = at_speed(surplus, before, rows.speed[row]);
         self.put_on_piece(rows, row, compiled.first_piece, surplus);
-        self.update_brake(rows, row);
+        self.update_base(rows, row);
     }
 
     /// Puts a robot `surplus` units past the start of a piece.
@@ -109,38 +109,48 @@ impl Motion {
         rows.w[row] = surplus - span.length();
         rows.s_end[row] = span.s_end;
         if let Some(limits) = &mut rows.limits {
-            limits.rest[row] = self.legs.rest(piece);
+            limits.rest[row] = self.legs.rest(piece) - limits.stop[row];
         }
     }
 
     /// Stops a robot at the end of its leg, which is the end of its base.
     pub(super) fn end_base(&self, rows: &mut Rows, row: usize, end: BaseEnd, events: &mut EventBuffer) {
-        self.stop(rows, row);
         rows.w[row] = 0;
+        self.stand(rows, row, end, events);
+    }
+
+    /// Stops a robot where it is, at the end of its base.
+    pub(super) fn stand(&self, rows: &mut Rows, row: usize, end: BaseEnd, events: &mut EventBuffer) {
+        self.stop(rows, row);
         let (state, event) = match end {
             BaseEnd::Done => (RobotState::Idle, EventKind::RouteDone),
             BaseEnd::Unreleased => (RobotState::Waiting, EventKind::WaitingForRelease),
             BaseEnd::DeadEnd => (RobotState::Faulted, EventKind::Faulted),
         };
-        if !rows.is(row, RobotState::Held) {
+        if !rows.is_stopped(row) {
             rows.state[row] = state as u8;
             events.push(event, rows.robot(row), 0);
         }
     }
 
-    /// Reports that a robot with a hold order has come to a stop.
+    /// Reports that a robot has come to a stop, if it has a hold order.
     pub(super) fn report_held(&self, rows: &Rows, row: usize, events: &mut EventBuffer) {
-        events.push(EventKind::Held, rows.robot(row), 0);
+        if rows.is(row, RobotState::Held) {
+            events.push(EventKind::Held, rows.robot(row), 0);
+        }
     }
 
     /// Makes a robot follow its route, whether it stands or drives.
     pub(crate) fn start_driving(&self, rows: &mut Rows, row: usize, events: &mut EventBuffer) {
         let is_on_leg = rows.speed[row] > 0.0 || rows.w[row] < 0;
         rows.state[row] = RobotState::Driving as u8;
+        if self.stop_at_limit(rows, row, events) {
+            return;
+        }
         match rows.leg(row) {
             Some(leg) if is_on_leg => {
-                self.command_speed(rows, row, self.leg_speed(rows.robot_type[row], leg));
-                self.update_brake(rows, row);
+                self.command_speed(rows, row, self.leg_speed(rows, row, leg));
+                self.update_base(rows, row);
             }
             _ => {
                 let mut cursor = self.route_cursor(rows, row);
@@ -162,6 +172,12 @@ impl Motion {
         }
     }
 
+    /// Makes a robot stop as [`hold`](Self::hold) does, in another state in which it may not drive.
+    pub(crate) fn impair(&self, rows: &mut Rows, row: usize, state: RobotState) {
+        rows.state[row] = state as u8;
+        self.command_speed(rows, row, 0.0);
+    }
+
     /// Puts a robot on a piece at `w` ≤ 0, idle.
     pub(crate) fn place(&self, rows: &mut Rows, row: usize, piece: PieceIndex, edge: Option<u32>, w: i32) {
         self.stop(rows, row);
@@ -172,9 +188,10 @@ impl Motion {
         rows.w[row] = w;
     }
 
-    /// Returns the speed of a robot of some type on a leg, in metres per second.
-    pub(super) fn leg_speed(&self, robot_type: u16, leg: Leg) -> f32 {
-        self.legs.leg(leg).speed.min(self.limits[usize::from(robot_type)].max_speed)
+    /// Returns the speed of a robot on a leg, in metres per second.
+    pub(super) fn leg_speed(&self, rows: &Rows, row: usize, leg: Leg) -> f32 {
+        let speed = self.legs.leg(leg).speed.min(self.limits[usize::from(rows.robot_type[row])].max_speed);
+        self.variation.apply(speed, rows.robot(row), leg.edge)
     }
 
     /// Returns the next leg of a route and moves the cursor to its end; or the reason why there is none.

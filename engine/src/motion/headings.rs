@@ -23,7 +23,7 @@ pub(super) const NEGLIGIBLE_TURN: f32 = 1e-5;
 
 /// How the heading of a robot follows from the tangent of its edge.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct HeadingRule {
+pub(crate) struct HeadingRule {
     pub gain: f32,
     /// Radians.
     pub offset: f32,

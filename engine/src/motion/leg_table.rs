@@ -137,6 +137,15 @@ impl LegTable {
         self.rests[piece.row()]
     }
 
+    /// Metres from where a leg is entered to the end of one of its pieces.
+    pub(super) fn driven(&self, leg: Leg, piece: PieceIndex) -> f64 {
+        let s_end = f64::from(self.span(piece).s_end);
+        match leg.gear {
+            Gear::Forward => s_end,
+            Gear::Reverse => f64::from(self.leg(leg).length) - s_end,
+        }
+    }
+
     /// Whether a robot at a distance `w` from the end of that piece has reached the end of its leg.
     pub(crate) fn is_leg_end(&self, piece: PieceIndex, w: i32) -> bool {
         w >= 0 && self.span(piece).is_last()

@@ -11,6 +11,9 @@
 //! unless it passes that place within the tick anyway: then v ≤ e is enough. The lowest such v of everything ahead on
 //! its released base (a slower edge, a change of gear, a turn on the spot, the base's end) counts.
 //!
+//! The base may end within a leg, at its limit: then distances on that leg are measured from the limit, not from the
+//! leg's end (`base_end.rs`).
+//!
 //! For most rows the kernel needs a single number for this: `brake` = min over k of e_k² + 2 a D_k, with D_k measured
 //! from the end of the robot's leg, because the rest of d is common to all. It changes only when the robot enters
 //! another leg or gets an order. Rows that may reach the end of their leg in the tick are listed instead of moved, and
@@ -21,12 +24,9 @@
 //! assign): then it brakes harder, because it never leaves its released base. The robot stops at the very end of its
 //! base, within the tick in which it gets there.
 
-use regatta_plugin::frame::RobotState;
-
 use super::Motion;
 use super::routes::RouteCursor;
 use super::rows::Rows;
-use crate::graph::arc_length::Distance;
 
 /// The limits of a robot type.
 #[derive(Clone, Copy, Debug)]
@@ -67,23 +67,15 @@ pub(super) fn brake_speed(brake: f32, acceleration: f32, change: f32, before: f3
 }
 
 impl Motion {
-    /// Computes `brake` of a row from its route. Must follow every change of its leg or route.
-    pub(crate) fn update_brake(&self, rows: &mut Rows, row: usize) {
-        if rows.limits.is_none() {
-            return;
-        }
-        let acceleration = self.limits[usize::from(rows.robot_type[row])].max_acceleration;
+    /// Returns `brake` of a row with an acceleration limit.
+    pub(super) fn brake(&self, rows: &Rows, row: usize, acceleration: f32) -> f32 {
+        let twice = 2.0 * f64::from(acceleration);
         let mut lowest = f64::INFINITY;
-        if acceleration.is_finite() {
-            let twice = 2.0 * f64::from(acceleration);
-            self.visit_speed_bounds(rows, row, |speed, distance| {
-                lowest = lowest.min(speed * speed + twice * distance);
-                twice * distance < lowest
-            });
-        }
-        if let Some(limits) = &mut rows.limits {
-            limits.brake[row] = lowest as f32;
-        }
+        self.visit_speed_bounds(rows, row, |speed, distance| {
+            lowest = lowest.min(speed * speed + twice * distance);
+            twice * distance < lowest
+        });
+        lowest as f32
     }
 
     /// Drives a robot for a tick that may reach the end of its leg in it. Its `w` may be ≥ 0 afterwards.
@@ -103,7 +95,7 @@ impl Motion {
         let twice = 2.0 * f64::from(self.limits[usize::from(rows.robot_type[row])].max_acceleration);
         let change = f64::from(change);
         let spent = change * (0.25 * change - f64::from(rows.speed[row]));
-        let ahead = Distance(rows.w[row]).to_metres() - f64::from(self.legs.rest(rows.piece.get(row)));
+        let ahead = -self.distance_to_end(rows, row);
         let after = |square: f64| (spent + square).max(0.0).sqrt() - 0.5 * change;
         let mut lowest = f64::INFINITY;
         self.visit_speed_bounds(rows, row, |speed, distance| {
@@ -115,23 +107,31 @@ impl Motion {
     }
 
     /// Calls `visit` for every place ahead that bounds a robot's speed, nearest first, with the bound in m/s and the
-    /// distance from the end of its leg in metres. Ends with the base, after [`MAX_LEGS_AHEAD`], or when `visit` returns
+    /// distance in metres from the end of its leg, or of its base if that is on the leg. Ends with the base, after [`MAX_LEGS_AHEAD`], or when `visit` returns
     /// false.
     fn visit_speed_bounds(&self, rows: &Rows, row: usize, mut visit: impl FnMut(f64, f64) -> bool) {
         let mut cursor = self.route_cursor(rows, row);
         let mut gear = rows.piece.get(row).gear();
         let mut distance = 0.0;
+        if self.plans.limit_on_leg(cursor.route).is_finite() {
+            visit(0.0, distance);
+            return;
+        }
         for _ in 0..MAX_LEGS_AHEAD {
             let before = cursor.leg;
             let Ok(leg) = self.next_leg(&mut cursor) else { break };
             let compiled = self.legs.leg(leg);
             let robot_type = rows.robot_type[row];
             let stops = compiled.first_piece.gear() != gear || self.turns_between(robot_type, before, leg);
-            let speed = if stops { 0.0 } else { self.leg_speed(robot_type, leg) };
+            let speed = if stops { 0.0 } else { self.leg_speed(rows, row, leg) };
             if !visit(f64::from(speed), distance) {
                 return;
             }
-            distance += f64::from(compiled.length);
+            let limit = self.plans.limit_on_leg(cursor.route);
+            distance += limit.min(f64::from(compiled.length));
+            if limit.is_finite() {
+                break;
+            }
             gear = compiled.first_piece.gear();
         }
         visit(0.0, distance);
@@ -147,10 +147,10 @@ impl Motion {
         }
     }
 
-    /// Sets the speed that a row accelerates or brakes to: 0 while it is held. Without a limit the row has that speed
+    /// Sets the speed that a row accelerates or brakes to: 0 while it may not drive. Without a limit the row has that speed
     /// at once.
     pub(super) fn command_speed(&self, rows: &mut Rows, row: usize, cruise: f32) {
-        let wanted = if rows.is(row, RobotState::Held) { 0.0 } else { cruise };
+        let wanted = if rows.is_stopped(row) { 0.0 } else { cruise };
         if let Some(limits) = &mut rows.limits {
             limits.cruise[row] = wanted;
         }

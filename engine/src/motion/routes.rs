@@ -68,8 +68,10 @@ enum Plan {
     Free,
     /// From a scenario.
     Listed { legs: Arc<[Leg]>, repeat: Repeat },
-    /// From orders, for one robot: the first `released` legs are its base, the others its horizon.
-    Ordered { legs: Vec<Leg>, released: usize },
+    /// From orders, for one robot: the first `released` legs are its base, the others its horizon. The last released leg
+    /// (if there is none, the leg that the robot is on when it gets the plan) is released up to `limit` metres from where
+    /// it is entered; infinity for all of it.
+    Ordered { legs: Vec<Leg>, released: usize, limit: f64 },
 }
 
 /// All plans, by number.
@@ -91,7 +93,7 @@ impl Plans {
         let Route { plan, position } = cursor.route;
         let (leg, place) = match self.plans.get(plan as usize) {
             Some(Plan::Listed { legs, repeat }) => next_listed(legs, *repeat, position)?,
-            Some(Plan::Ordered { legs, released }) => next_ordered(legs, *released, position)?,
+            Some(Plan::Ordered { legs, released, .. }) => next_ordered(legs, *released, position)?,
             None if cursor.route.is_walk() => (self.random_leg(table, cursor)?, position),
             Some(Plan::Free) | None => return Err(BaseEnd::Done),
         };
@@ -121,9 +123,16 @@ impl Plans {
         }
     }
 
-    /// Adds ordered legs and returns the route at their start.
-    pub(crate) fn order(&mut self, legs: Vec<Leg>, released: usize) -> Route {
-        self.add(Plan::Ordered { legs, released })
+    /// Adds ordered legs and returns the route at their start. `limit` is in metres along the last released leg.
+    pub(crate) fn order(&mut self, legs: Vec<Leg>, released: usize, limit: f64) -> Route {
+        self.add(Plan::Ordered { legs, released, limit })
+    }
+
+    /// Releases the first `released` legs of an ordered route, the last of them up to `limit` metres.
+    pub(crate) fn set_base(&mut self, route: Route, released: usize, limit: f64) {
+        if let Some(Plan::Ordered { released: legs, limit: metres, .. }) = self.plans.get_mut(route.plan as usize) {
+            (*legs, *metres) = (released, limit);
+        }
     }
 
     fn add(&mut self, plan: Plan) -> Route {
@@ -140,12 +149,44 @@ impl Plans {
         Route { plan: number, position: 0 }
     }
 
+    /// Returns the metres of the last released leg that are released; infinity for all of it.
+    pub(crate) fn limit(&self, route: Route) -> f64 {
+        match self.plans.get(route.plan as usize) {
+            Some(Plan::Ordered { limit, .. }) => *limit,
+            _ => f64::INFINITY,
+        }
+    }
+
+    /// Returns the metres that are released of the leg that the robot is on; infinity for all of it.
+    pub(crate) fn limit_on_leg(&self, route: Route) -> f64 {
+        match self.plans.get(route.plan as usize) {
+            Some(Plan::Ordered { released, limit, .. }) if *released == route.position as usize => *limit,
+            _ => f64::INFINITY,
+        }
+    }
+
+    /// Returns why a robot stops at the limit of its leg.
+    pub(super) fn end_at_limit(&self, route: Route) -> BaseEnd {
+        match self.plans.get(route.plan as usize) {
+            Some(Plan::Ordered { legs, .. }) if !legs.is_empty() => BaseEnd::Unreleased,
+            _ => BaseEnd::Done,
+        }
+    }
+
+    /// Returns the number of released legs of a route, counted from its start, and the last of them.
+    pub(crate) fn released(&self, route: Route) -> (usize, Option<Leg>) {
+        match self.plans.get(route.plan as usize) {
+            Some(Plan::Ordered { legs, released, .. }) => (*released, legs[..*released].last().copied()),
+            _ => (0, None),
+        }
+    }
+
     /// Legs of a route's released base that are still to be entered. A loop's base ends with its lap, a random
     /// walk's with the leg that the robot is on.
     pub(crate) fn base(&self, route: Route) -> &[Leg] {
         match self.plans.get(route.plan as usize) {
             Some(Plan::Listed { legs, .. }) => &legs[route.position as usize..],
-            Some(Plan::Ordered { legs, released }) => &legs[route.position as usize..*released],
+            Some(Plan::Ordered { legs, released, .. }) => &legs[route.position as usize..*released],
             Some(Plan::Free) | None => &[],
         }
     }
@@ -155,7 +196,7 @@ impl Plans {
     pub(crate) fn horizon(&self, route: Route) -> &[Leg] {
         match self.plans.get(route.plan as usize) {
             Some(Plan::Listed { legs, repeat: Repeat::Loop }) => &legs[..(route.position as usize).saturating_sub(1)],
-            Some(Plan::Ordered { legs, released }) => &legs[*released..],
+            Some(Plan::Ordered { legs, released, .. }) => &legs[*released..],
             Some(Plan::Free | Plan::Listed { .. }) | None => &[],
         }
     }
@@ -167,7 +208,7 @@ impl Plans {
     }
 
     /// Frees the plan of a robot that gives up its route, if no other robot can share it.
-    pub(crate) fn release(&mut self, route: Route) {
+    pub(crate) fn discard(&mut self, route: Route) {
         if let Some(plan @ Plan::Ordered { .. }) = self.plans.get_mut(route.plan as usize) {
             *plan = Plan::Free;
             self.free.push(route.plan);
@@ -192,7 +233,7 @@ fn next_ordered(legs: &[Leg], released: usize, position: u32) -> Result<(Leg, u3
 }
 
 /// The finaliser of SplitMix64 (Steele, Lea, Flood 2014), after one step of its sequence: random bits for any counter.
-fn mix(counter: u64) -> u64 {
+pub(super) fn mix(counter: u64) -> u64 {
     let z = counter.wrapping_add(0x9E37_79B9_7F4A_7C15);
     let z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
     let z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);

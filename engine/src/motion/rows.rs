@@ -27,23 +27,25 @@ pub(crate) struct Rows<'fleet> {
     pub route: &'fleet mut [Route],
     /// Index of the robot type.
     pub robot_type: &'fleet mut [u16],
-    /// `None` in fleets where no robot type limits its acceleration.
+    /// `None` in fleets where no robot type limits its acceleration, and no base has ended within a leg.
     pub limits: Option<LimitRows<'fleet>>,
     /// `None` in fleets where every heading is that of an edge.
     pub headings: Option<HeadingRows<'fleet>>,
 }
 
-/// The columns that only fleets with acceleration limits have; [`profile`](super::profile) has the equations.
+/// The columns that only fleets with acceleration limits, or with bases that end within a leg, have; [`profile`](super::profile) has the equations.
 #[derive(Debug)]
 pub(crate) struct LimitRows<'fleet> {
     /// Metres per second squared; [`UNLIMITED`](super::profile::UNLIMITED) for types without a limit.
     pub acceleration: &'fleet mut [f32],
     /// The speed to accelerate or brake to, in metres per second.
     pub cruise: &'fleet mut [f32],
-    /// Square of the speed from which the robot can brake for everything beyond the end of its leg, in m²/s².
+    /// Square of the speed from which the robot can brake for everything beyond the end of its leg or base, in m²/s².
     pub brake: &'fleet mut [f32],
-    /// Metres from the end of the piece to the end of the leg.
+    /// Metres from the end of the piece to the place where the base ends on the leg; to the leg's end, if it doesn't.
     pub rest: &'fleet mut [f32],
+    /// Metres from that place to the end of the leg; 0 if the base doesn't end on the leg.
+    pub stop: &'fleet mut [f32],
 }
 
 /// The columns that only fleets have whose robots turn on the spot, or drive edges with an orientation;
@@ -59,7 +61,7 @@ pub(crate) struct HeadingRows<'fleet> {
 }
 
 impl LimitRows<'_> {
-    /// Whether any of these robots has a limit.
+    /// Whether any of these robots has a limit of acceleration, or a base that ends on its leg.
     pub(crate) fn any(&self) -> bool {
         self.brake.iter().any(|brake| brake.is_finite())
     }
@@ -128,6 +130,11 @@ impl<'fleet> Rows<'fleet> {
         self.state[row] == state as u8
     }
 
+    /// Whether a robot may not drive: it is held, stalled or broken.
+    pub(crate) fn is_stopped(&self, row: usize) -> bool {
+        RobotState::from_number(self.state[row]).is_stopped()
+    }
+
     /// Returns the leg that a robot is on; `None` on a node.
     pub(crate) fn leg(&self, row: usize) -> Option<Leg> {
         leg_of(self.piece.get(row), self.edge[row])
@@ -145,9 +152,10 @@ impl<'fleet> LimitRows<'fleet> {
         let cruise = self.cruise.split_at_mut(count);
         let brake = self.brake.split_at_mut(count);
         let rest = self.rest.split_at_mut(count);
+        let stop = self.stop.split_at_mut(count);
         (
-            Self { acceleration: acceleration.0, cruise: cruise.0, brake: brake.0, rest: rest.0 },
-            Self { acceleration: acceleration.1, cruise: cruise.1, brake: brake.1, rest: rest.1 },
+            Self { acceleration: acceleration.0, cruise: cruise.0, brake: brake.0, rest: rest.0, stop: stop.0 },
+            Self { acceleration: acceleration.1, cruise: cruise.1, brake: brake.1, rest: rest.1, stop: stop.1 },
         )
     }
 }

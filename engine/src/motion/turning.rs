@@ -10,9 +10,11 @@ use regatta_plugin::frame::RobotState;
 use super::block::RowList;
 use super::events::EventBuffer;
 use super::headings::{HeadingRule, NEGLIGIBLE_TURN, SMOOTH, tangent_angle, turn_between, wrap};
+use super::pieces::PieceIndex;
 use super::profile::brake_speed;
 use super::rows::Rows;
 use super::{KinematicLimits, Motion};
+use crate::graph::arc_length::Distance;
 use crate::graph::{EdgeIndex, Leg, Rotation};
 
 impl Motion {
@@ -50,7 +52,7 @@ impl Motion {
         rows.w[row] = rows.w[row].min(0);
         let heading = self.heading(rows, row);
         self.set_heading_rule(rows, row, HeadingRule::fixed(heading));
-        if !rows.is(row, RobotState::Held) {
+        if !rows.is_stopped(row) {
             rows.state[row] = RobotState::Turning as u8;
         }
     }
@@ -92,6 +94,12 @@ impl Motion {
             columns.offset[row] = rule.offset;
             columns.rate[row] = 0.0;
         }
+    }
+
+    /// Returns x, y and heading at a distance `w` from the end of a piece, as in frames.
+    pub(crate) fn pose(&self, piece: PieceIndex, w: i32, rule: HeadingRule) -> [f32; 3] {
+        let [x, y] = self.legs.pieces()[piece.row()].position(Distance(w).to_metres() as f32).to_array();
+        [x, y, rule.heading(tangent_angle(&self.legs, piece, w))]
     }
 
     /// Returns the heading of a row as in frames.

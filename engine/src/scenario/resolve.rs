@@ -1,6 +1,6 @@
 //! Resolves the names in a scenario file and validates its values.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::RangeInclusive;
 use std::path::Path;
 use std::sync::Arc;
@@ -11,12 +11,12 @@ use regatta_plugin::world::Shape;
 
 use super::suggest::did_you_mean;
 use super::yaml::{
-    LegName, LightEntry, PluginCommand, PluginEntry, RepeatEntry, RobotGroupEntry, RobotTypeEntry, RoutesEntry,
-    ScenarioFile, ShapeEntry,
+    Disturbances, LegName, LightEntry, NodeEntry, NodeKey, PluginCommand, PluginEntry, RepeatEntry, RobotGroupEntry,
+    RobotTypeEntry, RoutesEntry, ScenarioFile, ShapeEntry,
 };
 use super::{MAX_LIGHTS, MAX_ROBOTS, Overrides, RobotCount, RobotGroup, Scenario, ScenarioError, Start};
 use crate::fleet::{Repeat, RobotType};
-use crate::graph::{Gear, Leg, NodeIndex, RouteGraph};
+use crate::graph::{Gear, Leg, Node, NodeIndex, Role, RouteGraph};
 
 /// The range of ticks per simulated second.
 const RATES: RangeInclusive<f64> = 1.0..=20_000.0;
@@ -37,7 +37,7 @@ const ROTATIONS: RangeInclusive<f32> = 0.001..=1000.0;
 pub(super) fn resolve(
     file: ScenarioFile,
     path: &Path,
-    graph: RouteGraph,
+    mut graph: RouteGraph,
     mut warnings: Vec<String>,
     overrides: &Overrides,
 ) -> Result<Scenario, ScenarioError> {
@@ -46,7 +46,9 @@ pub(super) fn resolve(
     let publish_rate = overrides.publish_rate.or(file.publish_rate).unwrap_or(rate);
     let (tick_period, ticks_per_frame) = clock(rate, publish_rate).map_err(|message| invalid("rate", message))?;
     let robot_types = robot_types(file.robot_types).map_err(|message| invalid("robot_types", message))?;
+    override_nodes(file.nodes, &mut graph).map_err(|(place, message)| invalid(&place, message))?;
     let groups = groups(file.robots, &graph, &robot_types).map_err(|(place, message)| invalid(&place, message))?;
+    check_disturbances(&file.disturbances).map_err(|message| invalid("disturbances", message))?;
     check_lights(&file.lights).map_err(|message| invalid("lights", message))?;
     let plugins = plugins(file.plugins, path);
     check_names(&plugins).and_then(|()| check_order(&plugins)).map_err(|message| invalid("plugins", message))?;
@@ -61,6 +63,7 @@ pub(super) fn resolve(
         seed: overrides.seed.unwrap_or(file.seed),
         robot_types,
         groups,
+        disturbances: file.disturbances,
         plugins,
         viewer: file.viewer,
         lights: file.lights,
@@ -104,6 +107,33 @@ fn robot_types(entries: Vec<RobotTypeEntry>) -> Result<Vec<RobotType>, String> {
     Ok(robot_types)
 }
 
+/// Gives nodes the roles and names of the scenario. On an error, returns the invalid entry and the message.
+fn override_nodes(entries: BTreeMap<NodeKey, NodeEntry>, graph: &mut RouteGraph) -> Result<(), (String, String)> {
+    for (NodeKey(key), NodeEntry { role, name }) in entries {
+        let invalid = |message| (format!("nodes, {key}"), message);
+        let node = node_by_key(&key, graph).map_err(invalid)?;
+        let role = role.map(|role| role.parse::<Role>()).transpose().map_err(|error| invalid(error.to_string()))?;
+        graph.override_node(node, role, name.as_deref());
+    }
+    Ok(())
+}
+
+/// Returns the node with an id or, if there is none, with a name.
+fn node_by_key(key: &str, graph: &RouteGraph) -> Result<NodeIndex, String> {
+    if let Some(node) = key.parse().ok().and_then(|id| graph.node_by_id(id)) {
+        return Ok(node);
+    }
+    let mut named = (0..).map(NodeIndex).zip(graph.nodes()).filter(|(_, node)| node.name() == Some(key));
+    match (named.next(), named.next()) {
+        (Some((node, _)), None) => Ok(node),
+        (Some(_), Some(_)) => Err(format!("several nodes are called '{key}'; give the id of one")),
+        (None, _) => {
+            let names = graph.nodes().iter().filter_map(Node::name);
+            Err(format!("the graph has no node with this id or name{}", did_you_mean(key, names)))
+        }
+    }
+}
+
 /// Returns the groups of robots, or the invalid entry and the error message.
 fn groups(
     entries: Vec<RobotGroupEntry>,
@@ -132,6 +162,24 @@ fn dead_end(groups: &[RobotGroup], graph: &RouteGraph) -> Option<String> {
         "robots on random walks will stop at dead ends such as node {}: add an edge that leaves it, or give the robots routes",
         node.id
     ))
+}
+
+fn check_disturbances(disturbances: &Disturbances) -> Result<(), String> {
+    let Disturbances { stalls, breakdowns, speed_variation } = disturbances;
+    let repair_secs = breakdowns.and_then(|breakdowns| breakdowns.repair_secs);
+    let values = [
+        ("stalls, per_hour", stalls.map(|stalls| stalls.per_hour), 1e-6..=36_000.0),
+        ("stalls, mean_secs", stalls.map(|stalls| stalls.mean_secs), 0.001..=1e6),
+        ("stalls, share", stalls.map(|stalls| stalls.share), 0.0..=1.0),
+        ("breakdowns, per_hour", breakdowns.map(|breakdowns| breakdowns.per_hour), 1e-6..=36_000.0),
+        ("breakdowns, repair_secs", repair_secs, 0.001..=1e9),
+        ("speed_variation", Some(f64::from(*speed_variation)), 0.0..=0.9),
+    ];
+    let bad = |(name, value, range): (&str, Option<f64>, RangeInclusive<f64>)| {
+        let value = value.filter(|value| !range.contains(value))?;
+        Some(format!("{name} is {value}; give {} to {}", range.start(), range.end()))
+    };
+    values.into_iter().find_map(bad).map_or(Ok(()), Err)
 }
 
 fn check_lights(lights: &[LightEntry]) -> Result<(), String> {
@@ -226,10 +274,11 @@ fn group(entry: RobotGroupEntry, graph: &RouteGraph, robot_types: &[RobotType]) 
     let start = match (&entry.route, entry.routes, entry.node) {
         (Some(route), None, None) => route_start(route, entry.repeat.unwrap_or(RepeatEntry::Once), graph)?,
         (None, Some(RoutesEntry::Random), None) => Start::Random,
+        (None, Some(RoutesEntry::None), None) => Start::Standing,
         (None, None, Some(id)) => {
             Start::Node(graph.node_by_id(id).ok_or_else(|| format!("the graph has no node {id}"))?)
         }
-        _ => return Err("give one of: route (a list of edges), routes: random, node (an id)".into()),
+        _ => return Err("give one of: route (a list of edges), routes: random or none, node (an id)".into()),
     };
     Ok(RobotGroup { count, robot_type: robot_type as u16, start })
 }

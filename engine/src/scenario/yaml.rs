@@ -1,5 +1,6 @@
 //! The structure of a scenario file. Names are not resolved yet.
 
+use std::collections::BTreeMap;
 use std::fmt;
 use std::path::PathBuf;
 
@@ -24,11 +25,17 @@ pub struct ScenarioFile {
     /// The seed of the random walks.
     #[serde(default)]
     pub seed: u64,
+    /// Roles and names of nodes instead of those in the graph, by the node's id or name.
+    #[serde(default)]
+    pub nodes: BTreeMap<NodeKey, NodeEntry>,
     /// The robot types; one default type if empty.
     #[serde(default)]
     pub robot_types: Vec<RobotTypeEntry>,
     /// The groups of robots, in the order of their ids.
     pub robots: Vec<RobotGroupEntry>,
+    /// What goes wrong; nothing by default.
+    #[serde(default)]
+    pub disturbances: Disturbances,
     /// The plugins to start.
     #[serde(default)]
     pub plugins: Vec<PluginEntry>,
@@ -64,6 +71,44 @@ pub struct LayoutEntry {
     pub cell_size: Option<f64>,
     /// A map of the ROS map server whose outlines are drawn behind the layout, relative to the scenario's folder.
     pub background: Option<PathBuf>,
+}
+
+/// A node by its id or its name.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct NodeKey(pub String);
+
+impl<'de> Deserialize<'de> for NodeKey {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(NodeKeyVisitor)
+    }
+}
+
+struct NodeKeyVisitor;
+
+impl de::Visitor<'_> for NodeKeyVisitor {
+    type Value = NodeKey;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("the id or the name of a node")
+    }
+
+    fn visit_u64<E>(self, id: u64) -> Result<NodeKey, E> {
+        Ok(NodeKey(id.to_string()))
+    }
+
+    fn visit_str<E>(self, name: &str) -> Result<NodeKey, E> {
+        Ok(NodeKey(name.to_owned()))
+    }
+}
+
+/// What a scenario says about a node; the rest is as in the graph.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct NodeEntry {
+    /// What robots do there: none, pick, drop, park or charge.
+    pub role: Option<String>,
+    /// The name.
+    pub name: Option<String>,
 }
 
 /// A robot type.
@@ -114,7 +159,7 @@ pub struct RobotGroupEntry {
     pub route: Option<Vec<LegName>>,
     /// The action at the end of `route`.
     pub repeat: Option<RepeatEntry>,
-    /// Endless random walks from random places.
+    /// Endless random walks from random places, or none: robots that wait for orders.
     pub routes: Option<RoutesEntry>,
     /// The id of a node where the robots wait for orders.
     pub node: Option<u32>,
@@ -140,6 +185,47 @@ pub enum RepeatEntry {
 pub enum RoutesEntry {
     /// A random edge at each node.
     Random,
+    /// None: robots wait for orders where they touch no others.
+    None,
+}
+
+/// What goes wrong with robots, at random by the scenario's seed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Disturbances {
+    /// Robots that stop for a while.
+    pub stalls: Option<Stalls>,
+    /// Robots that break down.
+    pub breakdowns: Option<Breakdowns>,
+    /// The largest part of its speed by which a robot is slower on a leg; 0 to below 1.
+    pub speed_variation: f32,
+}
+
+/// Robots that stop for a while, after times with an exponential distribution.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Stalls {
+    /// Stalls per hour and robot.
+    pub per_hour: f64,
+    /// The mean of a stall's duration in seconds, which is distributed exponentially.
+    pub mean_secs: f64,
+    /// The part of the robots that stall; all by default.
+    #[serde(default = "all")]
+    pub share: f64,
+}
+
+fn all() -> f64 {
+    1.0
+}
+
+/// Robots that break down, after times with an exponential distribution.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Breakdowns {
+    /// Breakdowns per hour and robot.
+    pub per_hour: f64,
+    /// Seconds after which a robot is repaired; by default only an order repairs it.
+    pub repair_secs: Option<f64>,
 }
 
 /// Whether to open the viewer.

@@ -54,7 +54,7 @@ impl Producer for Gateway {
     }
 
     fn robots_by_state(&self) -> [u32; RobotState::COUNT] {
-        [0, self.poses.len() as u32, 0, 0, 0, 0]
+        [0, self.poses.len() as u32, 0, 0, 0, 0, 0, 0]
     }
 }
 

@@ -61,7 +61,7 @@ pub type RefusalReason = String;
 ///     }
 ///
 ///     fn robots_by_state(&self) -> [u32; RobotState::COUNT] {
-///         [0, 2, 0, 0, 0, 0]
+///         [0, 2, 0, 0, 0, 0, 0, 0]
 ///     }
 /// }
 ///
@@ -102,7 +102,7 @@ pub trait Producer {
     /// Any error that prevents the producer from continuing.
     fn show(&mut self, session: &mut Session) -> Result<(), Self::Error>;
 
-    /// The number of robots by [`RobotState`]: idle, driving, waiting, held, faulted, turning.
+    /// The number of robots by [`RobotState`]: idle, driving, waiting, held, faulted, turning, stalled, broken.
     fn robots_by_state(&self) -> [u32; RobotState::COUNT];
 
     /// Called between two ticks, every few milliseconds. By default it refuses all orders.

@@ -90,21 +90,24 @@ fn all_records() -> Map<String, Value> {
             resident_bytes, wall_time_nanos, robots_by_state, robots, pid, clock, speed, real_time_factor, accepted,
             reason }
         RouteRequest { robot, reserved }
-        RouteResponse { run_id, tick, robot, found, legs, released, listed }
+        RouteResponse { run_id, tick, robot, found, legs, released, released_metres, reserved,
+            listed }
         Done { run_id, tick, name }
     }
 }
 
 fn all_enums() -> Map<String, Value> {
     enums! {
-        RobotState { Idle, Driving, Waiting, Held, Faulted, Turning, Absent }
+        RobotState { Idle, Driving, Waiting, Held, Faulted, Turning, Stalled, Broken, Absent }
         ClockState { Running, Paused, Stopped }
         Shape { Rectangle, Circle }
         NodeRole { None, Pick, Drop, Park, Charge }
-        OrderKind { Leg, Assign, Extend, Cancel, Hold, Resume, SpawnAtNode, SpawnOnEdge, Remove }
-        EventKind { ReachedNode, RouteDone, WaitingForRelease, Held, Resumed, Accepted, Refused, Spawned, Removed, Faulted }
+        OrderKind { Leg, Assign, Extend, Cancel, Hold, Resume, SpawnAtNode, SpawnOnEdge, Remove, Release, Break,
+            Repair }
+        EventKind { ReachedNode, RouteDone, WaitingForRelease, Held, Resumed, Accepted, Refused, Spawned, Removed, Faulted,
+            Stalled, Recovered, BrokenDown, Repaired }
         Refusal { UnknownRobot, UnknownEdge, UnknownNode, UnknownRobotType, NotConnected, NoReverse, MalformedRoute,
-            DistanceOutOfRange, FleetFull, MalformedOrder, NotSteerable }
+            DistanceOutOfRange, FleetFull, MalformedOrder, NotSteerable, NotAhead }
         TaskKind { Created, Stop, Assigned, Withdrawn, Arrived, Handled, Finished, Failed, Cancelled }
         StopAction { None, Pick, Drop, Charge, Park }
         ContactLevel { Possible, Touching }

@@ -197,7 +197,10 @@ fn routes_are_told_by_whoever_knows_them() {
     let routes = asker.join().unwrap().unwrap();
     assert!(routes.iter().map(|route| route.robot).eq(0..20));
     assert!(!routes[3].is_found() && routes[4].is_found());
-    assert_eq!(routes[4].legs().next(), Some(LegAhead { edge: 4, reverse: true, released: true }));
+    assert_eq!(
+        routes[4].legs().next(),
+        Some(LegAhead { edge: 4, reverse: true, released: true, released_metres: f32::INFINITY })
+    );
     let pending = client.ask(5).unwrap();
     assert_eq!(client.answer(&pending), Ok(None), "not answered yet");
     server.answer(8, |request| RouteResponse::unknown(7, 9, request.robot)).unwrap();

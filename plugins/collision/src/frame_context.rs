@@ -136,7 +136,7 @@ impl FrameContext<'_> {
             edge: edge[row],
             intent: match RobotState::from_number(state[row]) {
                 RobotState::Driving => Intent::Drive,
-                RobotState::Held => Intent::Hold,
+                RobotState::Held | RobotState::Stalled | RobotState::Broken => Intent::Hold,
                 // A robot that turns stands: where it drives then isn't determined before it has the new heading.
                 _ => Intent::Keep,
             },

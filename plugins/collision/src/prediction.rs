@@ -87,6 +87,9 @@ pub(crate) struct RouteAhead<'routes> {
     pub legs: &'routes [Leg],
     /// What comes after them.
     pub end: RouteEnd,
+    /// If the robot stops at their end: the metres that it drives of the last leg (without any, of the one that it is on);
+    /// infinity for all of it.
+    pub limit: f32,
 }
 
 /// The motion of a robot.

@@ -94,7 +94,10 @@ impl RouteRequests {
         let drives = |robot: u32| {
             let state = frame.columns().state.get(robot as usize).copied().map(RobotState::from_number);
             let on_edge = frame.columns().edge.get(robot as usize).is_some_and(|edge| *edge != NO_EDGE);
-            on_edge && matches!(state, Some(RobotState::Driving | RobotState::Held | RobotState::Turning))
+            on_edge
+                && state.is_some_and(|state| {
+                    state.is_stopped() || matches!(state, RobotState::Driving | RobotState::Turning)
+                })
         };
         let is_wanted = |robot: &u32| drives(*robot) && routes.is_wanted(*robot);
         while self.has_room() {
@@ -134,5 +137,6 @@ impl RouteRequests {
 
 /// Whether an order of a kind may change a robot's route.
 fn changes_route(kind: u32) -> bool {
-    [OrderKind::Assign, OrderKind::Extend, OrderKind::Cancel, OrderKind::Remove].iter().any(|own| *own as u32 == kind)
+    use OrderKind::{Assign, Cancel, Extend, Release, Remove};
+    [Assign, Extend, Release, Cancel, Remove].iter().any(|own| *own as u32 == kind)
 }

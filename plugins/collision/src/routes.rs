@@ -38,6 +38,8 @@ struct KnownRoute {
     /// Index of the leg after the one that the robot is on.
     next: usize,
     end: RouteEnd,
+    /// Metres of the last leg that are released; infinity for all of it.
+    limit: f32,
     /// Tick of the answer.
     tick: u64,
     /// Tick since which it is no longer the robot's route.
@@ -69,6 +71,7 @@ impl Routes {
                 .collect(),
             next: 0,
             end: if is_listed && !drives_on { RouteEnd::Stop } else { RouteEnd::Open },
+            limit: answer.released_metres,
             tick: answer.tick,
             stale_since: None,
         };
@@ -113,7 +116,7 @@ impl Routes {
     pub(crate) fn ahead(&self, robot: u32, edge: u32) -> Option<RouteAhead<'_>> {
         let route = &self.known[self.number(robot)?];
         let on = route.next.checked_sub(1).map(|on| route.legs[on].is_reverse());
-        let ahead = RouteAhead { reverse: on, legs: &route.legs[route.next..], end: route.end };
+        let ahead = RouteAhead { reverse: on, legs: &route.legs[route.next..], end: route.end, limit: route.limit };
         (route.is_found && route.edge == edge).then_some(ahead)
     }
 

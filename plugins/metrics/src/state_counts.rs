@@ -6,7 +6,8 @@ use regatta_plugin::frame::RobotState;
 pub const STATES: usize = RobotState::COUNT;
 
 /// The names of the states, by their number in the column `state`.
-pub const STATE_NAMES: [&str; STATES] = ["idle", "driving", "waiting", "held", "faulted", "turning"];
+pub const STATE_NAMES: [&str; STATES] =
+    ["idle", "driving", "waiting", "held", "faulted", "turning", "stalled", "broken"];
 
 /// The highest speed that counts, in metres per second. Higher speeds and NaN count as 0, so that a sum stays a number.
 const MAX_SPEED: f32 = 1e6;
@@ -98,7 +99,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn counts_equal_those_one_by_one(rows in prop::collection::vec((prop_oneof![0_u8..8, Just(255)], -3.0_f32..3.0), 0..1_000)) {
+        fn counts_equal_those_one_by_one(rows in prop::collection::vec((prop_oneof![0_u8..10, Just(255)], -3.0_f32..3.0), 0..1_000)) {
             let (states, speeds): (Vec<_>, Vec<_>) = rows.into_iter().unzip();
             let (state_counts, oracle) = (StateCounts::of(&states, &speeds), oracle(&states, &speeds));
             prop_assert_eq!(state_counts.by_state, oracle.by_state);

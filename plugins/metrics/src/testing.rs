@@ -35,7 +35,7 @@ pub fn snapshot() -> Snapshot {
             tick_period: Duration::from_millis(10),
             late_ticks: 3,
             real_time_factor: Some(0.998),
-            state_counts: StateCounts { by_state: [100, 812, 44, 33, 11, 0], speed_sum: 1_234.5 },
+            state_counts: StateCounts { by_state: [100, 812, 44, 33, 11, 0, 0, 0], speed_sum: 1_234.5 },
         }),
         collisions: collisions(12, 30),
         ..without_engine()

@@ -351,7 +351,7 @@ class ControlResponse(Record):
     tick_cost_p99_nanos: u64
     resident_bytes: u64
     wall_time_nanos: u64
-    robots_by_state: Annotated[Any, ctypes.c_uint32 * 6]
+    robots_by_state: Annotated[Any, ctypes.c_uint32 * 8]
     robots: u32
     pid: u32
     clock: u32
@@ -379,6 +379,8 @@ class RouteResponse(Record):
     found: u32
     legs: u32
     released: u32
+    released_metres: f32
+    reserved: u32
     listed: Annotated[Any, ctypes.c_uint32 * 256]
 
 

@@ -25,6 +25,8 @@ class RobotsByState(NamedTuple):
     held: int
     faulted: int
     turning: int
+    stalled: int
+    broken: int
 
 
 @dataclass(frozen=True, repr=False)

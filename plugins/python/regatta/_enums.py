@@ -18,6 +18,10 @@ class RobotState(IntEnum):
     """The robot can't continue; an event gave the reason."""
     TURNING = 5
     """The robot stands at a node and turns on the spot, to the heading of its next edge."""
+    STALLED = 6
+    """The robot has stopped for a while of its own, or brakes in order to; it goes on afterwards."""
+    BROKEN = 7
+    """The robot is broken: it stands, or brakes in order to, until it is repaired."""
     ABSENT = 255
     """The row holds no robot. Its pose is meaningless."""
 
@@ -69,6 +73,9 @@ class OrderKind(IntEnum):
     SPAWN_AT_NODE = 6
     SPAWN_ON_EDGE = 7
     REMOVE = 8
+    RELEASE = 9
+    BREAK = 10
+    REPAIR = 11
 
 
 class EventKind(IntEnum):
@@ -94,6 +101,14 @@ class EventKind(IntEnum):
     """The robot left the fleet."""
     FAULTED = 10
     """The robot can't continue (a random walk at a dead end, for example)."""
+    STALLED = 11
+    """The robot stalls: it stops for a while."""
+    RECOVERED = 12
+    """The robot no longer stalls."""
+    BROKEN_DOWN = 13
+    """The robot is broken."""
+    REPAIRED = 14
+    """The robot is no longer broken."""
 
 
 class Refusal(IntEnum):
@@ -114,13 +129,15 @@ class Refusal(IntEnum):
     MALFORMED_ROUTE = 7
     """The route has no legs, or a released leg follows one that is not."""
     DISTANCE_OUT_OF_RANGE = 8
-    """The distance is not on the edge."""
+    """The distance is not on the edge, or not a number."""
     FLEET_FULL = 9
     """The fleet has reached its maximum size."""
     MALFORMED_ORDER = 10
     """The record's kind is unknown, or legs are missing."""
     NOT_STEERABLE = 11
     """The producer takes no orders: a replay, a UDP source."""
+    NOT_AHEAD = 12
+    """The leg to release is not at or after the end of the robot's base."""
 
 
 class TaskKind(IntEnum):

@@ -38,6 +38,9 @@ class Leg:
 Floats = Sequence[float] | npt.NDArray[np.floating[Any]]
 """Numbers of metres: a list or an array."""
 
+Bools = Sequence[bool] | npt.NDArray[np.bool_]
+"""Truth values: a list or an array."""
+
 Legs = Iterable[Leg | Number]
 """A route. A plain number is the id of an edge that the robot may drive forward now."""
 
@@ -49,6 +52,7 @@ class Orders(Open):
         orders.hold(4)
         orders.resume(np.flatnonzero(frame.x > 40.0))
         orders.assign(7, [12, regatta.Leg(13, released=False)])
+        orders.release(7, 13, metres=2.5)
         orders.send()
 
     Each order gets a token, which the events that answer it carry. Programs with different names get different tokens.
@@ -79,6 +83,31 @@ class Orders(Open):
         return self._route(OrderKind.EXTEND, robot, legs)
 
     @overload
+    def release(self, robot: Number, edge: Number, metres: float, reverse: bool = False) -> int: ...
+    @overload
+    def release(
+        self, robot: Numbers, edge: Number | Numbers, metres: float | Floats, reverse: bool | Bools = False
+    ) -> TokenArray: ...
+    def release(
+        self,
+        robot: Number | Numbers,
+        edge: Number | Numbers,
+        metres: float | Floats,
+        reverse: bool | Bools = False,
+    ) -> int | TokenArray:
+        """Releases a robot's horizon up to ``metres`` along a leg, from where the leg is entered; ``math.inf`` for all of
+        it. The leg is the first one along this edge, in this gear, at or after the end of the base. Returns the order's
+        token. Several robots may have an edge, a distance and a gear each."""
+        gears = np.asarray(reverse, np.uint32)
+        return self._push(
+            OrderKind.RELEASE,
+            robot=numbers(robot, "robot"),
+            id=numbers(edge, "edge"),
+            s=_metres(metres),
+            reverse=gears if gears.ndim else int(gears),
+        )
+
+    @overload
     def cancel(self, robot: Number) -> int: ...
     @overload
     def cancel(self, robot: Numbers) -> TokenArray: ...
@@ -101,6 +130,22 @@ class Orders(Open):
     def resume(self, robot: Number | Numbers) -> int | TokenArray:
         """Ends a hold. Returns the order's token."""
         return self._push(OrderKind.RESUME, robot=numbers(robot, "robot"))
+
+    @overload
+    def break_down(self, robot: Number) -> int: ...
+    @overload
+    def break_down(self, robot: Numbers) -> TokenArray: ...
+    def break_down(self, robot: Number | Numbers) -> int | TokenArray:
+        """Makes a robot break down: it brakes and stands until it is repaired. Returns the order's token."""
+        return self._push(OrderKind.BREAK, robot=numbers(robot, "robot"))
+
+    @overload
+    def repair(self, robot: Number) -> int: ...
+    @overload
+    def repair(self, robot: Numbers) -> TokenArray: ...
+    def repair(self, robot: Number | Numbers) -> int | TokenArray:
+        """Repairs a robot that is broken. Returns the order's token."""
+        return self._push(OrderKind.REPAIR, robot=numbers(robot, "robot"))
 
     @overload
     def spawn_at_node(self, robot_type: Number, node: Number) -> int: ...

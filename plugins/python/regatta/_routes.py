@@ -39,6 +39,8 @@ class Route:
     """The number of legs."""
     released: int
     """The number of released legs, which come first: the robot may drive them now. The others are horizon."""
+    released_metres: float
+    """The metres of the last released leg that are released, from where it is entered; infinity for all of it."""
     edges: npt.NDArray[np.uint32]
     """The edges of the legs in driving order, as indices into the world's edges: all, or the first 256."""
     reverse: npt.NDArray[np.bool_]
@@ -77,6 +79,7 @@ def _route(response: RouteResponse) -> Route | None:
         robot=response.robot,
         legs=response.legs,
         released=response.released,
+        released_metres=response.released_metres,
         edges=listed & ~REVERSE,
         reverse=(listed & REVERSE) != 0,
     )

@@ -56,6 +56,8 @@ fn colour(state: RobotState) -> Option<[u8; 4]> {
         RobotState::Held => Some([230, 159, 0, 255]),
         RobotState::Faulted => Some([213, 94, 0, 255]),
         RobotState::Turning => Some([86, 180, 233, 255]),
+        RobotState::Stalled => Some([204, 121, 167, 255]),
+        RobotState::Broken => Some([140, 20, 20, 255]),
         RobotState::Absent => None,
     }
 }

@@ -135,8 +135,8 @@ fn cells(ui: &Ui, rect: Rect, frame: &Frame<'_>, id: u32, offset: [f32; 2], colo
 pub fn state_colour(state: RobotState, colours: &ThemeColours) -> egui::Color32 {
     match state {
         RobotState::Driving | RobotState::Turning => colours.good,
-        RobotState::Waiting | RobotState::Held => colours.warn,
-        RobotState::Faulted => colours.bad,
+        RobotState::Waiting | RobotState::Held | RobotState::Stalled => colours.warn,
+        RobotState::Faulted | RobotState::Broken => colours.bad,
         RobotState::Idle | RobotState::Absent => colours.faint,
     }
 }

@@ -90,6 +90,8 @@ pub fn state_name(state: RobotState) -> &'static str {
         RobotState::Held => "held",
         RobotState::Faulted => "faulted",
         RobotState::Turning => "turning",
+        RobotState::Stalled => "stalled",
+        RobotState::Broken => "broken",
         RobotState::Absent => "absent",
     }
 }

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use regatta_plugin::event::EventRecord;
+use regatta_plugin::event::{EventRecord, Refusal};
 use regatta_plugin::frame::{ColumnsMut, Line};
 use regatta_plugin::order::{OrderKind, OrderRecord};
 
@@ -36,8 +36,8 @@ fn mixed(graph: &Arc<RouteGraph>, robots: u32, limited: bool, isa: Isa, threads:
     fleet
 }
 
-/// Returns orders that depend on the tick alone.
-fn orders(graph: &RouteGraph, robots: u32, tick: u32) -> Vec<OrderRecord> {
+/// Returns orders that depend on the tick and the fleet alone.
+fn orders(graph: &RouteGraph, fleet: &Fleet, robots: u32, tick: u32) -> Vec<OrderRecord> {
     let robot = tick.wrapping_mul(2_654_435_761) % robots;
     let order = |kind: OrderKind| OrderRecord { kind: kind as u32, robot, ..OrderRecord::default() };
     let leg = graph.departures(NodeIndex(tick % graph.nodes().len() as u32))[0];
@@ -51,8 +51,30 @@ fn orders(graph: &RouteGraph, robots: u32, tick: u32) -> Vec<OrderRecord> {
         4 => vec![order(OrderKind::Cancel)],
         5 => vec![order(OrderKind::Remove)],
         6 => vec![OrderRecord { id: 100, ..order(OrderKind::SpawnAtNode) }],
+        7 => planned(graph, fleet, robot),
+        8 => released(graph, fleet, (tick - 1).wrapping_mul(2_654_435_761) % robots, 0.37),
+        10 => released(graph, fleet, (tick - 3).wrapping_mul(2_654_435_761) % robots, 2.3),
         _ => vec![],
     }
+}
+
+/// Returns the order of a route that is all horizon.
+fn planned(graph: &RouteGraph, fleet: &Fleet, robot: u32) -> Vec<OrderRecord> {
+    if !fleet.contains(robot) {
+        return vec![];
+    }
+    let leg = graph.departures(fleet.node_ahead(robot as usize))[0];
+    let record = |kind: OrderKind| OrderRecord { kind: kind as u32, robot, legs: 1, ..OrderRecord::default() };
+    let reverse = u32::from(leg.gear == Gear::Reverse);
+    vec![record(OrderKind::Assign), OrderRecord { id: graph.edge(leg.edge).id, reverse, ..record(OrderKind::Leg) }]
+}
+
+/// Returns the release of some metres of the leg where a robot's base ends, or after it.
+fn released(graph: &RouteGraph, fleet: &Fleet, robot: u32, s: f32) -> Vec<OrderRecord> {
+    let Some(ahead) = fleet.ahead(robot) else { return vec![] };
+    let Some(leg) = ahead.horizon.first() else { return vec![] };
+    let (id, reverse) = (graph.edge(leg.edge).id, u32::from(leg.gear == Gear::Reverse));
+    vec![OrderRecord { kind: OrderKind::Release as u32, robot, id, reverse, s, ..OrderRecord::default() }]
 }
 
 /// Steps a fleet and returns every frame and every event.
@@ -60,7 +82,7 @@ fn drive(graph: &RouteGraph, mut fleet: Fleet, ticks: u32) -> (Vec<Vec<Line>>, V
     let robots = fleet.robots() as u32;
     let mut all = EventBuffer::new(1 << 20);
     let frames = (0..ticks).map(|tick| {
-        fleet.apply(&orders(graph, robots, tick), &mut all);
+        fleet.apply(&orders(graph, &fleet, robots, tick), &mut all);
         step(&mut fleet, &mut all).lines
     });
     (frames.collect(), all.records().to_vec())
@@ -70,6 +92,8 @@ fn assert_same(robots: u32, limited: bool, ticks: u32, variants: &[(Isa, usize)]
     let graph = town(5, 6.0);
     let (frames, events) = drive(&graph, mixed(&graph, robots, limited, Isa::Scalar, 1), ticks);
     assert!(!events.is_empty());
+    let refused_release = |event: &EventRecord| event.detail == Refusal::NotAhead as u32;
+    assert!(!events.iter().any(refused_release), "the test releases what is ahead");
     for &(isa, threads) in variants {
         let (others, other_events) = drive(&graph, mixed(&graph, robots, limited, isa, threads), ticks);
         for (tick, (frame, other)) in frames.iter().zip(&others).enumerate() {

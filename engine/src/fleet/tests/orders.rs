@@ -137,7 +137,7 @@ fn listed_routes_and_random_walks_can_be_extended() {
     assert_eq!(apply(&mut fleet, &other), [ACCEPTED]);
     (0..2000).for_each(|_| fleet.step(None, &mut events()));
     assert_eq!(poses(&mut fleet).columns().x, [4.0, 4.0]);
-    assert_eq!(fleet.robots_by_state(), [2, 0, 0, 0, 0, 0]);
+    assert_eq!(fleet.robots_by_state(), [2, 0, 0, 0, 0, 0, 0, 0]);
 }
 
 #[test]

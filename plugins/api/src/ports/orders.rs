@@ -96,6 +96,15 @@ impl Orders {
         self.route(OrderKind::Extend, robot, legs)
     }
 
+    /// Releases a robot's horizon up to `metres` along a leg, from where the leg is entered; infinity for all of it. The
+    /// leg is the first one with this edge and gear at or after the end of the base. Whether the leg is
+    /// [released](RouteLeg::released) or not doesn't matter. Returns the order's token.
+    pub fn release(&mut self, robot: u32, leg: RouteLeg, metres: f32) -> u64 {
+        let record =
+            OrderRecord { robot, id: leg.edge, reverse: leg.reverse.into(), s: metres, ..OrderRecord::default() };
+        self.push(OrderKind::Release, record)
+    }
+
     /// Drops a robot's route beyond its current edge. Returns the order's token.
     pub fn cancel(&mut self, robot: u32) -> u64 {
         self.push(OrderKind::Cancel, OrderRecord { robot, ..OrderRecord::default() })
@@ -109,6 +118,16 @@ impl Orders {
     /// Ends a hold. Returns the order's token.
     pub fn resume(&mut self, robot: u32) -> u64 {
         self.push(OrderKind::Resume, OrderRecord { robot, ..OrderRecord::default() })
+    }
+
+    /// Makes a robot break down. Returns the order's token.
+    pub fn break_down(&mut self, robot: u32) -> u64 {
+        self.push(OrderKind::Break, OrderRecord { robot, ..OrderRecord::default() })
+    }
+
+    /// Repairs a robot that is broken. Returns the order's token.
+    pub fn repair(&mut self, robot: u32) -> u64 {
+        self.push(OrderKind::Repair, OrderRecord { robot, ..OrderRecord::default() })
     }
 
     /// Adds a robot on a node, by the node's id. Returns the order's token; the `Spawned` event has the

@@ -62,7 +62,7 @@ pub struct ControlResponse {
     pub resident_bytes: u64,
     /// Wall time since the start of the run, in nanoseconds.
     pub wall_time_nanos: u64,
-    /// Robots by [`RobotState`]: idle, driving, waiting, held, faulted, turning.
+    /// Robots by [`RobotState`]: idle, driving, waiting, held, faulted, turning, stalled, broken.
     pub robots_by_state: [u32; RobotState::COUNT],
     /// Robots in the fleet.
     pub robots: u32,

@@ -61,6 +61,14 @@ pub enum EventKind {
     Removed = 9,
     /// A robot can't continue (a random walk at a dead end, for example).
     Faulted = 10,
+    /// A robot stalls: it stops for a while.
+    Stalled = 11,
+    /// A robot no longer stalls.
+    Recovered = 12,
+    /// A robot is broken.
+    BrokenDown = 13,
+    /// A robot is no longer broken.
+    Repaired = 14,
 }
 
 /// The reason why an order was refused.
@@ -81,7 +89,7 @@ pub enum Refusal {
     NoReverse = 6,
     /// The route has no legs, or a released leg follows one that is not.
     MalformedRoute = 7,
-    /// The distance is not on the edge.
+    /// The distance is not on the edge, or not a number.
     DistanceOutOfRange = 8,
     /// The fleet has reached its maximum size.
     FleetFull = 9,
@@ -89,6 +97,8 @@ pub enum Refusal {
     MalformedOrder = 10,
     /// The producer takes no orders: a replay, a UDP source.
     NotSteerable = 11,
+    /// The leg to release is not at or after the end of the robot's base.
+    NotAhead = 12,
 }
 
 impl Sequenced for EventHeader {
@@ -105,8 +115,23 @@ impl EventRecord {
     /// The kind of the event; `None` if this contract doesn't know it.
     pub fn kind(&self) -> Option<EventKind> {
         use EventKind::*;
-        [ReachedNode, RouteDone, WaitingForRelease, Held, Resumed, Accepted, Refused, Spawned, Removed, Faulted]
-            .into_iter()
-            .find(|kind| *kind as u32 == self.kind)
+        [
+            ReachedNode,
+            RouteDone,
+            WaitingForRelease,
+            Held,
+            Resumed,
+            Accepted,
+            Refused,
+            Spawned,
+            Removed,
+            Faulted,
+            Stalled,
+            Recovered,
+            BrokenDown,
+            Repaired,
+        ]
+        .into_iter()
+        .find(|kind| *kind as u32 == self.kind)
     }
 }

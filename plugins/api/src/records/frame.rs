@@ -90,7 +90,8 @@ pub enum RobotState {
     Idle = 0,
     /// The robot drives its released base.
     Driving = 1,
-    /// The robot stands at the end of its released base and has a horizon: it waits for a release.
+    /// The robot stands at the end of its released base, at a node or within an edge, and has a horizon: it waits for a
+    /// release.
     Waiting = 2,
     /// The robot was ordered to hold; it is stopped, or braking to a stop.
     Held = 3,
@@ -98,6 +99,10 @@ pub enum RobotState {
     Faulted = 4,
     /// The robot stands at a node and turns on the spot, to the heading of its next edge.
     Turning = 5,
+    /// The robot has stopped for a while of its own, or brakes to a stop; it keeps its route and goes on afterwards.
+    Stalled = 6,
+    /// The robot is broken: it stands, or brakes to a stop, and keeps its route until it is repaired.
+    Broken = 7,
     /// The row holds no robot. Its pose is meaningless.
     Absent = 255,
 }
@@ -211,7 +216,12 @@ impl Sequenced for FrameHeader {
 
 impl RobotState {
     /// The number of states that a robot can be in, [`RobotState::Absent`] excluded. Their numbers are below it.
-    pub const COUNT: usize = 6;
+    pub const COUNT: usize = 8;
+
+    /// Whether the robot may not drive, whatever its route: it is held, stalled or broken, and stands or brakes to a stop.
+    pub const fn is_stopped(self) -> bool {
+        matches!(self, Self::Held | Self::Stalled | Self::Broken)
+    }
 
     /// Returns the state with a number. An unknown number counts as [`RobotState::Absent`].
     pub const fn from_number(number: u8) -> Self {
@@ -222,6 +232,8 @@ impl RobotState {
             3 => Self::Held,
             4 => Self::Faulted,
             5 => Self::Turning,
+            6 => Self::Stalled,
+            7 => Self::Broken,
             _ => Self::Absent,
         }
     }
@@ -268,8 +280,8 @@ mod tests {
 
     #[test]
     fn states_have_their_numbers() {
-        use RobotState::{Absent, Driving, Faulted, Held, Idle, Turning, Waiting};
-        for state in [Idle, Driving, Waiting, Held, Faulted, Turning, Absent] {
+        use RobotState::{Absent, Broken, Driving, Faulted, Held, Idle, Stalled, Turning, Waiting};
+        for state in [Idle, Driving, Waiting, Held, Faulted, Turning, Stalled, Broken, Absent] {
             assert_eq!(RobotState::from_number(state as u8), state);
         }
         assert_eq!([RobotState::COUNT as u8, 77].map(RobotState::from_number), [Absent; 2]);

@@ -26,15 +26,15 @@ pub struct OrderRecord {
     pub robot: u32,
     /// `Assign`, `Extend`: the number of `Leg` records that follow this one.
     pub legs: u32,
-    /// `Leg`, `SpawnOnEdge`: id of the edge in the route graph. `SpawnAtNode`: id of the node.
+    /// `Leg`, `Release`, `SpawnOnEdge`: id of the edge in the route graph. `SpawnAtNode`: id of the node.
     pub id: u32,
-    /// `Leg`: 1 to drive the edge from destination to origin in reverse gear, else 0.
+    /// `Leg`, `Release`: 1 to drive the edge from destination to origin in reverse gear, else 0.
     pub reverse: u32,
     /// `Leg`: 1 if the robot may drive this edge now, 0 if it is horizon. Once 0, all later legs are.
     pub released: u32,
     /// Spawns: index of the robot type in the world.
     pub robot_type: u32,
-    /// `SpawnOnEdge`: metres from the edge's origin node.
+    /// `SpawnOnEdge`: metres from the edge's origin node. `Release`: metres from the node at which the leg is entered.
     pub s: f32,
 }
 
@@ -45,11 +45,13 @@ pub enum OrderKind {
     /// Part of the route of the `Assign` or `Extend` before it.
     Leg = 0,
     /// Give a robot a new route. The route starts where the robot is: at the end of its current edge, which it
-    /// finishes first, or at its node.
+    /// finishes first, or at its node. If no leg is released, a base that ends within the current edge still ends
+    /// there; that of a robot that stands within an edge without a route ends where it stands.
     Assign = 1,
-    /// Drop the horizon and append legs at the end of the released base.
+    /// Drop the horizon and append legs at the end of the released base. If it ends within a leg and an appended leg is
+    /// released, the rest of that leg is, too.
     Extend = 2,
-    /// Drop the whole route beyond the end of the robot's current edge.
+    /// Drop the whole route beyond the end of the robot's current edge, or of its base if that is on the edge.
     Cancel = 3,
     /// Brake, stop and keep the route.
     Hold = 4,
@@ -61,6 +63,18 @@ pub enum OrderKind {
     SpawnOnEdge = 7,
     /// Remove a robot from the fleet. A later spawn may reuse its id.
     Remove = 8,
+    /// Release the horizon up to `s` metres along a leg: the first leg with this edge and gear at or after the end of the
+    /// base. All legs before it become wholly released. `s` at or beyond the leg's length, or infinity, releases all of it;
+    /// the end of the base may be within the leg that the robot is on.
+    ///
+    /// Nothing is ever taken back: less than is released already changes nothing. So the order may be sent again. It takes
+    /// one record; the legs aren't sent again.
+    Release = 9,
+    /// Make a robot break down: it brakes, stops and keeps its route until it is repaired. Orders for its route are
+    /// accepted, and take effect afterwards.
+    Break = 10,
+    /// Repair a robot that is broken. It goes on with its route, unless it is held.
+    Repair = 11,
 }
 
 /// One edge of a route in an order.

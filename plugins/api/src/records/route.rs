@@ -1,6 +1,8 @@
 //! Routes: the legs that a robot is going to drive. Request-response on `regatta/F/routes`. A producer that knows no
 //! routes (a replay, a UDP source) has no server there.
 
+use core::cmp::Ordering;
+
 use bytemuck::{Pod, Zeroable};
 use iceoryx2::prelude::ZeroCopySend;
 
@@ -29,7 +31,7 @@ pub struct RouteRequest {
 /// The first leg is the one that the robot is on, unless it stands at its end or on a node. For a loop, the response
 /// lists one lap from there; the part up to the end of the route's list is released. For a random walk, it lists the leg
 /// that the robot is on and the next ones, as far as they are drawn. A robot without a route has no legs.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable, ZeroCopySend)]
 #[repr(C)]
 #[type_name("regatta_RouteResponse")]
 pub struct RouteResponse {
@@ -44,22 +46,29 @@ pub struct RouteResponse {
     pub found: u32,
     /// The number of remaining legs.
     pub legs: u32,
-    /// The number of released legs, which come first: the robot may drive them now. The others are horizon.
+    /// The number of released legs, which come first: the robot may drive them now, the last of them as far as
+    /// `released_metres`. The others are horizon.
     pub released: u32,
+    /// Metres of the last released leg that are released, from where it is entered; infinity for all of it.
+    pub released_metres: f32,
+    /// Zero.
+    pub reserved: u32,
     /// The first [`LISTED_LEGS`] remaining legs; zero beyond. Each is the index of an edge in the world, and bit 31 is set if it
     /// is driven in reverse gear. [`legs`](Self::legs()) reads them.
     pub listed: [u32; LISTED_LEGS],
 }
 
 /// A leg that a robot has still to drive.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LegAhead {
     /// Index of the edge in the world.
     pub edge: u32,
     /// Whether it is driven from destination to origin, in reverse gear.
     pub reverse: bool,
-    /// Whether the robot may drive it now; if not, it is horizon.
+    /// Whether the robot may drive it now, at least a part of it; if not, it is horizon.
     pub released: bool,
+    /// Metres that the robot may drive now, from where the leg is entered: infinity for all of it, 0 for horizon.
+    pub released_metres: f32,
 }
 
 impl RouteRequest {
@@ -79,11 +88,18 @@ impl RouteResponse {
     /// the legs in order: the index of the edge (less than 2³¹), and whether it is driven in reverse gear.
     #[must_use]
     pub fn with_legs(self, released: usize, legs: usize, edges: impl Iterator<Item = (u32, bool)>) -> Self {
-        let mut response = Self { found: 1, released: released as u32, legs: legs as u32, ..self };
+        let mut response =
+            Self { found: 1, released: released as u32, legs: legs as u32, released_metres: f32::INFINITY, ..self };
         for (place, (edge, reverse)) in response.listed.iter_mut().zip(edges.take(legs)) {
             *place = edge | if reverse { REVERSE } else { 0 };
         }
         response
+    }
+
+    /// Turns this into a response where only so many metres of the last released leg are released.
+    #[must_use]
+    pub fn up_to(self, released_metres: f32) -> Self {
+        Self { released_metres, ..self }
     }
 
     /// Turns this into a response for a robot that drives on beyond the listed legs.
@@ -109,6 +125,11 @@ impl RouteResponse {
             edge: leg & !REVERSE,
             reverse: leg & REVERSE != 0,
             released: place < self.released as usize,
+            released_metres: match (place + 1).cmp(&(self.released as usize)) {
+                Ordering::Less => f32::INFINITY,
+                Ordering::Equal => self.released_metres,
+                Ordering::Greater => 0.0,
+            },
         })
     }
 }
@@ -128,9 +149,17 @@ mod tests {
     fn legs_are_read_as_they_were_written() {
         let edges = [(3, false), (0, true), (REVERSE - 1, true)];
         let response = RouteResponse::unknown(1, 2, 7).with_legs(2, 3, edges.into_iter());
-        let leg = |edge, reverse, released| LegAhead { edge, reverse, released };
-        let wanted = [leg(3, false, true), leg(0, true, true), leg(REVERSE - 1, true, false)];
+        let leg = |edge, reverse, released_metres: f32| LegAhead {
+            edge,
+            reverse,
+            released: released_metres > 0.0,
+            released_metres,
+        };
+        let all = f32::INFINITY;
+        let wanted = [leg(3, false, all), leg(0, true, all), leg(REVERSE - 1, true, 0.0)];
         assert_eq!(response.legs().collect::<Vec<_>>(), wanted);
+        let wanted = [leg(3, false, all), leg(0, true, 1.5), leg(REVERSE - 1, true, 0.0)];
+        assert_eq!(response.up_to(1.5).legs().collect::<Vec<_>>(), wanted);
         assert_eq!((response.robot, response.legs, response.released), (7, 3, 2));
         assert!(response.is_found() && !response.drives_on());
         assert!(response.and_on().is_found() && response.and_on().drives_on());

@@ -26,7 +26,7 @@ pub(crate) enum RouteEnd {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PathLeg {
     pub leg: Leg,
-    /// Metres.
+    /// Metres that are driven.
     pub length: f32,
     /// Highest speed, in metres per second; not above 0 if it is unknown.
     pub speed: f32,
@@ -82,9 +82,13 @@ impl<'table> Start<'table> {
         }
     }
 
-    /// Returns the metres to the end of the leg that the robot is on; `None` without a leg.
+    /// Returns the metres to the end of the leg that the robot is on, or of its base there; `None` without a leg.
     pub(super) fn rest(&self) -> Option<f32> {
-        self.on.map(|on| if self.sign > 0.0 { on.length - self.motion.s } else { self.motion.s })
+        let on = self.on?;
+        let rest = if self.sign > 0.0 { on.length - self.motion.s } else { self.motion.s };
+        let ends_here = self.motion.route.filter(|route| route.legs.is_empty() && route.end == RouteEnd::Stop);
+        // The base may end before the leg does.
+        Some(ends_here.map_or(rest, |route| rest - (on.length - route.limit).max(0.0)))
     }
 
     /// Returns the largest change of speed, in metres per second squared; infinity if it changes at once.
@@ -166,7 +170,12 @@ impl<'a, 'table> PathFinder<'a, 'table> {
             self.path.push(next);
         }
         match route.end {
-            RouteEnd::Stop => each(self.path, RouteEnd::Stop),
+            RouteEnd::Stop => {
+                if let Some(last) = self.path.last_mut() {
+                    last.length = last.length.min(route.limit);
+                }
+                each(self.path, RouteEnd::Stop);
+            }
             RouteEnd::Open => self.branch(way, &mut each),
         }
     }

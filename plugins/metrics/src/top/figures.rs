@@ -12,12 +12,12 @@ use super::{format, theme};
 use crate::snapshot::Run;
 use crate::state_counts::{STATE_NAMES, STATES, StateCounts};
 
-/// The colours of the states, in the order of their numbers: idle, driving, waiting, held, faulted, turning.
+/// The colours of the states, in the order of their numbers: idle, driving, waiting, held, faulted, turning, stalled, broken.
 const STATE_COLOURS: [Color; STATES] =
-    [theme::QUIET, theme::GOOD, theme::WAITING, theme::WARNING, theme::BAD, theme::GOOD];
+    [theme::QUIET, theme::GOOD, theme::WAITING, theme::WARNING, theme::BAD, theme::GOOD, theme::WARNING, theme::BAD];
 
 /// The display order of the states, the most important first.
-const ORDER: [usize; STATES] = [1, 5, 0, 2, 3, 4];
+const ORDER: [usize; STATES] = [1, 5, 0, 2, 3, 4, 6, 7];
 
 /// The largest width of a figure with its name, in columns, at which the eye can follow.
 const MAX_FIGURE_WIDTH: u16 = 34;
@@ -25,7 +25,7 @@ const MAX_FIGURE_WIDTH: u16 = 34;
 /// The ends of a bar, in eighths of a column.
 const EIGHTHS: [&str; 8] = ["", "▏", "▎", "▍", "▌", "▋", "▊", "▉"];
 
-/// Draws a bar for each state.
+/// Draws a bar for each state, or for those with robots if there is no room for all.
 pub fn draw_robots(frame: &mut Frame<'_>, area: Rect, state_counts: &StateCounts) {
     let robots = state_counts.robots();
     let area = section(frame, area, "robots", Span::styled(format::count(robots), theme::strong()));
@@ -40,7 +40,14 @@ pub fn draw_robots(frame: &mut Frame<'_>, area: Rect, state_counts: &StateCounts
             Span::styled(format!("  {:>digits$}", format::count(count)), style),
         ])
     };
-    frame.render_widget(Paragraph::new(ORDER.map(line).to_vec()), area);
+    let mut shown = ORDER.to_vec();
+    // Where there is no room for all, states without robots are left out.
+    while shown.len() > usize::from(area.height)
+        && let Some(empty) = shown.iter().rposition(|state| state_counts.by_state[*state] == 0)
+    {
+        shown.remove(empty);
+    }
+    frame.render_widget(Paragraph::new(shown.into_iter().map(line).collect::<Vec<_>>()), area);
 }
 
 /// Formats a bar of that share of `width` columns. Shares above 0 are always visible.

@@ -248,7 +248,7 @@ pub struct Order {
     /// Index of a robot type.
     #[prost(uint32, tag = "8")]
     pub robot_type: u32,
-    /// Metres from the edge's origin node.
+    /// Metres from the edge's origin node; RELEASE: from the node at which the leg is entered.
     #[prost(float, tag = "9")]
     pub s: f32,
 }
@@ -466,6 +466,10 @@ pub enum RobotState {
     Faulted = 4,
     /// The robot turns on the spot at a node.
     Turning = 5,
+    /// The robot stops for a while.
+    Stalled = 6,
+    /// The robot is broken and stands.
+    Broken = 7,
     /// There is no robot with this id.
     Absent = 255,
 }
@@ -482,6 +486,8 @@ impl RobotState {
             Self::Held => "HELD",
             Self::Faulted => "FAULTED",
             Self::Turning => "TURNING",
+            Self::Stalled => "STALLED",
+            Self::Broken => "BROKEN",
             Self::Absent => "ABSENT",
         }
     }
@@ -494,6 +500,8 @@ impl RobotState {
             "HELD" => Some(Self::Held),
             "FAULTED" => Some(Self::Faulted),
             "TURNING" => Some(Self::Turning),
+            "STALLED" => Some(Self::Stalled),
+            "BROKEN" => Some(Self::Broken),
             "ABSENT" => Some(Self::Absent),
             _ => None,
         }
@@ -608,6 +616,10 @@ pub enum EventKind {
     Spawned = 8,
     Removed = 9,
     HasFaulted = 10,
+    HasStalled = 11,
+    Recovered = 12,
+    BrokenDown = 13,
+    Repaired = 14,
 }
 impl EventKind {
     /// String value of the enum field names used in the ProtoBuf definition.
@@ -627,6 +639,10 @@ impl EventKind {
             Self::Spawned => "SPAWNED",
             Self::Removed => "REMOVED",
             Self::HasFaulted => "HAS_FAULTED",
+            Self::HasStalled => "HAS_STALLED",
+            Self::Recovered => "RECOVERED",
+            Self::BrokenDown => "BROKEN_DOWN",
+            Self::Repaired => "REPAIRED",
         }
     }
     /// Creates an enum from field names used in the ProtoBuf definition.
@@ -643,6 +659,10 @@ impl EventKind {
             "SPAWNED" => Some(Self::Spawned),
             "REMOVED" => Some(Self::Removed),
             "HAS_FAULTED" => Some(Self::HasFaulted),
+            "HAS_STALLED" => Some(Self::HasStalled),
+            "RECOVERED" => Some(Self::Recovered),
+            "BROKEN_DOWN" => Some(Self::BrokenDown),
+            "REPAIRED" => Some(Self::Repaired),
             _ => None,
         }
     }
@@ -662,6 +682,7 @@ pub enum Refusal {
     FleetFull = 9,
     MalformedOrder = 10,
     NotSteerable = 11,
+    NotAhead = 12,
 }
 impl Refusal {
     /// String value of the enum field names used in the ProtoBuf definition.
@@ -682,6 +703,7 @@ impl Refusal {
             Self::FleetFull => "FLEET_FULL",
             Self::MalformedOrder => "MALFORMED_ORDER",
             Self::NotSteerable => "NOT_STEERABLE",
+            Self::NotAhead => "NOT_AHEAD",
         }
     }
     /// Creates an enum from field names used in the ProtoBuf definition.
@@ -699,6 +721,7 @@ impl Refusal {
             "FLEET_FULL" => Some(Self::FleetFull),
             "MALFORMED_ORDER" => Some(Self::MalformedOrder),
             "NOT_STEERABLE" => Some(Self::NotSteerable),
+            "NOT_AHEAD" => Some(Self::NotAhead),
             _ => None,
         }
     }
@@ -715,6 +738,9 @@ pub enum OrderKind {
     SpawnAtNode = 6,
     SpawnOnEdge = 7,
     Remove = 8,
+    Release = 9,
+    Break = 10,
+    Repair = 11,
 }
 impl OrderKind {
     /// String value of the enum field names used in the ProtoBuf definition.
@@ -732,6 +758,9 @@ impl OrderKind {
             Self::SpawnAtNode => "SPAWN_AT_NODE",
             Self::SpawnOnEdge => "SPAWN_ON_EDGE",
             Self::Remove => "REMOVE",
+            Self::Release => "RELEASE",
+            Self::Break => "BREAK",
+            Self::Repair => "REPAIR",
         }
     }
     /// Creates an enum from field names used in the ProtoBuf definition.
@@ -746,6 +775,9 @@ impl OrderKind {
             "SPAWN_AT_NODE" => Some(Self::SpawnAtNode),
             "SPAWN_ON_EDGE" => Some(Self::SpawnOnEdge),
             "REMOVE" => Some(Self::Remove),
+            "RELEASE" => Some(Self::Release),
+            "BREAK" => Some(Self::Break),
+            "REPAIR" => Some(Self::Repair),
             _ => None,
         }
     }

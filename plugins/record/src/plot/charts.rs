@@ -40,6 +40,8 @@ const STATES: [(RobotState, &str, &str); RobotState::COUNT] = [
     (RobotState::Turning, "turning", "#56b4e9"),
     (RobotState::Waiting, "waiting", "#f0e442"),
     (RobotState::Held, "held", "#e69f00"),
+    (RobotState::Stalled, "stalled", "#cc79a7"),
+    (RobotState::Broken, "broken", "#7a1f1f"),
     (RobotState::Faulted, "faulted", "#d55e00"),
 ];
 

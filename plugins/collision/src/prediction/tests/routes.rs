@@ -55,7 +55,7 @@ fn without_a_route_a_robot_may_take_any_way_and_with_one_it_takes_that() {
     assert!(matches!(ends[..], [east, north] if near(east, [5.0, 0.0]) && near(north, [4.0, 1.0])), "{ends:?}");
     for (edge, expected) in [(1, [5.0, 0.0]), (2, [4.0, 1.0])] {
         let legs = [Leg::new(edge, false)];
-        let route = Some(RouteAhead { reverse: None, legs: &legs, end: RouteEnd::Open });
+        let route = Some(RouteAhead { reverse: None, legs: &legs, end: RouteEnd::Open, limit: f32::INFINITY });
         let way = trajectory(&robot(2.0), &Motion { route, ..motion }, &fork());
         assert!(near(end(&way), expected), "{:?}", end(&way));
     }
@@ -74,9 +74,22 @@ fn a_robot_too_fast_for_a_way_does_not_take_it() {
 }
 
 #[test]
+fn a_robot_stops_within_a_leg_where_its_base_ends() {
+    let next = [Leg::new(1, false)];
+    for (legs, limit, place) in [(&next[..], 0.75, 4.75), (&[], 3.25, 3.25)] {
+        for limits in [LIMITS, Limits::NONE] {
+            let route = Some(RouteAhead { reverse: None, legs, end: RouteEnd::Stop, limit });
+            let motion = Motion { speed: 1.5, s: 3.0, limits, route, ..FREE };
+            let way = trajectory(&robot(3.0), &motion, &fork());
+            assert!(near(end(&way), [place, 0.0]), "{:?}", end(&way));
+        }
+    }
+}
+
+#[test]
 fn a_robot_stops_at_the_end_of_its_released_base() {
     for limits in [LIMITS, Limits::NONE] {
-        let route = Some(RouteAhead { reverse: None, legs: &[], end: RouteEnd::Stop });
+        let route = Some(RouteAhead { reverse: None, legs: &[], end: RouteEnd::Stop, limit: f32::INFINITY });
         let motion = Motion { speed: 1.5, s: 2.4, limits, route, ..FREE };
         let way = trajectory(&robot(2.4), &motion, &fork());
         assert!(near(end(&way), [4.0, 0.0]), "{:?}", end(&way));
@@ -97,7 +110,7 @@ fn a_robot_in_reverse_gear_follows_its_route_into_the_other_gear() {
     let mut edges = [straight([0, 1], [0.0, 0.0], [4.0, 0.0], 1.0), straight([0, 2], [0.0, 0.0], [0.0, 4.0], 1.0)];
     edges[0].0.velocity_backwards = 0.5;
     let legs = [Leg::new(1, false)];
-    let route = Some(RouteAhead { reverse: Some(true), legs: &legs, end: RouteEnd::Stop });
+    let route = Some(RouteAhead { reverse: Some(true), legs: &legs, end: RouteEnd::Stop, limit: f32::INFINITY });
     let motion = Motion { speed: -0.5, s: 0.5, route, ..FREE };
     let way = trajectory(&robot(0.5), &motion, &leg_table(edges));
     assert!(near(end(&way), [0.0, 1.0]), "half a metre back in a second, then a metre to the north: {:?}", end(&way));
@@ -147,7 +160,7 @@ proptest! {
         } else { 0.5 };
         let speed = speed.min(bound(s));
         let end = if stops { RouteEnd::Stop } else { RouteEnd::Open };
-        let route = Some(RouteAhead { reverse: None, legs: &legs[..last], end });
+        let route = Some(RouteAhead { reverse: None, legs: &legs[..last], end, limit: f32::INFINITY });
         let motion = Motion { speed, s, limits, route, ..FREE };
         let way = trajectory(&robot(s), &motion, &fork());
         let (mut x, mut v) = (s, speed);

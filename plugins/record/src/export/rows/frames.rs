@@ -102,6 +102,8 @@ fn state(number: u8) -> &'static str {
         RobotState::Held => "held",
         RobotState::Faulted => "faulted",
         RobotState::Turning => "turning",
+        RobotState::Stalled => "stalled",
+        RobotState::Broken => "broken",
         RobotState::Absent => "absent",
     }
 }

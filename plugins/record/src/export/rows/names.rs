@@ -3,7 +3,7 @@
 use super::super::value::Value;
 
 /// The names of events, by number.
-pub(super) const EVENTS: [&str; 11] = [
+pub(super) const EVENTS: [&str; 15] = [
     "unknown",
     "reached_node",
     "route_done",
@@ -15,10 +15,14 @@ pub(super) const EVENTS: [&str; 11] = [
     "spawned",
     "removed",
     "faulted",
+    "stalled",
+    "recovered",
+    "broken_down",
+    "repaired",
 ];
 
 /// The names of the reasons of refusals, by number.
-pub(super) const REFUSALS: [&str; 12] = [
+pub(super) const REFUSALS: [&str; 13] = [
     "none",
     "unknown_robot",
     "unknown_edge",
@@ -31,11 +35,24 @@ pub(super) const REFUSALS: [&str; 12] = [
     "fleet_full",
     "malformed_order",
     "not_steerable",
+    "not_ahead",
 ];
 
 /// The names of orders, by number.
-pub(super) const ORDERS: [&str; 9] =
-    ["leg", "assign", "extend", "cancel", "hold", "resume", "spawn_at_node", "spawn_on_edge", "remove"];
+pub(super) const ORDERS: [&str; 12] = [
+    "leg",
+    "assign",
+    "extend",
+    "cancel",
+    "hold",
+    "resume",
+    "spawn_at_node",
+    "spawn_on_edge",
+    "remove",
+    "release",
+    "break",
+    "repair",
+];
 
 /// The names of what happened to a task, by number.
 pub(super) const TASKS: [&str; 10] =
@@ -72,6 +89,7 @@ mod tests {
                 "unknown" => "event_unknown",
                 "held" => "stands_held",
                 "faulted" => "has_faulted",
+                "stalled" => "has_stalled",
                 name => name,
             })
             .into();

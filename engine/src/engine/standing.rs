@@ -1,0 +1,159 @@
+//! Places for robots that stand and wait for orders: seeded random ends of edges, where no two footprints touch.
+
+use std::collections::BTreeMap;
+
+use glam::DVec2;
+
+use super::footprint::Footprint;
+use super::population::mix;
+use crate::fleet::{Placement, RobotType};
+use crate::graph::arc_length::Tracks;
+use crate::graph::{EdgeIndex, Gear, Leg, NodeIndex, Orientation, RouteGraph};
+
+/// The smallest distance between two footprints, in metres.
+const MARGIN: f64 = 0.1;
+
+/// Ends of edges in random order, and what stands already.
+pub(super) struct StandingPlaces {
+    /// Ends at nodes with one edge in and one edge out come first: there, a robot is in nobody's way.
+    ends: Vec<EdgeIndex>,
+    /// By robot type: the number of ends that were tried. Those are taken, or too near to another robot.
+    tried: Vec<usize>,
+    cells: BTreeMap<[i64; 2], Vec<Footprint>>,
+    /// Metres: two robots in cells that aren't neighbours are far enough from each other.
+    cell_size: f64,
+}
+
+impl StandingPlaces {
+    pub fn new(graph: &RouteGraph, robot_types: &[RobotType], seed: u64) -> Self {
+        let mut ends: Vec<_> = (0..graph.edges().len() as u32).map(EdgeIndex).collect();
+        for place in (1..ends.len()).rev() {
+            let random = mix(seed ^ mix(place as u64)) >> 32;
+            ends.swap(place, ((random * (place as u64 + 1)) >> 32) as usize);
+        }
+        let arrivals = arrivals(graph);
+        let exits = |node: NodeIndex| graph.departures(node).iter().filter(|leg| leg.gear == Gear::Forward).count();
+        ends.sort_by_key(|edge| {
+            let node = graph.edge(*edge).destination;
+            (arrivals[node.0 as usize], exits(node)) != (1, 1)
+        });
+        let diameter = |robot_type: &RobotType| f64::from(robot_type.length).hypot(f64::from(robot_type.width));
+        let cell_size = robot_types.iter().map(diameter).fold(0.0, f64::max) + MARGIN;
+        Self { ends, tried: vec![0; robot_types.len()], cells: BTreeMap::new(), cell_size }
+    }
+
+    /// Notes where a robot stands. `heading` is a unit vector.
+    pub fn occupy(&mut self, robot_type: &RobotType, position: DVec2, heading: DVec2) {
+        let footprint = Footprint::new(robot_type, position, heading);
+        self.cells.entry(self.cell(position)).or_default().push(footprint);
+    }
+
+    /// Returns a place for another robot of a type, given its index; `None` if there is none left.
+    pub fn take(
+        &mut self,
+        (graph, tracks): (&RouteGraph, &Tracks),
+        (index, robot_type): (u16, &RobotType),
+    ) -> Option<Placement> {
+        loop {
+            let tried = self.tried.get_mut(usize::from(index))?;
+            let edge = *self.ends.get(*tried)?;
+            *tried += 1;
+            let (position, heading) = end_pose(graph, tracks, edge);
+            if self.is_free(position, &Footprint::new(robot_type, position, heading)) {
+                self.occupy(robot_type, position, heading);
+                return Some(Placement::Edge(edge, tracks.edge_length(edge) as f32));
+            }
+        }
+    }
+
+    fn is_free(&self, position: DVec2, footprint: &Footprint) -> bool {
+        let [column, row] = self.cell(position);
+        let cells = (-1..=1).flat_map(|x| (-1..=1).map(move |y| [column + x, row + y]));
+        let near = cells.filter_map(|cell| self.cells.get(&cell)).flatten();
+        near.into_iter().all(|other| footprint.distance(other) >= MARGIN)
+    }
+
+    fn cell(&self, position: DVec2) -> [i64; 2] {
+        (position / self.cell_size).floor().to_array().map(|cell| cell as i64)
+    }
+}
+
+/// Returns the number of edges that lead to each node.
+fn arrivals(graph: &RouteGraph) -> Vec<u32> {
+    let mut arrivals = vec![0; graph.nodes().len()];
+    graph.edges().iter().for_each(|edge| arrivals[edge.destination.0 as usize] += 1);
+    arrivals
+}
+
+/// Returns where a robot stands at the end of an edge, and its heading as a unit vector.
+fn end_pose(graph: &RouteGraph, tracks: &Tracks, edge: EdgeIndex) -> (DVec2, DVec2) {
+    let track = tracks.track(Leg { edge, gear: Gear::Forward }).expect("every edge is driven forward");
+    let piece = &tracks.pieces()[track.last_piece() as usize];
+    let tangent = piece.derivative(0.0).as_dvec2().normalize_or(DVec2::X);
+    let heading = match graph.edge(edge).orientation {
+        Orientation::Tangential => tangent,
+        Orientation::Offset(angle) => DVec2::from_angle(angle).rotate(tangent),
+        Orientation::Fixed(angle) => DVec2::from_angle(angle),
+    };
+    (piece.position(0.0).as_dvec2(), heading)
+}
+
+#[cfg(test)]
+mod tests {
+    use regatta_plugin::world::Shape;
+
+    use super::*;
+    use crate::graph::generate::Warehouse;
+    use crate::graph::{ReadOptions, parse};
+
+    fn robot_type() -> RobotType {
+        RobotType {
+            name: "amr".into(),
+            shape: Shape::Rectangle,
+            length: 0.9,
+            width: 0.6,
+            max_speed: 1.0,
+            max_acceleration: f32::INFINITY,
+            max_rotation_speed: 0.0,
+            max_rotation_acceleration: f32::INFINITY,
+        }
+    }
+
+    /// Fills a graph until there is no place left, and returns the places.
+    fn fill(graph: &RouteGraph, seed: u64) -> Vec<EdgeIndex> {
+        let (types, tracks) = ([robot_type()], Tracks::compile(graph));
+        let mut places = StandingPlaces::new(graph, &types, seed);
+        let all = std::iter::from_fn(|| places.take((graph, &tracks), (0, &types[0])));
+        let edge = |place| match place {
+            Placement::Edge(edge, s) => {
+                assert_eq!(s, tracks.edge_length(edge) as f32);
+                edge
+            }
+            Placement::Node(node) => panic!("on {node:?}"),
+        };
+        all.map(edge).collect()
+    }
+
+    #[test]
+    fn robots_stand_apart_and_where_they_are_in_nobodys_way_first() {
+        let text = Warehouse { aisles: 3, rows: 2, bays: 4 }.generate().expect("a warehouse");
+        let (graph, _) = parse(&text, "warehouse.yaml", &ReadOptions::default()).expect("a graph");
+        let (places, tracks) = (fill(&graph, 1), Tracks::compile(&graph));
+        let footprint = |edge: &EdgeIndex| {
+            let (position, heading) = end_pose(&graph, &tracks, *edge);
+            Footprint::new(&robot_type(), position, heading)
+        };
+        let footprints: Vec<_> = places.iter().map(footprint).collect();
+        for (number, one) in footprints.iter().enumerate() {
+            assert!(footprints[..number].iter().all(|other| one.distance(other) >= MARGIN), "robot {number}");
+        }
+        let untaken = (0..graph.edges().len() as u32).map(EdgeIndex).filter(|edge| !places.contains(edge));
+        for edge in untaken {
+            assert!(footprints.iter().any(|other| footprint(&edge).distance(other) < MARGIN), "{edge:?} is free");
+        }
+        assert_eq!(places, fill(&graph, 1));
+        assert_ne!(places, fill(&graph, 2));
+        let is_simple = |edge: &EdgeIndex| arrivals(&graph)[graph.edge(*edge).destination.0 as usize] == 1;
+        assert!(is_simple(&places[0]) && !places.iter().all(is_simple));
+    }
+}

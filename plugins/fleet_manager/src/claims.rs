@@ -1,0 +1,263 @@
+//! Claims: which robot alone may be where.
+//!
+//! A robot's claim is everything from where it was last seen to the end of its released base. Two robots' claims never
+//! conflict, whatever the times at which they drive: that is what keeps them from touching each other.
+
+use std::collections::VecDeque;
+
+use crate::roads::{Leg, RESOLUTION, Relation, Roads};
+
+/// A stretch of a track that a robot claims, in driving order.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stretch {
+    /// The edge, or the place of a node at which the robot turns on the spot.
+    pub track: u32,
+    /// The leg, of an edge.
+    pub leg: Option<Leg>,
+    /// Metres from where the leg is entered: the rear of the claim and its end.
+    pub from: f32,
+    /// Its end.
+    pub to: f32,
+}
+
+/// The part of a track that a robot holds, in metres from the edge's origin.
+#[derive(Clone, Copy, Debug)]
+struct Holder {
+    robot: u32,
+    footprint: u16,
+    low: f32,
+    high: f32,
+}
+
+/// How far a robot may go on a leg, and who ends it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reach {
+    /// Metres from where the leg is entered; less than where it wants to go on from if it must not go there at all.
+    pub metres: f32,
+    /// The robot that is in the way, if that is less than was asked for.
+    pub blocker: Option<u32>,
+}
+
+/// All claims of a fleet.
+#[derive(Debug, Default)]
+pub struct Claims {
+    /// By track.
+    holders: Vec<Vec<Holder>>,
+    /// By robot.
+    stretches: Vec<VecDeque<Stretch>>,
+    footprints: Vec<u16>,
+}
+
+/// Two stretches that just meet don't conflict: positions are rounded to this, in metres.
+const ROUNDING: f32 = 1e-3;
+
+impl Claims {
+    /// Makes the claims of a fleet without robots.
+    pub fn new(roads: &Roads) -> Self {
+        Self { holders: vec![Vec::new(); roads.conflicts().tracks()], ..Self::default() }
+    }
+
+    /// The claim of a robot, in driving order; empty if it has none.
+    pub fn of(&self, robot: u32) -> &VecDeque<Stretch> {
+        const NONE: &VecDeque<Stretch> = &VecDeque::new();
+        self.stretches.get(robot as usize).unwrap_or(NONE)
+    }
+
+    /// The end of a robot's claim: where its base ends.
+    pub fn end(&self, robot: u32) -> Option<&Stretch> {
+        self.of(robot).back()
+    }
+
+    /// Whether a robot claims a part of a track.
+    pub fn holds(&self, robot: u32, track: u32) -> bool {
+        self.of(robot).iter().any(|stretch| stretch.track == track)
+    }
+
+    /// Gives a robot its first stretch, whoever else is there: the robot is there already.
+    pub fn seize(&mut self, roads: &Roads, robot: u32, footprint: usize, stretch: Stretch) {
+        self.release(robot);
+        let count = self.stretches.len().max(robot as usize + 1);
+        self.stretches.resize_with(count, VecDeque::new);
+        self.footprints.resize(count, 0);
+        self.footprints[robot as usize] = footprint as u16;
+        self.push(roads, robot, stretch);
+    }
+
+    /// Gives all back that a robot holds.
+    pub fn release(&mut self, robot: u32) {
+        while let Some(stretch) = self.stretches.get_mut(robot as usize).and_then(VecDeque::pop_back) {
+            self.holders[stretch.track as usize].retain(|holder| holder.robot != robot);
+        }
+    }
+
+    /// Adds a stretch behind the end of a robot's claim; the part of the same track that it continues becomes longer.
+    ///
+    /// # Panics
+    /// In builds with debug assertions: if it conflicts with another robot's claim.
+    pub fn grant(&mut self, roads: &Roads, robot: u32, stretch: Stretch) {
+        debug_assert!(
+            self.conflicting(roads, robot, &stretch).is_none(),
+            "robot {robot} gets {stretch:?}, which conflicts with robot {:?}",
+            self.conflicting(roads, robot, &stretch)
+        );
+        let last = self.stretches[robot as usize].back().copied();
+        match last {
+            Some(last) if last.track == stretch.track && last.leg == stretch.leg => {
+                let whole = Stretch { to: stretch.to, ..last };
+                self.replace(roads, robot, self.stretches[robot as usize].len() - 1, whole);
+            }
+            _ => self.push(roads, robot, stretch),
+        }
+    }
+
+    /// Gives back what lies behind a robot that was seen on a leg, `place` metres from where it is entered. Returns `false`
+    /// if it doesn't claim that place.
+    pub fn advance(&mut self, roads: &Roads, robot: u32, track: u32, place: impl FnOnce(&Stretch) -> f32) -> bool {
+        let Some(index) = self.of(robot).iter().position(|stretch| stretch.track == track) else { return false };
+        for _ in 0..index {
+            if let Some(stretch) = self.stretches[robot as usize].pop_front() {
+                self.holders[stretch.track as usize].retain(|holder| holder.robot != robot);
+            }
+        }
+        let stretch = self.stretches[robot as usize][0];
+        let place = place(&stretch);
+        if place > stretch.to + 0.01 {
+            return false;
+        }
+        if place > stretch.from {
+            self.replace(roads, robot, 0, Stretch { from: place.min(stretch.to), ..stretch });
+        }
+        true
+    }
+
+    /// Takes the end of a robot's claim back to an earlier one: the engine has refused what was granted after it.
+    pub fn roll_back(&mut self, roads: &Roads, robot: u32, stretches: usize, to: f32) {
+        while self.of(robot).len() > stretches.max(1) {
+            if let Some(stretch) = self.stretches[robot as usize].pop_back() {
+                self.holders[stretch.track as usize].retain(|holder| holder.robot != robot);
+            }
+        }
+        if let Some(last) = self.end(robot).copied() {
+            self.replace(roads, robot, self.of(robot).len() - 1, Stretch { to: to.max(last.from), ..last });
+        }
+    }
+
+    /// Returns how far a robot may go on a track from `from`, at most to `to`; metres from where the leg is entered.
+    pub fn reach(
+        &self,
+        roads: &Roads,
+        robot: u32,
+        footprint: usize,
+        track: u32,
+        leg: Option<Leg>,
+        span: [f32; 2],
+    ) -> Reach {
+        let length = roads.conflicts().length(track);
+        let view = View { length, reverse: leg.is_some_and(Leg::is_reverse), from: span[0] };
+        let mut reach = Reach { metres: span[1], blocker: None };
+        let mut limit = |metres: f32, blocker: u32| {
+            if metres < reach.metres {
+                reach = Reach { metres, blocker: Some(blocker) };
+            }
+        };
+        for holder in self.others(robot, track) {
+            let separation = roads.conflicts().table(footprint, holder.footprint.into()).separation(track);
+            limit(view.same_track(separation, holder), holder.robot);
+        }
+        for other in 0..roads.footprints().len() {
+            for (track, relation) in roads.conflicts().of(footprint, other, track) {
+                for holder in self.others(robot, track).filter(|holder| usize::from(holder.footprint) == other) {
+                    limit(view.limit(relation, roads.conflicts().length(track), holder), holder.robot);
+                }
+            }
+        }
+        reach
+    }
+
+    /// Returns a robot whose claim conflicts with a stretch.
+    pub fn conflicting(&self, roads: &Roads, robot: u32, stretch: &Stretch) -> Option<u32> {
+        let footprint = self.footprints.get(robot as usize).copied().unwrap_or(0);
+        let span = [stretch.from, stretch.to];
+        let reach = self.reach(roads, robot, footprint.into(), stretch.track, stretch.leg, span);
+        reach.blocker.filter(|_| reach.metres < stretch.to)
+    }
+
+    fn others(&self, robot: u32, track: u32) -> impl Iterator<Item = &Holder> {
+        self.holders[track as usize].iter().filter(move |holder| holder.robot != robot)
+    }
+
+    fn push(&mut self, roads: &Roads, robot: u32, stretch: Stretch) {
+        self.stretches[robot as usize].push_back(stretch);
+        let holder = self.holder(roads, robot, &stretch);
+        self.holders[stretch.track as usize].push(holder);
+    }
+
+    fn replace(&mut self, roads: &Roads, robot: u32, index: usize, stretch: Stretch) {
+        self.stretches[robot as usize][index] = stretch;
+        let holder = self.holder(roads, robot, &stretch);
+        let held = self.holders[stretch.track as usize].iter_mut().find(|held| held.robot == robot);
+        if let Some(held) = held {
+            *held = holder;
+        }
+    }
+
+    fn holder(&self, roads: &Roads, robot: u32, stretch: &Stretch) -> Holder {
+        let footprint = self.footprints[robot as usize];
+        let length = roads.conflicts().length(stretch.track);
+        let (low, high) = match stretch.leg {
+            Some(leg) if leg.is_reverse() => (length - stretch.to, length - stretch.from),
+            _ => (stretch.from, stretch.to),
+        };
+        Holder { robot, footprint, low, high }
+    }
+}
+
+/// A track as seen by a robot that wants to go on along it.
+struct View {
+    length: f32,
+    reverse: bool,
+    /// Metres from where the leg is entered.
+    from: f32,
+}
+
+impl View {
+    /// Returns the limit, in metres from where the leg is entered, that a holder on the same track sets.
+    fn same_track(&self, separation: f32, holder: &Holder) -> f32 {
+        let [low, high] = self.driven([holder.low, holder.high]);
+        let needed = separation - ROUNDING;
+        if low >= self.from + needed {
+            low - separation
+        } else if high + needed <= self.from {
+            f32::INFINITY
+        } else {
+            f32::NEG_INFINITY
+        }
+    }
+
+    /// Returns the limit that a holder on another track sets.
+    fn limit(&self, relation: Relation, other_length: f32, holder: &Holder) -> f32 {
+        match relation {
+            Relation::Crossing { own, other } => {
+                let [low, high] = self.driven(own);
+                let apart = holder.high < other[0] || holder.low > other[1] || self.from > high;
+                if apart { f32::INFINITY } else { low - ROUNDING }
+            }
+            // The robot ahead is on the other track: this one may come as near as `apart`.
+            Relation::Into(apart) => self.following(f32::NEG_INFINITY, self.length + holder.low - apart),
+            // A robot that follows this one keeps that distance; what the table is rounded by doesn't count against this one.
+            Relation::From(apart) => self.following(apart - RESOLUTION - (other_length - holder.high), f32::INFINITY),
+        }
+    }
+
+    /// Returns the limit of a robot that has to stay within these places, in metres from the edge's origin.
+    fn following(&self, lowest: f32, highest: f32) -> f32 {
+        let (ahead, behind) =
+            if self.reverse { (self.length - lowest, self.length - highest) } else { (highest, lowest) };
+        if self.from + ROUNDING < behind { f32::NEG_INFINITY } else { ahead }
+    }
+
+    /// Returns a stretch of the edge as it is driven.
+    fn driven(&self, [low, high]: [f32; 2]) -> [f32; 2] {
+        if self.reverse { [self.length - high, self.length - low] } else { [low, high] }
+    }
+}

@@ -1,0 +1,144 @@
+//! The fastest route between two nodes: A* over legs.
+//!
+//! P. Hart, N. Nilsson, B. Raphael: A Formal Basis for the Heuristic Determination of Minimum Cost Paths, 1968.
+
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+
+use crate::roads::{Leg, Roads, RobotClass};
+
+/// Seconds that a change of gear costs, beside the time of driving.
+const GEAR_CHANGE_SECS: f32 = 2.0;
+/// Seconds that a turn on the spot costs.
+const TURN_SECS: f32 = 4.0;
+/// Seconds that a corner costs which the robot can't drive: its heading jumps there.
+const JUMP_SECS: f32 = 60.0;
+
+/// What a search starts from and leads to.
+#[derive(Clone, Copy, Debug)]
+pub struct Search {
+    /// The leg at whose end the route starts; none if the robot stands on a node.
+    pub last: Option<Leg>,
+    /// The node where it starts.
+    pub start: u32,
+    /// The node that it leads to.
+    pub goal: u32,
+}
+
+/// Searches routes, one after the other. It keeps its memory in between.
+#[derive(Debug, Default)]
+pub struct Router {
+    /// By leg: the cost of the best way to its end, in seconds, and the leg before; valid if `stamp` is the search's number.
+    best: Vec<(f32, u32)>,
+    stamp: Vec<u32>,
+    search: u32,
+    open: BinaryHeap<(Reverse<Cost>, u32)>,
+    fastest: f32,
+    /// Legs expanded by all searches.
+    pub expanded: u64,
+}
+
+/// A cost in the order of numbers; costs are never NaN.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Cost(f32);
+
+impl Eq for Cost {}
+
+impl PartialOrd for Cost {
+    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for Cost {
+    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
+        self.0.total_cmp(&other.0)
+    }
+}
+
+const NO_LEG: u32 = u32::MAX;
+
+impl Router {
+    /// Makes a router for some roads.
+    pub fn new(roads: &Roads) -> Self {
+        let legs = 2 * roads.edges().len();
+        let fastest = roads.edges().iter().flat_map(|edge| edge.speeds).fold(0.1, f32::max);
+        Self { best: vec![(0.0, NO_LEG); legs], stamp: vec![0; legs], fastest, ..Self::default() }
+    }
+
+    /// Returns the legs of the route that takes the least time for a class of robots; `None` if there is none. A leg that
+    /// `cost` gives no number for is closed; otherwise that many seconds are added to its driving time.
+    pub fn route(
+        &mut self,
+        roads: &Roads,
+        class: &RobotClass,
+        search: Search,
+        mut cost: impl FnMut(Leg) -> Option<f32>,
+    ) -> Option<Vec<Leg>> {
+        self.search += 1;
+        self.open.clear();
+        let goal = roads.position(search.goal);
+        let fastest = self.fastest.min(class.max_speed);
+        let estimate = |node: u32| {
+            let [x, y] = roads.position(node);
+            (x - goal[0]).hypot(y - goal[1]) / fastest
+        };
+        self.expand(roads, class, (search.last, NO_LEG, search.start, 0.0), &estimate, &mut cost);
+        while let Some((_, index)) = self.open.pop() {
+            let leg = Leg::from_index(index);
+            let (so_far, _) = self.best[leg.index()];
+            if self.stamp[leg.index()] != 2 * self.search {
+                continue;
+            }
+            self.stamp[leg.index()] = 2 * self.search + 1;
+            let node = roads.end(leg);
+            if node == search.goal {
+                return Some(self.legs_to(leg));
+            }
+            self.expanded += 1;
+            self.expand(roads, class, (Some(leg), index, node, so_far), &estimate, &mut cost);
+        }
+        None
+    }
+
+    fn expand(
+        &mut self,
+        roads: &Roads,
+        class: &RobotClass,
+        (last, before, node, so_far): (Option<Leg>, u32, u32, f32),
+        estimate: &impl Fn(u32) -> f32,
+        cost: &mut impl FnMut(Leg) -> Option<f32>,
+    ) {
+        for &leg in roads.exits(node) {
+            if self.stamp[leg.index()] == 2 * self.search + 1 {
+                continue;
+            }
+            let Some(extra) = cost(leg) else { continue };
+            let driving = roads.edge(leg.edge()).length / roads.speed(class, leg);
+            let total = so_far + driving + extra + last.map_or(0.0, |last| join_secs(roads, class, last, leg));
+            if self.stamp[leg.index()] == 2 * self.search && self.best[leg.index()].0 <= total {
+                continue;
+            }
+            self.stamp[leg.index()] = 2 * self.search;
+            self.best[leg.index()] = (total, before);
+            self.open.push((Reverse(Cost(total + estimate(roads.end(leg)))), leg.index() as u32));
+        }
+    }
+
+    fn legs_to(&self, leg: Leg) -> Vec<Leg> {
+        let before = |leg: &Leg| Some(self.best[leg.index()].1).filter(|before| *before != NO_LEG).map(Leg::from_index);
+        let mut legs: Vec<Leg> = std::iter::successors(Some(leg), before).collect();
+        legs.reverse();
+        legs
+    }
+}
+
+/// Returns the time that it takes from the end of a leg to the start of the next, in seconds.
+fn join_secs(roads: &Roads, class: &RobotClass, from: Leg, to: Leg) -> f32 {
+    let gear = if from.is_reverse() == to.is_reverse() { 0.0 } else { GEAR_CHANGE_SECS };
+    match roads.is_turn(from, to) {
+        false => gear,
+        true if class.turns => gear + TURN_SECS,
+        true => gear + JUMP_SECS,
+    }
+}

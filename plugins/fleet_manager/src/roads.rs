@@ -1,0 +1,286 @@
+//! The roads of a world: its legs, where they lead, which stretches of them get in each other's way, and where a robot may
+//! stand without blocking others.
+
+mod conflicts;
+mod path;
+mod rectangle;
+mod stops;
+mod sweep;
+#[cfg(test)]
+mod tests;
+
+use regatta_plugin::World;
+use regatta_plugin::world::{EdgeRecord, RobotTypeRecord, Shape};
+
+pub use self::conflicts::{ConflictTable, Conflicts, RESOLUTION, Relation};
+pub use self::rectangle::Rectangle;
+pub use self::stops::Stops;
+pub use self::sweep::{Sweep, SweptBox};
+
+/// An edge that is driven in one gear.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Leg(u32);
+
+impl Leg {
+    /// Returns the leg of an edge, by its index in the world (less than 2³¹).
+    pub const fn new(edge: u32, reverse: bool) -> Self {
+        Self(edge << 1 | reverse as u32)
+    }
+
+    /// Index of the edge in the world.
+    pub const fn edge(self) -> u32 {
+        self.0 >> 1
+    }
+
+    /// Whether it is driven from destination to origin, in reverse gear.
+    pub const fn is_reverse(self) -> bool {
+        self.0 & 1 == 1
+    }
+
+    /// A dense index: less than twice the number of edges.
+    pub const fn index(self) -> usize {
+        self.0 as usize
+    }
+
+    /// Returns the leg with a dense index.
+    pub const fn from_index(index: u32) -> Self {
+        Self(index)
+    }
+}
+
+/// An edge of the roads.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Road {
+    /// Id in the route graph's file.
+    pub id: u32,
+    /// Index of the origin among the world's nodes.
+    pub origin: u32,
+    /// Index of the destination.
+    pub destination: u32,
+    /// Metres.
+    pub length: f32,
+    /// Metres per second forward and in reverse gear; 0 if a gear isn't allowed.
+    pub speeds: [f32; 2],
+    /// Headings of robots at its origin and its destination, in radians in (-π, π].
+    pub headings: [f32; 2],
+}
+
+/// The outline of robots that stand in the way of others alike.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Footprint {
+    /// Half of the size along and across the heading, in metres. A circle counts as the square around it.
+    pub half: [f32; 2],
+}
+
+/// What the roads need to know about a robot type.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RobotClass {
+    /// Index among the [footprints](Roads::footprints).
+    pub footprint: usize,
+    /// Metres per second; infinity for no limit.
+    pub max_speed: f32,
+    /// Metres per second squared; infinity for no limit.
+    pub max_acceleration: f32,
+    /// Whether it turns on the spot.
+    pub turns: bool,
+}
+
+/// The roads of a world.
+#[derive(Debug)]
+pub struct Roads {
+    edges: Vec<Road>,
+    nodes: u32,
+    node_ids: Vec<u32>,
+    positions: Vec<[f32; 2]>,
+    /// Legs that leave each node: `exits[exit_starts[n]..exit_starts[n + 1]]`.
+    exits: Vec<Leg>,
+    exit_starts: Vec<u32>,
+    /// By robot type.
+    classes: Vec<RobotClass>,
+    footprints: Vec<Footprint>,
+    conflicts: Conflicts,
+    stops: Vec<Stops>,
+}
+
+/// The largest difference in radians between the headings of consecutive legs that robots drive through without a turn on
+/// the spot: 5°, as in the engine.
+pub const SMOOTH: f32 = 5.0 * core::f32::consts::PI / 180.0;
+
+impl Roads {
+    /// Works the roads of a world out: samples every edge and tests which stretches touch.
+    pub fn new(world: &World<'_>) -> Self {
+        let sweeps: Vec<Sweep> = world.edges().iter().map(|edge| Sweep::of_edge(edge, world.curves(edge))).collect();
+        let edges: Vec<Road> = world.edges().iter().zip(&sweeps).map(|(edge, sweep)| road(edge, sweep)).collect();
+        let (classes, footprints) = classes(world.robot_types());
+        let (exits, exit_starts) = exits(&edges, world.nodes().len());
+        let turns = classes.iter().any(|class| class.turns);
+        let mut roads = Self {
+            nodes: world.nodes().len() as u32,
+            node_ids: world.nodes().iter().map(|node| node.id).collect(),
+            positions: world.nodes().iter().map(|node| [node.x, node.y]).collect(),
+            edges,
+            exits,
+            exit_starts,
+            classes,
+            footprints,
+            conflicts: Conflicts::default(),
+            stops: Vec::new(),
+        };
+        let discs = if turns { roads.turning_nodes() } else { Vec::new() };
+        roads.conflicts = Conflicts::new(&roads, &sweeps, &discs);
+        roads.stops = (0..roads.footprints.len()).map(|footprint| Stops::new(&roads, footprint)).collect();
+        roads
+    }
+
+    /// All edges, by their index in the world.
+    pub fn edges(&self) -> &[Road] {
+        &self.edges
+    }
+
+    /// An edge.
+    pub fn edge(&self, edge: u32) -> &Road {
+        &self.edges[edge as usize]
+    }
+
+    /// Number of nodes.
+    pub fn nodes(&self) -> u32 {
+        self.nodes
+    }
+
+    /// The id of a node in the route graph's file.
+    pub fn node_id(&self, node: u32) -> u32 {
+        self.node_ids[node as usize]
+    }
+
+    /// The position of a node, in metres.
+    pub fn position(&self, node: u32) -> [f32; 2] {
+        self.positions[node as usize]
+    }
+
+    /// The robot types.
+    pub fn classes(&self) -> &[RobotClass] {
+        &self.classes
+    }
+
+    /// The footprints of all robot types, without repetitions.
+    pub fn footprints(&self) -> &[Footprint] {
+        &self.footprints
+    }
+
+    /// What gets in the way of what.
+    pub fn conflicts(&self) -> &Conflicts {
+        &self.conflicts
+    }
+
+    /// Where robots with a footprint may stop.
+    pub fn stops(&self, footprint: usize) -> &Stops {
+        &self.stops[footprint]
+    }
+
+    /// The legs that leave a node.
+    pub fn exits(&self, node: u32) -> &[Leg] {
+        &self.exits[self.exit_starts[node as usize] as usize..self.exit_starts[node as usize + 1] as usize]
+    }
+
+    /// The node that a leg leaves.
+    pub fn start(&self, leg: Leg) -> u32 {
+        let edge = self.edge(leg.edge());
+        if leg.is_reverse() { edge.destination } else { edge.origin }
+    }
+
+    /// The node that a leg leads to.
+    pub fn end(&self, leg: Leg) -> u32 {
+        let edge = self.edge(leg.edge());
+        if leg.is_reverse() { edge.origin } else { edge.destination }
+    }
+
+    /// The speed of a class on a leg, in metres per second.
+    pub fn speed(&self, class: &RobotClass, leg: Leg) -> f32 {
+        self.edge(leg.edge()).speeds[usize::from(leg.is_reverse())].min(class.max_speed)
+    }
+
+    /// The headings of robots where they enter and where they leave a leg.
+    pub fn headings(&self, leg: Leg) -> [f32; 2] {
+        let [origin, destination] = self.edge(leg.edge()).headings;
+        if leg.is_reverse() { [destination, origin] } else { [origin, destination] }
+    }
+
+    /// Whether robots that turn on the spot do so between two legs.
+    pub fn is_turn(&self, from: Leg, to: Leg) -> bool {
+        angle_between(self.headings(from)[1], self.headings(to)[0]) > SMOOTH
+    }
+
+    /// The number of the track of a node at which robots turn on the spot; tracks below it are the edges.
+    pub fn disc(&self, node: u32) -> u32 {
+        self.edges.len() as u32 + node
+    }
+
+    fn turning_nodes(&self) -> Vec<u32> {
+        let mut arrivals = vec![Vec::new(); self.nodes as usize];
+        for node in 0..self.nodes {
+            for &leg in self.exits(node) {
+                arrivals[self.end(leg) as usize].push(leg);
+            }
+        }
+        let turns = |node: &u32| {
+            let arrivals = &arrivals[*node as usize];
+            arrivals.iter().any(|&from| self.exits(*node).iter().any(|&to| self.is_turn(from, to)))
+        };
+        (0..self.nodes).filter(turns).collect()
+    }
+}
+
+/// Returns the absolute difference of two headings, in radians, 0 to π.
+pub fn angle_between(a: f32, b: f32) -> f32 {
+    let difference = (a - b).rem_euclid(core::f32::consts::TAU);
+    difference.min(core::f32::consts::TAU - difference)
+}
+
+fn road(edge: &EdgeRecord, sweep: &Sweep) -> Road {
+    Road {
+        id: edge.id,
+        origin: edge.origin,
+        destination: edge.destination,
+        length: sweep.length(),
+        speeds: [edge.velocity_forward, edge.velocity_backwards],
+        headings: sweep.headings().map(|heading| edge.orientation().heading(heading)),
+    }
+}
+
+fn classes(types: &[RobotTypeRecord]) -> (Vec<RobotClass>, Vec<Footprint>) {
+    let mut footprints: Vec<Footprint> = Vec::new();
+    let mut class = |robot_type: &RobotTypeRecord| {
+        let half = match robot_type.shape() {
+            Shape::Rectangle => [0.5 * robot_type.length, 0.5 * robot_type.width],
+            Shape::Circle => [0.5 * robot_type.length; 2],
+        };
+        let footprint = Footprint { half };
+        let index = footprints.iter().position(|known| *known == footprint).unwrap_or(footprints.len());
+        if index == footprints.len() {
+            footprints.push(footprint);
+        }
+        RobotClass {
+            footprint: index,
+            max_speed: robot_type.max_speed,
+            max_acceleration: robot_type.max_acceleration,
+            turns: robot_type.max_rotation_speed > 0.0,
+        }
+    };
+    let classes = types.iter().map(&mut class).collect();
+    (classes, footprints)
+}
+
+fn exits(edges: &[Road], nodes: usize) -> (Vec<Leg>, Vec<u32>) {
+    let mut legs: Vec<(u32, Leg)> = Vec::with_capacity(edges.len());
+    for (index, edge) in (0..).zip(edges) {
+        if edge.speeds[0] > 0.0 {
+            legs.push((edge.origin, Leg::new(index, false)));
+        }
+        if edge.speeds[1] > 0.0 {
+            legs.push((edge.destination, Leg::new(index, true)));
+        }
+    }
+    legs.sort_unstable();
+    let starts = (0..=nodes).map(|node| legs.partition_point(|(start, _)| (*start as usize) < node) as u32).collect();
+    (legs.into_iter().map(|(_, leg)| leg).collect(), starts)
+}

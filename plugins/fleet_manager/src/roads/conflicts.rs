@@ -1,0 +1,165 @@
+//! Which stretches of which tracks get in each other's way.
+//!
+//! A track is an edge, or the place of a node at which robots turn on the spot. Two robots on different tracks may touch only
+//! where a pair of the table says so. Everything is rounded outwards: a pair of poses that touch is always in the table.
+
+mod build;
+mod grid;
+
+use super::{Roads, Sweep};
+
+/// How robots on two tracks get in each other's way. Places are metres from the origins of the edges.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Relation {
+    /// A robot within `own` may touch one within `other`.
+    Crossing {
+        /// The stretch of this track.
+        own: [f32; 2],
+        /// The stretch of the other.
+        other: [f32; 2],
+    },
+    /// This track leads into the other: a robot here may touch one there if they are less than this far apart, in metres from
+    /// here to the end of this track and from the start of the other to there.
+    Into(f32),
+    /// The other track leads into this one.
+    From(f32),
+}
+
+/// A pair of tracks, as seen from one of them. Eight bytes, because there are several for each edge.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Pair {
+    /// The other track, and in the two highest bits the kind of relation.
+    other_and_kind: u32,
+    /// `Crossing`: the stretches, in 1/255 of each length. Else the distance in the first, in 1/32 m.
+    spans: [u8; 4],
+}
+
+const KIND_SHIFT: u32 = 30;
+/// Resolution of distances between robots that follow each other, in 1/m.
+const PER_METRE: f32 = 32.0;
+
+impl Pair {
+    pub(super) fn new(other: u32, relation: Relation, lengths: [f32; 2]) -> Self {
+        let (kind, spans) = match relation {
+            Relation::Crossing { own, other } => {
+                let ([a, b], [c, d]) = (outward(own, lengths[0]), outward(other, lengths[1]));
+                (0, [a, b, c, d])
+            }
+            Relation::Into(metres) => (1, [(metres * PER_METRE).ceil() as u8, 0, 0, 0]),
+            Relation::From(metres) => (2, [(metres * PER_METRE).ceil() as u8, 0, 0, 0]),
+        };
+        Self { other_and_kind: other | kind << KIND_SHIFT, spans }
+    }
+
+    pub(super) fn other(self) -> u32 {
+        self.other_and_kind & ((1 << KIND_SHIFT) - 1)
+    }
+
+    fn relation(self, lengths: [f32; 2]) -> Relation {
+        let metres = f32::from(self.spans[0]) / PER_METRE;
+        let at = |part: u8, length: f32| f32::from(part) / 255.0 * length;
+        match self.other_and_kind >> KIND_SHIFT {
+            1 => Relation::Into(metres),
+            2 => Relation::From(metres),
+            _ => Relation::Crossing {
+                own: [at(self.spans[0], lengths[0]), at(self.spans[1], lengths[0])],
+                other: [at(self.spans[2], lengths[1]), at(self.spans[3], lengths[1])],
+            },
+        }
+    }
+}
+
+/// Resolution of the distances at which robots follow each other, in metres.
+pub const RESOLUTION: f32 = 1.0 / PER_METRE;
+
+/// Returns a stretch in 1/255 of a length, rounded outwards.
+fn outward([from, to]: [f32; 2], length: f32) -> [u8; 2] {
+    if length <= 0.0 {
+        return [0, 255];
+    }
+    // Rounded a little further: the division may round inwards.
+    let (low, high) = (from / length * 255.0 - 1e-3, to / length * 255.0 + 1e-3);
+    [low.floor().max(0.0) as u8, high.ceil().min(255.0) as u8]
+}
+
+/// The conflicts of robots with one footprint (on the track asked about) and robots with another.
+#[derive(Clone, Debug, Default)]
+pub struct ConflictTable {
+    /// Pairs of each track: `pairs[starts[t]..starts[t + 1]]`.
+    starts: Vec<u32>,
+    pairs: Vec<Pair>,
+    /// By track: how far apart two robots on it have to be, in metres.
+    separations: Vec<f32>,
+}
+
+/// The conflicts of all footprints.
+#[derive(Debug, Default)]
+pub struct Conflicts {
+    /// By own and other footprint.
+    tables: Vec<ConflictTable>,
+    footprints: usize,
+    /// By track, in metres; 0 for the place of a node.
+    lengths: Vec<f32>,
+}
+
+impl Conflicts {
+    pub(super) fn new(roads: &Roads, sweeps: &[Sweep], discs: &[u32]) -> Self {
+        let lengths = roads.edges().iter().map(|edge| edge.length);
+        let lengths: Vec<f32> = lengths.chain((0..roads.nodes()).map(|_| 0.0)).collect();
+        let tables = build::tables(roads, sweeps, discs, &lengths);
+        Self { tables, footprints: roads.footprints().len(), lengths }
+    }
+
+    /// The conflicts of robots with a footprint with robots of another one, by index.
+    pub fn table(&self, own: usize, other: usize) -> &ConflictTable {
+        &self.tables[own * self.footprints + other]
+    }
+
+    /// The tracks that get in the way of a track, and how.
+    pub fn of(&self, own: usize, other: usize, track: u32) -> impl Iterator<Item = (u32, Relation)> + '_ {
+        let length = self.lengths[track as usize];
+        let pairs = self.table(own, other).pairs_of(track);
+        pairs.iter().map(move |pair| (pair.other(), pair.relation([length, self.lengths[pair.other() as usize]])))
+    }
+
+    /// Length of a track, in metres.
+    pub fn length(&self, track: u32) -> f32 {
+        self.lengths[track as usize]
+    }
+
+    /// Number of pairs, each counted from both sides.
+    pub fn len(&self) -> usize {
+        self.tables.iter().map(|table| table.pairs.len()).sum()
+    }
+
+    /// Whether nothing gets in the way of anything.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Number of tracks.
+    pub fn tracks(&self) -> usize {
+        self.lengths.len()
+    }
+}
+
+impl ConflictTable {
+    /// Sorts the pairs by track; each comes with the track that it is seen from.
+    pub(super) fn new(mut found: Vec<(u32, Pair)>, separations: Vec<f32>) -> Self {
+        found.sort_unstable_by_key(|(track, pair)| (*track, pair.other()));
+        let tracks = separations.len();
+        let mut starts = vec![0; tracks + 1];
+        found.iter().for_each(|(track, _)| starts[*track as usize + 1] += 1);
+        (1..=tracks).for_each(|track| starts[track] += starts[track - 1]);
+        Self { starts, pairs: found.into_iter().map(|(_, pair)| pair).collect(), separations }
+    }
+
+    fn pairs_of(&self, track: u32) -> &[Pair] {
+        &self.pairs[self.starts[track as usize] as usize..self.starts[track as usize + 1] as usize]
+    }
+
+    /// How far apart two robots on a track have to be, in metres.
+    pub fn separation(&self, track: u32) -> f32 {
+        self.separations[track as usize]
+    }
+}

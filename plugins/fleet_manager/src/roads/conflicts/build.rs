@@ -1,0 +1,261 @@
+//! Finds the pairs of a conflict table: tracks near each other by a grid, then stretch by stretch.
+
+use super::super::{Footprint, Rectangle, Roads, Sweep, SweptBox};
+use super::grid::Grid;
+use super::{ConflictTable, Pair, RESOLUTION, Relation};
+
+/// The sweep of a footprint along a track.
+struct Swept<'a> {
+    boxes: &'a [SweptBox],
+    rectangles: Vec<Rectangle>,
+    /// Low and high corner of everything.
+    bounds: [[f32; 2]; 2],
+}
+
+/// Everything that finding pairs needs.
+struct Finder<'a> {
+    roads: &'a Roads,
+    sweeps: &'a [Sweep],
+    lengths: &'a [f32],
+    /// By edge: the edges that it leads into within [`AHEAD`], with the metres in between.
+    ahead: Vec<Vec<(u32, f32)>>,
+    /// By footprint and track.
+    swept: Vec<Vec<Swept<'a>>>,
+}
+
+/// How far ahead of its end an edge is followed, in robots' lengths.
+const AHEAD: f32 = 2.5;
+
+/// A pair of tracks that touch.
+struct Found {
+    tracks: [u32; 2],
+    touching: Touching,
+    /// Whether the first leads into the second (and the metres in between), or the second into the first.
+    leads: [Option<f32>; 2],
+}
+
+/// Where robots on two tracks touch.
+struct Touching {
+    own: [f32; 2],
+    other: [f32; 2],
+    /// The largest distance between robots that touch, in metres along both tracks, if the first leads into the second;
+    /// and if the second leads into the first.
+    apart: [f32; 2],
+    /// The largest difference of their places, if both tracks are the same.
+    farthest: f32,
+}
+
+/// Makes the tables of all pairs of footprints.
+pub fn tables(roads: &Roads, sweeps: &[Sweep], discs: &[u32], lengths: &[f32]) -> Vec<ConflictTable> {
+    let mut places = vec![None; roads.nodes() as usize];
+    discs.iter().for_each(|&node| places[node as usize] = Some(SweptBox::disc(roads.position(node))));
+    let boxes = sweeps.iter().map(Sweep::boxes).chain(places.iter().map(|place| place.as_slice()));
+    let boxes: Vec<&[SweptBox]> = boxes.collect();
+    let sweep = |footprint: &Footprint| boxes.iter().map(|boxes| Swept::new(boxes, footprint)).collect();
+    let swept: Vec<Vec<Swept<'_>>> = roads.footprints().iter().map(sweep).collect();
+    let longest = roads.footprints().iter().map(|footprint| 2.0 * footprint.half[0]).fold(0.0, f32::max);
+    let ahead = (0..roads.edges().len() as u32).map(|edge| edges_ahead(roads, edge, AHEAD * longest)).collect();
+    let finder = Finder { roads, sweeps, lengths, ahead, swept };
+    let count = roads.footprints().len();
+    (0..count * count).map(|pair| finder.table(pair / count, pair % count)).collect()
+}
+
+impl<'a> Swept<'a> {
+    fn new(boxes: &'a [SweptBox], footprint: &Footprint) -> Self {
+        let rectangles: Vec<_> = boxes.iter().map(|part| part.rectangle(footprint)).collect();
+        let mut bounds = [[f32::INFINITY; 2], [f32::NEG_INFINITY; 2]];
+        for rectangle in &rectangles {
+            let radius = rectangle.radius();
+            for axis in [0, 1] {
+                bounds[0][axis] = bounds[0][axis].min(rectangle.centre[axis] - radius);
+                bounds[1][axis] = bounds[1][axis].max(rectangle.centre[axis] + radius);
+            }
+        }
+        Self { boxes, rectangles, bounds }
+    }
+
+    fn length(&self) -> f32 {
+        self.boxes.last().map_or(0.0, |last| last.s[1])
+    }
+
+    /// Whether a circle around a point may reach it.
+    fn is_near(&self, point: [f32; 2], radius: f32) -> bool {
+        [0, 1]
+            .iter()
+            .all(|&axis| point[axis] + radius >= self.bounds[0][axis] && point[axis] - radius <= self.bounds[1][axis])
+    }
+}
+
+impl Finder<'_> {
+    /// Makes the table of robots with footprint `own` and robots with footprint `other`.
+    fn table(&self, own: usize, other: usize) -> ConflictTable {
+        let tracks = self.swept[other].len() as u32;
+        let listed = (0..tracks).map(|track| (track, self.swept[other][track as usize].rectangles.as_slice()));
+        let radius = self.swept[own].iter().flat_map(|swept| &swept.rectangles).map(Rectangle::radius);
+        let grid = Grid::new(listed, 2.0 * radius.fold(0.5, f32::max));
+        let threads = std::thread::available_parallelism().map_or(1, usize::from).min(16);
+        let chunk = tracks.div_ceil(threads as u32).max(1);
+        let found = std::thread::scope(|scope| {
+            let work = |first: u32| {
+                let grid = &grid;
+                scope.spawn(move || self.find(own, other, grid, first..(first + chunk).min(tracks)))
+            };
+            let workers: Vec<_> = (0..tracks).step_by(chunk as usize).map(work).collect();
+            workers.into_iter().flat_map(|worker| worker.join().unwrap_or_default()).collect::<Vec<Found>>()
+        });
+        let separations = self.separations([own, other], tracks, &found);
+        let pairs = found.iter().flat_map(|found| self.pairs(own == other, found, &separations)).collect();
+        ConflictTable::new(pairs, separations)
+    }
+
+    /// Finds the pairs of some tracks with all others.
+    fn find(&self, own: usize, other: usize, grid: &Grid, tracks: std::ops::Range<u32>) -> Vec<Found> {
+        let mut found = Vec::new();
+        for a in tracks {
+            let swept = &self.swept[own][a as usize];
+            for b in grid.near(&swept.rectangles) {
+                // With one footprint a pair is found once, and seen from both sides.
+                if b == a || (own == other && b < a) {
+                    continue;
+                }
+                let Some(touching) = touching(swept, &self.swept[other][b as usize]) else { continue };
+                found.push(Found { tracks: [a, b], leads: self.leads([own, other], [a, b], &touching), touching });
+            }
+        }
+        found
+    }
+
+    /// Whether one of two tracks leads into the other, so that robots on them follow each other.
+    fn leads(&self, footprints: [usize; 2], [a, b]: [u32; 2], touching: &Touching) -> [Option<f32>; 2] {
+        let ahead = |from: u32, to: u32, apart: f32| {
+            let between = self.ahead.get(from as usize)?.iter().find(|(edge, _)| *edge == to)?.1;
+            // Where the road turns back beside itself, robots far apart on it may touch.
+            let nearest = footprints.map(|footprint| self.roads.footprints()[footprint].half[0]);
+            (between + apart < AHEAD * (nearest[0] + nearest[1])).then_some(between)
+        };
+        match [ahead(a, b, touching.apart[0]), ahead(b, a, touching.apart[1])] {
+            [Some(_), Some(_)] => [None; 2],
+            leads => leads,
+        }
+    }
+
+    /// Returns the distances at which robots follow each other, in metres: by the track of the one behind. A robot that
+    /// keeps it is never in the way of the one ahead, whichever way that goes on.
+    fn separations(&self, footprints: [usize; 2], tracks: u32, found: &[Found]) -> Vec<f32> {
+        let [own, other] = footprints;
+        let mut separations: Vec<f32> = (0..tracks).map(|track| self.separation(own, other, track)).collect();
+        for Found { tracks: [a, b], touching, leads } in found {
+            let behind = [(*a, *b, leads[0], touching.apart[0]), (*b, *a, leads[1], touching.apart[1])];
+            for (behind, ahead, between, apart) in behind {
+                let Some(between) = between else { continue };
+                let apart = self.straight_on(footprints, behind, ahead).unwrap_or(between + apart);
+                let separation = &mut separations[behind as usize];
+                *separation = separation.max(apart);
+            }
+        }
+        separations.iter_mut().for_each(|separation| *separation += RESOLUTION);
+        separations
+    }
+
+    /// Returns the entries of a pair; with one footprint it is seen from both sides.
+    fn pairs(&self, both: bool, found: &Found, separations: &[f32]) -> impl Iterator<Item = (u32, Pair)> + use<> {
+        let [a, b] = found.tracks;
+        let relation = match found.leads {
+            [Some(between), _] => Relation::Into((separations[a as usize] - between).max(0.0)),
+            [_, Some(between)] => Relation::From((separations[b as usize] - between).max(0.0)),
+            _ => Relation::Crossing { own: found.touching.own, other: found.touching.other },
+        };
+        let [own, other] = [a, b].map(|track| self.lengths[track as usize]);
+        let pair = (a, Pair::new(b, relation, [own, other]));
+        let seen_from_other = (b, Pair::new(a, seen_from_other(relation), [other, own]));
+        std::iter::once(pair).chain(both.then_some(seen_from_other))
+    }
+
+    /// Returns the distance between robots that touch where a straight edge leads straight on into another one.
+    fn straight_on(&self, [own, other]: [usize; 2], front: u32, back: u32) -> Option<f32> {
+        let (first, second) = (&self.sweeps[front as usize], &self.sweeps[back as usize]);
+        let turn = super::super::angle_between(first.headings()[1], second.headings()[0]);
+        let goes_on = first.is_straight() && second.is_straight() && turn < 1e-4;
+        let roads = self.roads;
+        goes_on.then(|| first.straight_separation(&roads.footprints()[own], &roads.footprints()[other])).flatten()
+    }
+
+    /// Returns how far apart two robots on a track have to be, in metres.
+    fn separation(&self, own: usize, other: usize, track: u32) -> f32 {
+        let footprints = self.roads.footprints();
+        let straight = self.sweeps.get(track as usize).filter(|sweep| sweep.is_straight());
+        if let Some(separation) =
+            straight.and_then(|sweep| sweep.straight_separation(&footprints[own], &footprints[other]))
+        {
+            return separation;
+        }
+        let (a, b) = (&self.swept[own][track as usize], &self.swept[other][track as usize]);
+        touching(a, b).map_or(0.0, |touching| touching.farthest)
+    }
+}
+
+fn seen_from_other(relation: Relation) -> Relation {
+    match relation {
+        Relation::Crossing { own, other } => Relation::Crossing { own: other, other: own },
+        Relation::Into(metres) => Relation::From(metres),
+        Relation::From(metres) => Relation::Into(metres),
+    }
+}
+
+/// Returns the edges that an edge leads into within some metres of its end, forward, with the metres in between.
+fn edges_ahead(roads: &Roads, edge: u32, metres: f32) -> Vec<(u32, f32)> {
+    let mut ahead: Vec<(u32, f32)> = Vec::new();
+    let mut open = vec![(roads.edge(edge).destination, 0.0)];
+    while let Some((node, between)) = open.pop() {
+        for leg in roads.exits(node).iter().filter(|leg| !leg.is_reverse()) {
+            let known = ahead.iter_mut().find(|(known, _)| *known == leg.edge());
+            match known {
+                Some((_, nearest)) if *nearest <= between => continue,
+                Some((_, nearest)) => *nearest = between,
+                None => ahead.push((leg.edge(), between)),
+            }
+            let length = roads.edge(leg.edge()).length;
+            if between + length < metres {
+                open.push((roads.end(*leg), between + length));
+            }
+        }
+    }
+    ahead
+}
+
+/// Finds where robots on two tracks touch; `None` if they never do.
+fn touching(a: &Swept<'_>, b: &Swept<'_>) -> Option<Touching> {
+    let mut all = Touching::NONE;
+    let (length_a, length_b) = (a.length(), b.length());
+    for (part, rectangle) in a.boxes.iter().zip(&a.rectangles) {
+        let radius = rectangle.radius();
+        if !b.is_near(rectangle.centre, radius) {
+            continue;
+        }
+        for (other_part, other) in b.boxes.iter().zip(&b.rectangles) {
+            let offset = [0, 1].map(|axis| other.centre[axis] - rectangle.centre[axis]);
+            let reach = radius + other.radius();
+            if offset[0] * offset[0] + offset[1] * offset[1] <= reach * reach && rectangle.touches(other) {
+                all.add(part.s, other_part.s, [length_a, length_b]);
+            }
+        }
+    }
+    (all.own[0] <= all.own[1]).then_some(all)
+}
+
+impl Touching {
+    const NONE: Self = Self {
+        own: [f32::INFINITY, f32::NEG_INFINITY],
+        other: [f32::INFINITY, f32::NEG_INFINITY],
+        apart: [0.0; 2],
+        farthest: 0.0,
+    };
+
+    fn add(&mut self, own: [f32; 2], other: [f32; 2], lengths: [f32; 2]) {
+        self.own = [self.own[0].min(own[0]), self.own[1].max(own[1])];
+        self.other = [self.other[0].min(other[0]), self.other[1].max(other[1])];
+        self.apart[0] = self.apart[0].max(lengths[0] - own[0] + other[1]);
+        self.apart[1] = self.apart[1].max(lengths[1] - other[0] + own[1]);
+        self.farthest = self.farthest.max(own[1] - other[0]).max(other[1] - own[0]);
+    }
+}

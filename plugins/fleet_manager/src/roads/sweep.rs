@@ -1,0 +1,176 @@
+//! The space that robots sweep along an edge, as a chain of short stretches.
+
+use regatta_plugin::world::{CurveRecord, EdgeRecord, Orientation};
+
+use super::path::Cubic;
+use super::{Footprint, Rectangle};
+
+/// The longest stretch, in metres: the resolution at which claims are given back.
+const STEP: f64 = 0.1;
+/// The largest change of heading within half a stretch, in radians; sharper bends get shorter stretches.
+const BEND: f64 = 0.1;
+/// The shortest stretch, in metres: a cusp isn't divided for ever.
+const SHORTEST: f64 = 0.01;
+/// What footprints are enlarged by on each side, in metres: poses are exact to 1 mm only, and rounded.
+const MARGIN: f32 = 0.003;
+
+/// A stretch of an edge, and by how much the robots on it may differ from a robot in its middle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SweptBox {
+    /// Metres from the edge's origin to its ends.
+    pub s: [f32; 2],
+    /// The middle, in metres.
+    centre: [f32; 2],
+    /// Unit vector along the heading of a robot in the middle.
+    heading: [f32; 2],
+    /// The largest distance of a robot's position from the middle along and across that heading, in metres.
+    offset: [f32; 2],
+    /// Sine of the largest difference of headings; 1 for any heading.
+    turn: f32,
+}
+
+impl SweptBox {
+    /// Returns a rectangle that holds a footprint at every pose of the stretch.
+    pub fn rectangle(&self, footprint: &Footprint) -> Rectangle {
+        let [length, width] = footprint.half;
+        let half = if self.turn >= 1.0 {
+            [length.hypot(width); 2]
+        } else {
+            [length + width * self.turn, width + length * self.turn]
+        };
+        let half = [0, 1].map(|axis| half[axis] + self.offset[axis] + MARGIN);
+        Rectangle { centre: self.centre, heading: self.heading, half }
+    }
+
+    /// Whether its half length is what a straight line in that direction has.
+    fn is_along(&self, heading: f32) -> bool {
+        let half = 0.5 * (self.s[1] - self.s[0]);
+        let (sin, cos) = (heading.sin(), heading.cos());
+        let along = (cos * self.heading[0] + sin * self.heading[1]).abs() * half;
+        (self.offset[0] - along).abs() < 1e-4
+    }
+
+    /// The stretch of robots that turn on the spot at a node: a place of length zero, any heading.
+    pub fn disc(position: [f32; 2]) -> Self {
+        Self { s: [0.0; 2], centre: position, heading: [1.0, 0.0], offset: [0.0; 2], turn: 1.0 }
+    }
+}
+
+/// The stretches of an edge, from its origin to its destination.
+#[derive(Clone, Debug, Default)]
+pub struct Sweep {
+    boxes: Vec<SweptBox>,
+    /// Tangents at the origin and at the destination, in radians.
+    headings: [f32; 2],
+}
+
+impl Sweep {
+    /// Samples an edge.
+    pub fn of_edge(edge: &EdgeRecord, curves: &[CurveRecord]) -> Self {
+        let mut builder = Builder { orientation: edge.orientation(), s: 0.0, boxes: Vec::new() };
+        let cubics: Vec<_> = curves.iter().map(Cubic::new).collect();
+        for cubic in &cubics {
+            let parts = (cubic.length(0.0, 0.5) + cubic.length(0.5, 1.0)) / STEP;
+            let parts = parts.ceil().clamp(1.0, 1e6) as u32;
+            let at = |part: u32| f64::from(part) / f64::from(parts);
+            (0..parts).for_each(|part| builder.add(cubic, at(part), at(part + 1)));
+        }
+        let angle = |[x, y]: [f64; 2]| y.atan2(x) as f32;
+        let ends = [
+            cubics.first().map_or(0.0, |first| angle(first.tangent(0.0))),
+            cubics.last().map_or(0.0, |last| angle(last.tangent(1.0))),
+        ];
+        Self { boxes: builder.boxes, headings: ends }
+    }
+
+    /// Arc length, in metres.
+    pub fn length(&self) -> f32 {
+        self.boxes.last().map_or(0.0, |last| last.s[1])
+    }
+
+    /// Tangents at the origin and at the destination, in radians in (-π, π].
+    pub fn headings(&self) -> [f32; 2] {
+        self.headings
+    }
+
+    /// Whether its tangent and the heading of robots are the same everywhere.
+    pub fn is_straight(&self) -> bool {
+        let Some(first) = self.boxes.first() else { return true };
+        let same =
+            |part: &SweptBox| part.turn == 0.0 && part.heading == first.heading && part.is_along(self.headings[0]);
+        self.boxes.iter().all(same) && super::angle_between(self.headings[0], self.headings[1]) < 1e-4
+    }
+
+    /// Returns how far apart two robots have to be on a [straight](Self::is_straight) edge, in metres.
+    pub fn straight_separation(&self, a: &Footprint, b: &Footprint) -> Option<f32> {
+        let first = self.boxes.first()?;
+        let (sin, cos) = (self.headings[0].sin(), self.headings[0].cos());
+        let along = (cos * first.heading[0] + sin * first.heading[1]).abs();
+        let across = (cos * first.heading[1] - sin * first.heading[0]).abs();
+        let apart = |axis: usize, part: f32| (a.half[axis] + b.half[axis] + 2.0 * MARGIN) / part.max(1e-6);
+        Some(apart(0, along).min(apart(1, across)))
+    }
+
+    /// The stretches.
+    pub fn boxes(&self) -> &[SweptBox] {
+        &self.boxes
+    }
+}
+
+struct Builder {
+    orientation: Orientation,
+    /// Metres from the edge's origin to the end of the last stretch.
+    s: f64,
+    boxes: Vec<SweptBox>,
+}
+
+impl Builder {
+    /// Adds a part of a curve as a stretch, or as several where it bends.
+    fn add(&mut self, cubic: &Cubic, from: f64, to: f64) {
+        let length = cubic.length(from, to);
+        let middle = 0.5 * (from + to);
+        let tangent = cubic.tangent(middle);
+        let bend = [0.0, 0.25, 0.75, 1.0]
+            .map(|part| angle_from(tangent, cubic.tangent(from + part * (to - from))))
+            .into_iter()
+            .fold(0.0, f64::max);
+        if bend > BEND && length > SHORTEST {
+            self.add(cubic, from, middle);
+            self.add(cubic, middle, to);
+            return;
+        }
+        // Between the samples the heading may differ a little more than at them.
+        let turn = if bend == 0.0 { 0.0 } else { (1.25 * bend).sin().min(1.0) };
+        let turn = if bend > BEND { 1.0 } else { turn };
+        self.boxes.push(self.swept_box(cubic.point(middle), tangent, 0.5 * length, turn));
+        self.s += length;
+    }
+
+    fn swept_box(&self, centre: [f64; 2], tangent: [f64; 2], half: f64, turn: f64) -> SweptBox {
+        let angle = tangent[1].atan2(tangent[0]);
+        let (heading, turns) = match self.orientation {
+            Orientation::Tangential => (angle, true),
+            Orientation::Offset(offset) => (angle + f64::from(offset), true),
+            Orientation::Fixed(heading) => (f64::from(heading), false),
+        };
+        // The path stays within this of the line through the middle, along and across it.
+        let (along, across) = (half, half * turn);
+        let (sin, cos) = (heading - angle).sin_cos();
+        let offset = [along * cos.abs() + across * sin.abs(), along * sin.abs() + across * cos.abs()];
+        SweptBox {
+            s: [self.s as f32, (self.s + 2.0 * half) as f32],
+            centre: centre.map(|value| value as f32),
+            heading: [heading.cos() as f32, heading.sin() as f32],
+            offset: offset.map(|value| value as f32),
+            turn: if turns { turn as f32 } else { 0.0 },
+        }
+    }
+}
+
+/// Returns the absolute angle between two directions, in radians.
+fn angle_from(a: [f64; 2], b: [f64; 2]) -> f64 {
+    let (dot, cross) = (a[0] * b[0] + a[1] * b[1], a[0] * b[1] - a[1] * b[0]);
+    let angle = cross.atan2(dot).abs();
+    // Straight lines have no bend but rounding.
+    if angle < 1e-6 { 0.0 } else { angle }
+}

@@ -1,0 +1,162 @@
+//! The table of conflicts against brute force: poses that touch are in it.
+
+use proptest::prelude::*;
+use regatta_plugin::world::{CurveRecord, EdgeRecord, NodeRecord, Orientation, RobotTypeRecord, WorldData};
+
+use super::path::Cubic;
+use super::*;
+
+/// Points by arc length along the curve of an edge.
+struct Line {
+    cubic: Cubic,
+    /// Arc length at each of equally spaced parameters.
+    lengths: Vec<f64>,
+}
+
+impl Line {
+    const PARTS: usize = 400;
+
+    fn new(curve: &CurveRecord) -> Self {
+        let cubic = Cubic::new(curve);
+        let mut lengths = vec![0.0];
+        for part in 0..Self::PARTS {
+            let at = |part: usize| part as f64 / Self::PARTS as f64;
+            lengths.push(lengths[part] + cubic.length(at(part), at(part + 1)));
+        }
+        Self { cubic, lengths }
+    }
+
+    fn length(&self) -> f64 {
+        self.lengths[Self::PARTS]
+    }
+
+    /// The outline of a robot at a distance from the origin.
+    fn outline(&self, s: f64, orientation: Orientation, footprint: &Footprint) -> Rectangle {
+        let part = self.lengths.partition_point(|length| *length < s).clamp(1, Self::PARTS);
+        let (low, high) = (self.lengths[part - 1], self.lengths[part]);
+        let share = if high > low { (s - low) / (high - low) } else { 0.0 };
+        let t = (part as f64 - 1.0 + share) / Self::PARTS as f64;
+        let ([x, y], [dx, dy]) = (self.cubic.point(t), self.cubic.tangent(t));
+        let heading = orientation.heading(dy.atan2(dx) as f32);
+        Rectangle { centre: [x as f32, y as f32], heading: [heading.cos(), heading.sin()], half: footprint.half }
+    }
+}
+
+/// Whether the table says that robots at two places may touch.
+fn is_conflict(roads: &Roads, footprints: [usize; 2], [(a, s), (b, t)]: [(u32, f32); 2]) -> bool {
+    if a == b {
+        return (s - t).abs() < roads.conflicts().table(footprints[0], footprints[1]).separation(a);
+    }
+    let within = |place: f32, [low, high]: [f32; 2]| place >= low && place <= high;
+    roads.conflicts().of(footprints[0], footprints[1], a).filter(|(track, _)| *track == b).any(|(_, relation)| {
+        match relation {
+            Relation::Crossing { own, other } => within(s, own) && within(t, other),
+            Relation::Into(apart) => roads.edge(a).length - s + t < apart,
+            Relation::From(apart) => roads.edge(b).length - t + s < apart,
+        }
+    })
+}
+
+fn point() -> impl Strategy<Value = [f32; 2]> {
+    [0.0_f32..8.0, 0.0_f32..8.0]
+}
+
+fn orientation() -> impl Strategy<Value = Orientation> {
+    prop_oneof![
+        4 => Just(Orientation::Tangential),
+        1 => (-3.0_f32..3.0).prop_map(Orientation::Offset),
+        1 => (-3.0_f32..3.0).prop_map(Orientation::Fixed),
+    ]
+}
+
+/// A world of nodes at random places, and edges between them: straight, or with random handles.
+fn world() -> impl Strategy<Value = WorldData> {
+    let edge = (0_u32..6, 0_u32..6, proptest::option::of([point(), point()]), orientation());
+    let sizes = [(0.1_f32..1.5, 0.1_f32..1.0), (0.1_f32..1.5, 0.1_f32..1.0)];
+    (proptest::collection::vec(point(), 6), proptest::collection::vec(edge, 2..7), sizes).prop_map(
+        |(nodes, edges, sizes)| {
+            let mut world = WorldData::default();
+            world.nodes = nodes.iter().map(|&[x, y]| NodeRecord { x, y, ..NodeRecord::default() }).collect();
+            for (origin, destination, handles, orientation) in edges {
+                let [from, to] = [origin, destination].map(|node| nodes[node as usize]);
+                let curve = match handles {
+                    Some([a, b]) => CurveRecord { control_points: [from, a, b, to] },
+                    None if origin == destination => continue,
+                    None => CurveRecord::straight(from, to),
+                };
+                let record = EdgeRecord { origin, destination, velocity_forward: 1.0, ..EdgeRecord::default() };
+                world.add_edge(record.with_orientation(orientation), [curve]);
+            }
+            world.robot_types = sizes.map(|(length, width)| RobotTypeRecord::new("", length, width)).to_vec();
+            world
+        },
+    )
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(128))]
+
+    /// Poses that touch are in the table, for all pairs of footprints, on the same edge and on different ones.
+    #[test]
+    fn poses_that_touch_are_in_the_table(data in world(), places in proptest::collection::vec((0.0_f64..1.0, 0.0_f64..1.0), 40)) {
+        let world = data.view(1, 1);
+        let roads = Roads::new(&world);
+        let lines: Vec<Line> = world.edges().iter().map(|edge| Line::new(&world.curves(edge)[0])).collect();
+        let outline = |edge: usize, s: f64, footprint: usize| {
+            lines[edge].outline(s, world.edges()[edge].orientation(), &roads.footprints()[footprint])
+        };
+        let footprints = roads.footprints().len();
+        for (a, b) in (0..lines.len()).flat_map(|a| (0..lines.len()).map(move |b| (a, b))) {
+            for &(s, t) in &places {
+                let (s, t) = (s * lines[a].length(), t * lines[b].length());
+                for (own, other) in (0..footprints).flat_map(|own| (0..footprints).map(move |other| (own, other))) {
+                    if outline(a, s, own).touches(&outline(b, t, other)) {
+                        let places = [(a as u32, s as f32), (b as u32, t as f32)];
+                        prop_assert!(is_conflict(&roads, [own, other], places), "{places:?}, footprints {own} and {other}");
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_straight_road_keeps_robots_a_length_apart() {
+    let mut data = WorldData::default();
+    data.nodes = (0..4).map(|place| NodeRecord { x: 5.0 * place as f32, ..NodeRecord::default() }).collect();
+    for origin in 0..3 {
+        let curve = CurveRecord::straight([5.0 * origin as f32, 0.0], [5.0 * origin as f32 + 5.0, 0.0]);
+        let edge = EdgeRecord { origin, destination: origin + 1, velocity_forward: 1.0, ..EdgeRecord::default() };
+        data.add_edge(edge, [curve]);
+    }
+    data.robot_types = vec![RobotTypeRecord::new("", 0.9, 0.6)];
+    let roads = Roads::new(&data.view(1, 1));
+    let separation = roads.conflicts().table(0, 0).separation(1);
+    assert!((0.9..0.92).contains(&separation), "{separation}");
+    let relations: Vec<_> = roads.conflicts().of(0, 0, 1).collect();
+    let [(0, Relation::From(behind)), (2, Relation::Into(ahead))] = relations[..] else { panic!("{relations:?}") };
+    assert!((0.9..0.95).contains(&behind) && (0.9..0.95).contains(&ahead), "{relations:?}");
+    assert_eq!(roads.stops(0).last_open(Leg::new(1, false), 5.0, 0.0, 5.0), Some(5.0), "nobody is blocked there");
+}
+
+#[test]
+fn robots_wait_before_a_crossing_and_not_in_it() {
+    let mut data = WorldData::default();
+    let points = [[-5.0, 0.0], [5.0, 0.0], [0.0, -5.0], [0.0, 5.0]];
+    data.nodes = points.iter().map(|&[x, y]| NodeRecord { x, y, ..NodeRecord::default() }).collect();
+    for (origin, destination) in [(0, 1), (2, 3)] {
+        let curve = CurveRecord::straight(points[origin as usize], points[destination as usize]);
+        let edge = EdgeRecord { origin, destination, velocity_forward: 1.0, ..EdgeRecord::default() };
+        data.add_edge(edge, [curve]);
+    }
+    data.robot_types = vec![RobotTypeRecord::new("", 0.9, 0.6)];
+    let roads = Roads::new(&data.view(1, 1));
+    let relations: Vec<_> = roads.conflicts().of(0, 0, 0).collect();
+    let [(1, Relation::Crossing { own, .. })] = relations[..] else { panic!("{relations:?}") };
+    // Half of the one's length and half of the other's width, rounded outwards.
+    assert!((4.0..4.25).contains(&own[0]) && (5.75..6.0).contains(&own[1]), "{own:?}");
+    let before = roads.stops(0).last_open(Leg::new(0, false), 10.0, 0.0, 5.0);
+    assert!(before.is_some_and(|place| place < own[0] && place > own[0] - 0.1), "{before:?}");
+    let behind = roads.stops(0).next_open(Leg::new(0, true), 10.0, 5.0);
+    assert!(behind.is_some_and(|place| place > 10.0 - own[0]), "{behind:?}, in reverse gear");
+}

@@ -1,0 +1,118 @@
+//! The assignment of open orders to robots, by the book's [`Assigner`](crate::tasks::Assigner).
+
+use super::{Candidate, Change, Order, State, TaskBook, TaskId};
+use crate::tasks::assign::{OpenTask, Problem, allowed};
+
+/// How many seconds of driving priority, age and a near deadline are worth.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Urgency {
+    /// Of each step of priority.
+    pub priority_secs: f64,
+    /// Of each second that an order waits.
+    pub age: f64,
+    /// An order is more urgent from so many seconds before its deadline on, by a second each second.
+    pub before_deadline_secs: f64,
+    /// The simulated seconds after which orders that have a robot, but that it hasn't begun, may get another one.
+    pub reassignment_secs: f64,
+}
+
+impl Default for Urgency {
+    fn default() -> Self {
+        Self { priority_secs: 30.0, age: 0.5, before_deadline_secs: 600.0, reassignment_secs: 5.0 }
+    }
+}
+
+/// What an assignment has changed. Withdrawals come before the assignments.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Assignments {
+    /// Orders that were taken from their robots.
+    pub withdrawn: Vec<(TaskId, u32)>,
+    /// Orders that robots have got.
+    pub assigned: Vec<(TaskId, u32)>,
+}
+
+impl TaskBook {
+    /// Sets what makes orders urgent.
+    pub fn set_urgency(&mut self, urgency: Urgency) {
+        self.urgency = urgency;
+    }
+
+    /// Assigns waiting orders to robots. `available` are the robots that may get an order or another one; those that are
+    /// at a stop, or have begun their order, are ignored. Every few seconds orders that aren't begun are assigned anew.
+    /// `driving_secs` returns how long a robot drives to a node, in seconds; `None` if it can't.
+    pub fn assign(
+        &mut self,
+        now_secs: f64,
+        available: &[Candidate],
+        driving_secs: &dyn Fn(u32, u32) -> Option<f64>,
+    ) -> Assignments {
+        let is_reassignment = now_secs >= self.next_reassignment_secs;
+        if is_reassignment {
+            self.next_reassignment_secs = now_secs + self.urgency.reassignment_secs;
+        }
+        let robots = self.candidates(available, is_reassignment);
+        if robots.is_empty() {
+            return Assignments::default();
+        }
+        let tasks = self.assignable(&robots, now_secs);
+        let problem = Problem { now_secs, tasks: &tasks, robots: &robots, driving_secs };
+        let pairs = allowed(&problem, self.assigner.assign(&problem));
+        self.carry_out(&tasks, &pairs, now_secs)
+    }
+
+    /// Returns the robots without an order, and those that may get another one, by id.
+    fn candidates(&self, available: &[Candidate], is_reassignment: bool) -> Vec<Candidate> {
+        let may_get = |candidate: &&Candidate| match self.task_of(candidate.robot).and_then(|task| self.order(task)) {
+            None => true,
+            Some(order) => is_reassignment && !order.is_bound() && order.state == State::Travelling(candidate.robot),
+        };
+        let mut robots: Vec<_> = available.iter().filter(may_get).copied().collect();
+        robots.sort_by_key(|candidate| candidate.robot);
+        robots.dedup_by_key(|candidate| candidate.robot);
+        robots
+    }
+
+    /// Returns the waiting orders, and those of the robots, by number.
+    fn assignable(&self, robots: &[Candidate], now_secs: f64) -> Vec<OpenTask> {
+        let theirs = robots.iter().filter_map(|candidate| self.task_of(candidate.robot));
+        let mut tasks: Vec<_> = self.waiting.iter().copied().chain(theirs).collect();
+        tasks.sort_unstable();
+        tasks.iter().filter_map(|task| self.open.get(task)).map(|order| self.open_task(order, now_secs)).collect()
+    }
+
+    fn open_task(&self, order: &Order, now_secs: f64) -> OpenTask {
+        let node = order.content.stops[0].node;
+        let urgency = &self.urgency;
+        let nearness = |deadline: f64| (urgency.before_deadline_secs - (deadline - now_secs)).max(0.0);
+        let urgency_secs = f64::from(order.content.priority) * urgency.priority_secs
+            + (now_secs - order.ready_secs()).max(0.0) * urgency.age
+            + order.content.deadline_secs.map_or(0.0, nearness);
+        let position = self.places.place(node).position;
+        OpenTask { task: order.id, node, position, urgency_secs, robot: order.state.robot() }
+    }
+
+    fn carry_out(
+        &mut self,
+        tasks: &[OpenTask],
+        pairs: &std::collections::BTreeMap<TaskId, u32>,
+        now_secs: f64,
+    ) -> Assignments {
+        let mut changes = Assignments::default();
+        for OpenTask { task, robot, .. } in tasks {
+            if let Some(robot) = robot.filter(|robot| pairs.get(task) != Some(robot)) {
+                changes.withdrawn.extend(self.withdraw(robot, now_secs).map(|task| (task, robot)));
+            }
+        }
+        for OpenTask { task, robot, .. } in tasks {
+            let new = pairs.get(task).filter(|new| *robot != Some(**new));
+            if let (Some(new), Some(order)) = (new, self.open.get_mut(task)) {
+                order.state = State::Travelling(*new);
+                self.waiting.remove(task);
+                self.by_robot.insert(*new, *task);
+                self.note(*task, now_secs, Change::Assigned { robot: *new });
+                changes.assigned.push((*task, *new));
+            }
+        }
+        changes
+    }
+}

@@ -1,0 +1,235 @@
+use proptest::prelude::*;
+use regatta_plugin::world::NodeRole;
+
+use super::*;
+use crate::tasks::file::parse_yaml;
+use crate::tasks::load::Load;
+use crate::tasks::places::Place;
+
+fn places() -> Arc<Places> {
+    let role = |id| if id < 5 { NodeRole::Pick } else { NodeRole::Drop };
+    let place = |id| Place { id, role: role(id), position: [id as f32, 0.0], ..Place::default() };
+    Arc::new(Places::new((0..10).map(place).collect()))
+}
+
+fn book(orders: &str) -> TaskBook {
+    let mut book = TaskBook::new(places());
+    book.add_orders(&parse_yaml(orders).expect("orders")).expect("valid orders");
+    book.generate_until(0.0, 0);
+    book
+}
+
+fn candidates(robots: &[u32]) -> Vec<Candidate> {
+    robots.iter().map(|robot| Candidate { robot: *robot, position: [*robot as f32, 0.0] }).collect()
+}
+
+fn driving(robot: u32, node: u32) -> Option<f64> {
+    Some(f64::from(robot.abs_diff(node)) * 10.0)
+}
+
+#[test]
+fn an_order_goes_from_stop_to_stop() {
+    let mut book = book("- {name: a, stops: [{at: 3, action: pick, dwell: 5}, 7]}");
+    assert_eq!(book.assign(0.0, &candidates(&[8, 2]), &driving).assigned, [(TaskId(1), 2)]);
+    assert_eq!(book.current_stop(2).map(|stop| (stop.node, stop.dwell_secs)), Some((3, 5.0)));
+    assert!(book.handled(2, 1.0).is_none() && !book.arrived(8, 1.0), "neither is at a stop");
+    assert!(book.arrived(2, 10.0) && !book.arrived(2, 11.0));
+    assert!(matches!(book.handled(2, 15.0), Some(Next::Stop(Stop { node: 7, .. }))));
+    assert_eq!(book.withdraw(2, 15.0), Err(WithdrawError::Begun));
+    assert!(book.arrived(2, 60.0));
+    assert_eq!((book.handled(2, 61.0), book.task_of(2)), (Some(Next::Done), None));
+    let figures = book.figures(3600.0);
+    assert_eq!((figures.orders.finished, figures.tasks_per_hour), (1, 1.0));
+    assert_eq!((figures.waiting.mean_secs, figures.service.mean_secs), (10.0, 61.0));
+    let events: Vec<_> = book.events().map(|event| event.change).collect();
+    assert_eq!(events.len(), 9, "{events:?}");
+    assert_eq!(events[3..5], [Change::Assigned { robot: 2 }, Change::Arrived { robot: 2, stop: 0 }]);
+}
+
+#[test]
+fn orders_wait_for_their_time() {
+    let mut book = book("- {time: 50, earliest: 60, stops: [1]}\n- {time: 20, stops: [1]}");
+    assert_eq!(book.open_orders().count(), 0);
+    book.generate_until(55.0, 0);
+    let states: Vec<_> = book.open_orders().map(|order| order.state().name()).collect();
+    assert_eq!(states, ["waiting", "created"]);
+    book.generate_until(60.0, 0);
+    assert_eq!(book.waiting.len(), 2);
+}
+
+#[test]
+fn a_nearer_robot_takes_over_until_the_pick() {
+    let mut book = book("- {stops: [5]}");
+    assert_eq!(book.assign(0.0, &candidates(&[0]), &driving).assigned, [(TaskId(1), 0)]);
+    assert_eq!(book.assign(1.0, &candidates(&[0, 4]), &driving), Assignments::default(), "not every tick");
+    let changes = book.assign(5.0, &candidates(&[0, 4]), &driving);
+    assert_eq!((changes.withdrawn, changes.assigned), (vec![(TaskId(1), 0)], vec![(TaskId(1), 4)]));
+    assert!(book.arrived(4, 6.0));
+    assert_eq!(book.assign(11.0, &candidates(&[0, 4, 5]), &driving), Assignments::default());
+}
+
+#[test]
+fn priority_and_age_are_worth_a_way() {
+    let mut first = book("- {stops: [1]}\n- {stops: [8], priority: 5}");
+    assert_eq!(first.assign(0.0, &candidates(&[0]), &driving).assigned, [(TaskId(2), 0)]);
+    let mut second = book("- {stops: [8]}\n- {time: 600, stops: [1]}");
+    second.generate_until(600.0, 0);
+    assert_eq!(second.assign(600.0, &candidates(&[0]), &driving).assigned, [(TaskId(1), 0)]);
+}
+
+#[test]
+fn unroutable_orders_come_back() {
+    let mut book = book("- {name: a, stops: [1]}");
+    assert!(book.unroutable(TaskId(1), 1.0, "closed") && !book.unroutable(TaskId(1), 1.0, "closed"));
+    assert_eq!(book.assign(2.0, &candidates(&[0]), &driving), Assignments::default());
+    assert_eq!(book.order(TaskId(1)).map(Order::reason), Some("closed"));
+    assert!(book.reopen(TaskId(1), 3.0) && !book.reopen(TaskId(1), 3.0));
+    assert_eq!(book.assign(4.0, &candidates(&[0]), &driving).assigned.len(), 1);
+}
+
+#[derive(Clone, Debug)]
+enum Step {
+    Generate,
+    Assign(Vec<u32>),
+    Arrive(u32),
+    Handle(u32),
+    Fail(u32),
+    Withdraw(u32),
+    Cancel(u64, bool),
+    Unroutable(u64),
+    Reopen(u64),
+}
+
+fn step() -> impl Strategy<Value = Step> {
+    let robot = || 0_u32..6;
+    prop_oneof![
+        Just(Step::Generate),
+        prop::collection::vec(robot(), 0..6).prop_map(Step::Assign),
+        robot().prop_map(Step::Arrive),
+        robot().prop_map(Step::Handle),
+        robot().prop_map(Step::Fail),
+        robot().prop_map(Step::Withdraw),
+        (1_u64..30, any::<bool>()).prop_map(|(number, immediate)| Step::Cancel(number, immediate)),
+        (1_u64..30).prop_map(Step::Unroutable),
+        (1_u64..30).prop_map(Step::Reopen),
+    ]
+}
+
+fn perform(book: &mut TaskBook, step: &Step, now: f64) {
+    match step {
+        Step::Generate => book.generate_until(now, 6),
+        Step::Assign(robots) => drop(book.assign(now, &candidates(robots), &driving)),
+        Step::Arrive(robot) => assert!(!(book.arrived(*robot, now) && book.arrived(*robot, now))),
+        Step::Handle(robot) => assert!(book.handled(*robot, now).is_none() || book.handled(*robot, now).is_none()),
+        Step::Fail(robot) => assert_eq!(book.task_of(*robot), book.failed(*robot, now, "broken")),
+        Step::Withdraw(robot) => {
+            let withdrawn = book.withdraw(*robot, now);
+            assert_eq!(withdrawn.is_err(), book.task_of(*robot).is_some() || withdrawn == Err(WithdrawError::Unknown));
+        }
+        Step::Cancel(number, immediate) => {
+            let Some(order) = book.order(TaskId(*number)).cloned() else { return };
+            let is_cancelled = book.cancel(order.content().name(), *immediate, now).is_ok();
+            assert_eq!(is_cancelled, *immediate || !order.is_bound());
+        }
+        Step::Unroutable(number) => {
+            assert!(!book.unroutable(TaskId(*number), now, "closed") || !book.waiting.contains(&TaskId(*number)))
+        }
+        Step::Reopen(number) => assert!(!book.reopen(TaskId(*number), now) || book.waiting.contains(&TaskId(*number))),
+    }
+}
+
+/// Follows the events alone: who has which order, and which stops are handled.
+#[derive(Default)]
+struct Model {
+    robots: BTreeMap<u32, TaskId>,
+    handled: BTreeMap<TaskId, u32>,
+    stops: BTreeMap<TaskId, u32>,
+    over: BTreeSet<TaskId>,
+}
+
+impl Model {
+    fn take(&mut self, event: &TaskEvent) {
+        let task = event.task;
+        assert!(!self.over.contains(&task), "{event:?} after the end");
+        match &event.change {
+            Change::Created { stops, .. } => assert_eq!(self.stops.insert(task, *stops), None),
+            Change::Assigned { robot } => {
+                assert_eq!(self.robots.insert(*robot, task), None, "one robot, one order");
+                assert_eq!(self.robots.values().filter(|other| **other == task).count(), 1, "one order, one robot");
+            }
+            Change::Withdrawn { robot } => {
+                assert_eq!(self.robots.remove(robot), Some(task));
+                assert_eq!(self.handled.get(&task), None, "begun orders stay");
+            }
+            Change::Handled { robot, stop } => {
+                assert_eq!(self.robots.get(robot), Some(&task));
+                assert_eq!(self.handled.insert(task, *stop).map_or(0, |last| last + 1), *stop, "each stop once");
+            }
+            Change::Finished { robot } => {
+                assert_eq!(self.handled.get(&task).map(|last| last + 1), self.stops.get(&task).copied());
+                self.end(task, Some(*robot));
+            }
+            Change::Failed { robot, .. } | Change::Cancelled { robot, .. } => self.end(task, *robot),
+            _ => {}
+        }
+    }
+
+    fn end(&mut self, task: TaskId, robot: Option<u32>) {
+        if let Some(robot) = robot {
+            assert_eq!(self.robots.remove(&robot), Some(task));
+        }
+        self.over.insert(task);
+    }
+}
+
+fn check(book: &TaskBook, model: &Model) {
+    assert_eq!(book.by_robot, model.robots);
+    assert_eq!(book.open.len() + model.over.len(), model.stops.len(), "no order is lost");
+    for order in book.open.values() {
+        let holds = order.state().robot().is_none_or(|robot| book.by_robot.get(&robot) == Some(&order.id()));
+        assert!(holds && !order.state().is_final() && order.next_stop < order.content.stops.len(), "{order:?}");
+        assert_eq!(order.state() == State::Waiting, book.waiting.contains(&order.id()));
+        assert_eq!(book.names.get(&order.content.name), Some(&order.id()));
+    }
+    assert_eq!((book.names.len(), book.made_by.len() <= book.open.len()), (book.open.len(), true));
+    let figures = book.figures(1e4).orders;
+    let over = figures.finished + figures.failed + figures.cancelled;
+    assert_eq!(over, model.over.len());
+}
+
+proptest! {
+    #[test]
+    fn no_order_is_lost_or_done_twice(steps in prop::collection::vec(step(), 1..300)) {
+        let text = "load: {generators: [{per_hour: 600, deadline: 60}, {endless: 3}]}";
+        let mut book = TaskBook::new(places());
+        book.add_load(&Load::parse(text, &places()).expect("a load"));
+        let mut model = Model::default();
+        for (step, now) in steps.iter().zip(1..) {
+            perform(&mut book, step, f64::from(now));
+            book.events().for_each(|event| model.take(&event));
+            check(&book, &model);
+        }
+    }
+}
+
+#[test]
+fn a_run_repeats_bit_by_bit() {
+    let run = || {
+        let mut book = TaskBook::new(places());
+        book.add_load(&Load::parse("load: {endless: robots}", &places()).expect("a load"));
+        let mut events = Vec::new();
+        for tick in 0..500 {
+            let now = f64::from(tick) * 0.5;
+            book.generate_until(now, 6);
+            book.assign(now, &candidates(&[0, 1, 2, 3, 4, 5]), &driving);
+            (0..6).filter(|robot| (tick + robot) % 3 == 0).for_each(|robot| {
+                book.handled(robot, now);
+                book.arrived(robot, now);
+            });
+            events.extend(book.events());
+        }
+        assert!(book.figures(250.0).orders.finished > 300, "{:?}", book.figures(250.0));
+        events
+    };
+    assert_eq!(run(), run());
+}

@@ -1,0 +1,140 @@
+//! What surrounds a book in a running manager: its files, its store and its web API.
+
+use std::net::SocketAddr;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, channel};
+
+use regatta_plugin::tell;
+use tokio::sync::mpsc::UnboundedSender;
+
+use super::book::{Known, TaskBook};
+use super::desk::{Office, Request, Update};
+use super::file::{FileError, read_orders};
+use super::load::Load;
+use super::places::Places;
+use super::store::{StoreError, TaskStore, Writer};
+use super::web::{Web, WebError, WebSettings};
+
+/// Where a manager's orders come from, and where they are kept.
+#[derive(Clone, Debug, Default)]
+pub struct TaskSettings {
+    /// A file of orders.
+    pub orders: Option<PathBuf>,
+    /// A file with a load.
+    pub load: Option<PathBuf>,
+    /// The store; orders are in memory only without one.
+    pub store: Option<PathBuf>,
+    /// The address of the web API; none without one. Port 0 is any free one.
+    pub http: Option<SocketAddr>,
+    /// A file with the token that requests must have. Addresses other than loopback need one.
+    pub token_file: Option<PathBuf>,
+}
+
+/// Why a book can't be opened.
+#[derive(Debug, thiserror::Error)]
+pub enum TasksError {
+    /// A file of orders or a load.
+    #[error(transparent)]
+    File(#[from] FileError),
+    /// The store.
+    #[error(transparent)]
+    Store(#[from] StoreError),
+    /// The web API.
+    #[error(transparent)]
+    Web(#[from] WebError),
+}
+
+/// The threads of a book.
+struct Threads {
+    requests: Receiver<Request>,
+    updates: Option<UnboundedSender<Update>>,
+    // The web API ends before the store, which it uses.
+    web: Option<Web>,
+    store: Option<Writer>,
+}
+
+impl Office for Threads {
+    fn requests(&mut self) -> Vec<Request> {
+        self.requests.try_iter().collect()
+    }
+
+    fn publish(&mut self, mut update: Update) {
+        let done = std::mem::take(&mut update.done);
+        match &self.store {
+            Some(store) => store.update(update.orders.clone(), done),
+            None => done.into_iter().for_each(|reply| reply(())),
+        }
+        if let Some(updates) = &self.updates {
+            // It fails only if the web API has ended.
+            let _ = updates.send(update);
+        }
+    }
+
+    fn is_saved(&self) -> bool {
+        self.store.as_ref().is_none_or(Writer::is_saved)
+    }
+
+    fn address(&self) -> Option<SocketAddr> {
+        self.web.as_ref().map(Web::address)
+    }
+}
+
+impl TaskBook {
+    /// Opens the book of a run: restores the store's open orders, reads the files, and starts the web API. `run_id` is that
+    /// of the world; orders of the store continue where they were only in the same run.
+    ///
+    /// # Errors
+    /// [`TasksError`] if a file is wrong, the store can't be used, or the address can't be listened on.
+    pub fn open(settings: &TaskSettings, places: Arc<Places>, run_id: u64, now_secs: f64) -> Result<Self, TasksError> {
+        let mut book = Self::new(places.clone());
+        let orders = settings.orders.as_deref().map(read_orders).transpose()?.unwrap_or_default();
+        let load = settings.load.as_deref().map(|path| Load::read(path, &places)).transpose()?;
+        let (store, known) = match &settings.store {
+            Some(path) => book.open_store(path, run_id, now_secs)?,
+            None => (None, Known::default()),
+        };
+        if let Some(path) = &settings.orders {
+            let invalid = |error| FileError::Invalid { path: path.clone(), error };
+            book.add_new_orders(&orders, &known).map_err(invalid)?;
+        }
+        book.continue_load(&load.unwrap_or_default(), &known);
+        book.open_threads(settings, store)?;
+        Ok(book)
+    }
+
+    fn open_store(
+        &mut self,
+        path: &std::path::Path,
+        run_id: u64,
+        now_secs: f64,
+    ) -> Result<(Option<Writer>, Known), TasksError> {
+        let mut store = TaskStore::open(path, self.places().clone())?;
+        let restored = store.restore(run_id)?;
+        if restored.unplaced > 0 {
+            let (count, path) = (restored.unplaced, path.display());
+            tell!(
+                "fleet-manager: {count} open orders of {path} name nodes that this world doesn't have; they stay there"
+            );
+        }
+        self.restore(restored.orders, restored.next_id, now_secs);
+        let start = Writer::start(store);
+        let writer = start.map_err(|error| StoreError::Io { path: path.to_owned(), reason: error.to_string() })?;
+        Ok((Some(writer), restored.known))
+    }
+
+    fn open_threads(&mut self, settings: &TaskSettings, store: Option<Writer>) -> Result<(), TasksError> {
+        let (requests_in, requests) = channel();
+        let mut threads = Threads { requests, updates: None, web: None, store };
+        if let Some(address) = settings.http {
+            let (updates, updates_out) = tokio::sync::mpsc::unbounded_channel();
+            let jobs = threads.store.as_ref().and_then(Writer::sender);
+            let open = self.open_orders().map(|order| Arc::new(order.clone())).collect();
+            let settings = WebSettings { address, token_file: settings.token_file.clone() };
+            threads.web = Some(Web::start(&settings, self.places().clone(), jobs, requests_in, updates_out, open)?);
+            threads.updates = Some(updates);
+        }
+        self.set_office(Box::new(threads));
+        Ok(())
+    }
+}

@@ -1,0 +1,173 @@
+//! All orders and vehicles, as the web API shows them. It follows what the book publishes.
+
+use std::collections::{BTreeMap, VecDeque};
+use std::sync::Arc;
+
+use axum::body::Bytes;
+use parking_lot::Mutex;
+use serde_json::{Value, json};
+use tokio::sync::broadcast;
+use tokio::sync::mpsc::UnboundedReceiver;
+
+use super::json;
+use crate::tasks::desk::{Update, Vehicle};
+use crate::tasks::figures::Figures;
+use crate::tasks::order::{NewOrder, Order, OrderName, State, TaskId};
+use crate::tasks::places::Places;
+
+/// The largest number of orders that are over and still shown; older ones are in the store.
+const MAX_CLOSED: usize = 100_000;
+/// The largest number of open orders: there is an end to memory.
+const MAX_OPEN: usize = 1_000_000;
+/// The largest number of events that a reader may be behind.
+const MAX_BEHIND: usize = 4_096;
+
+pub(super) struct Board {
+    pub(super) places: Arc<Places>,
+    content: Mutex<Content>,
+    events: broadcast::Sender<Bytes>,
+}
+
+#[derive(Default)]
+struct Content {
+    orders: BTreeMap<OrderName, Arc<Order>>,
+    closed: VecDeque<OrderName>,
+    vehicles: BTreeMap<u32, Vehicle>,
+    figures: Figures,
+    now_secs: f64,
+    /// The number in the next name that is generated.
+    number: u64,
+}
+
+/// Why orders aren't taken.
+pub(super) enum Refusal {
+    Duplicate(OrderName),
+    Full,
+}
+
+impl Board {
+    pub(super) fn new(places: Arc<Places>, open: Vec<Arc<Order>>) -> Self {
+        let orders = open.into_iter().map(|order| (order.content().name().clone(), order)).collect();
+        let content = Mutex::new(Content { orders, ..Content::default() });
+        Self { places, content, events: broadcast::Sender::new(MAX_BEHIND) }
+    }
+
+    /// Takes updates until the book ends.
+    pub(super) async fn follow(self: Arc<Self>, mut updates: UnboundedReceiver<Update>) {
+        while let Some(update) = updates.recv().await {
+            self.apply(update);
+        }
+    }
+
+    fn apply(&self, update: Update) {
+        if self.events.receiver_count() > 0 {
+            let orders = update.orders.iter().map(|order| ("transportOrder", json::order(order, &self.places)));
+            let vehicles = update.vehicles.iter().map(|vehicle| ("vehicle", json::vehicle(vehicle, &self.places)));
+            for (event, data) in orders.chain(vehicles) {
+                // It fails only if the last reader has gone.
+                let _ = self.events.send(Bytes::from(format!("event: {event}\ndata: {data}\n\n")));
+            }
+        }
+        let mut content = self.content.lock();
+        content.now_secs = update.now_secs;
+        content.figures = update.figures.unwrap_or(content.figures);
+        content.vehicles.extend(update.vehicles.into_iter().map(|vehicle| (vehicle.robot, vehicle)));
+        update.orders.into_iter().for_each(|order| content.show(order));
+    }
+
+    pub(super) fn subscribe(&self) -> broadcast::Receiver<Bytes> {
+        self.events.subscribe()
+    }
+
+    /// Returns a name that no order has. That of an order of an earlier run is found by the store.
+    pub(super) fn generated_name(&self) -> OrderName {
+        let mut content = self.content.lock();
+        loop {
+            content.number += 1;
+            // Short and plain: it is a name.
+            if let Ok(name) = OrderName::parse(&format!("order-{}", content.number))
+                && !content.orders.contains_key(&name)
+            {
+                return name;
+            }
+        }
+    }
+
+    /// Shows new orders, so that their names are taken: all, or none.
+    pub(super) fn reserve(&self, orders: &[NewOrder]) -> Result<Vec<Arc<Order>>, Refusal> {
+        let mut content = self.content.lock();
+        let mut names: Vec<_> = orders.iter().map(NewOrder::name).collect();
+        names.sort();
+        let twice = names.windows(2).find(|pair| pair[0] == pair[1]).map(|pair| pair[0]);
+        if let Some(name) = twice.or_else(|| names.into_iter().find(|name| content.orders.contains_key(name))) {
+            return Err(Refusal::Duplicate(name.clone()));
+        }
+        if content.orders.len() - content.closed.len() + orders.len() > MAX_OPEN {
+            return Err(Refusal::Full);
+        }
+        let now_secs = content.now_secs;
+        let shown: Vec<_> = orders.iter().map(|order| Arc::new(posted(order, now_secs))).collect();
+        content.orders.extend(shown.iter().map(|order| (order.content().name().clone(), order.clone())));
+        Ok(shown)
+    }
+
+    /// Takes back what [`reserve`](Self::reserve) has shown.
+    pub(super) fn release(&self, orders: &[NewOrder]) {
+        let mut content = self.content.lock();
+        orders.iter().for_each(|order| drop(content.orders.remove(order.name())));
+    }
+
+    pub(super) fn order(&self, name: &OrderName) -> Option<Value> {
+        let order = self.content.lock().orders.get(name).cloned();
+        order.map(|order| json::order(&order, &self.places))
+    }
+
+    /// Returns the orders for which a condition holds.
+    pub(super) fn orders(&self, condition: impl Fn(&Order) -> bool) -> Vec<Value> {
+        let orders: Vec<_> = self.content.lock().orders.values().cloned().collect();
+        orders.iter().filter(|order| condition(order)).map(|order| json::order(order, &self.places)).collect()
+    }
+
+    pub(super) fn vehicle(&self, robot: u32) -> Option<Value> {
+        self.content.lock().vehicles.get(&robot).map(|vehicle| json::vehicle(vehicle, &self.places))
+    }
+
+    pub(super) fn vehicles(&self) -> Vec<Value> {
+        self.content.lock().vehicles.values().map(|vehicle| json::vehicle(vehicle, &self.places)).collect()
+    }
+
+    pub(super) fn status(&self) -> Value {
+        let content = self.content.lock();
+        let open = content.orders.len() - content.closed.len();
+        json!({"time": content.now_secs, "openOrders": open, "vehicles": content.vehicles.len(),
+            "figures": content.figures.json()})
+    }
+}
+
+impl Content {
+    fn show(&mut self, order: Arc<Order>) {
+        let name = order.content().name().clone();
+        if order.state().is_final() {
+            self.closed.push_back(name.clone());
+        }
+        self.orders.insert(name, order);
+        if self.closed.len() > MAX_CLOSED
+            && let Some(oldest) = self.closed.pop_front()
+        {
+            self.orders.remove(&oldest);
+        }
+    }
+}
+
+/// Returns an order that the book hasn't taken yet.
+fn posted(order: &NewOrder, now_secs: f64) -> Order {
+    Order {
+        id: TaskId(0),
+        content: order.clone(),
+        created_secs: now_secs,
+        state: State::Created,
+        next_stop: 0,
+        reason: String::new(),
+        history: Vec::new(),
+    }
+}

@@ -1,0 +1,304 @@
+use std::io::{Read, Write};
+use std::net::TcpStream;
+
+use serde_json::{Value, json};
+
+use crate::tasks::places::Place;
+use crate::tasks::{Candidate, Places, TaskBook, TaskSettings, TasksError, Vehicle};
+use std::net::SocketAddr;
+use std::sync::Arc;
+
+const LOOPBACK: SocketAddr = SocketAddr::new(std::net::IpAddr::V4(std::net::Ipv4Addr::LOCALHOST), 0);
+
+fn places() -> Arc<Places> {
+    let place = |id| Place { id, name: format!("N{id}"), ..Place::default() };
+    Arc::new(Places::new((0..4).map(place).collect()))
+}
+
+fn open(settings: &TaskSettings) -> Result<TaskBook, TasksError> {
+    TaskBook::open(settings, places(), 1, 0.0)
+}
+
+fn book() -> TaskBook {
+    open(&TaskSettings { http: Some(LOOPBACK), ..TaskSettings::default() }).expect("a book")
+}
+
+fn address(book: &TaskBook) -> SocketAddr {
+    book.http_address().expect("an address")
+}
+
+/// Sends a request and returns the status and the body.
+fn raw(address: SocketAddr, request: &[u8]) -> (u16, String) {
+    let mut stream = TcpStream::connect(address).expect("connected");
+    // The server may answer before it has read everything.
+    let _ = stream.write_all(request);
+    let mut response = Vec::new();
+    let _ = stream.read_to_end(&mut response);
+    let response = String::from_utf8_lossy(&response).into_owned();
+    let status = response.split(' ').nth(1).and_then(|status| status.parse().ok()).unwrap_or(0);
+    (status, response.split_once("\r\n\r\n").map_or("", |(_, body)| body).to_owned())
+}
+
+fn send(address: SocketAddr, method: &str, path: &str, headers: &str, body: &str) -> (u16, Value) {
+    let length = body.len();
+    let head = format!("{method} {path} HTTP/1.0\r\nHost: {address}\r\nContent-Length: {length}\r\n{headers}\r\n");
+    let (status, body) = raw(address, (head + body).as_bytes());
+    (status, serde_json::from_str(&body).unwrap_or(Value::String(body)))
+}
+
+fn get(address: SocketAddr, path: &str) -> (u16, Value) {
+    send(address, "GET", path, "", "")
+}
+
+fn post(address: SocketAddr, path: &str, body: &str) -> (u16, Value) {
+    send(address, "POST", path, "", body)
+}
+
+/// Ticks until a request on another thread is answered.
+fn ticking<T: Send>(book: &mut TaskBook, request: impl FnOnce() -> T + Send) -> T {
+    std::thread::scope(|scope| {
+        let request = scope.spawn(request);
+        while !request.is_finished() {
+            book.take_requests(1.0);
+            book.publish(1.0);
+            std::thread::yield_now();
+        }
+        request.join().expect("an answer")
+    })
+}
+
+/// Asks until an answer is as expected.
+fn eventually(address: SocketAddr, path: &str, is_expected: impl Fn(&Value) -> bool) -> Value {
+    loop {
+        let (_, value) = get(address, path);
+        if is_expected(&value) {
+            return value;
+        }
+    }
+}
+
+const ORDER: &str =
+    r#"{"destinations": [{"locationName": "N1", "operation": "pick", "dwell": 2}, {"locationName": 2}]}"#;
+
+#[test]
+fn an_order_is_posted_and_followed() {
+    let mut book = book();
+    let address = address(&book);
+    let (status, order) = post(address, "/v1/transportOrders/my%20order", ORDER);
+    assert_eq!((status, &order["name"], &order["state"]), (201, &json!("my order"), &json!("created")));
+    assert_eq!(get(address, "/v1/transportOrders/my%20order").1["priority"], json!(0));
+    book.take_requests(3.0);
+    book.assign(3.0, &[Candidate { robot: 5, position: [0.0; 2] }], &|_, _| Some(1.0));
+    book.arrived(5, 4.0);
+    book.show_vehicle(Vehicle { robot: 5, state: "handling", node: Some(1), ..Vehicle::default() });
+    book.publish(4.0);
+    let order = eventually(address, "/v1/transportOrders/my%20order", |order| order["state"] == "handling");
+    assert_eq!((&order["processingVehicle"], &order["destinations"][0]["state"]), (&json!("5"), &json!("handling")));
+    assert_eq!(order["history"][1], json!({"time": 3.0, "event": "assigned", "robot": 5}));
+    let vehicle = json!({"name": "5", "state": "handling", "currentPosition": "N1", "transportOrder": "my order"});
+    assert_eq!(get(address, "/v1/vehicles/5"), (200, vehicle.clone()));
+    assert_eq!(get(address, "/v1/vehicles"), (200, json!([vehicle])));
+    assert_eq!(get(address, "/v1/status").1["openOrders"], json!(1));
+    assert_eq!(get(address, "/v1/transportOrders?state=open").1.as_array().map(Vec::len), Some(1));
+    assert_eq!(get(address, "/v1/transportOrders?state=finished").1, json!([]));
+}
+
+#[test]
+fn each_error_has_its_status_and_its_reason() {
+    let book = book();
+    let address = address(&book);
+    assert_eq!(post(address, "/v1/transportOrders/a", ORDER).0, 201);
+    let unknown = r#"{"destinations": [{"locationName": "Mars"}]}"#;
+    let many = format!("[{ORDER}, {unknown}]");
+    let large = format!(r#"{{"name": "{}"}}"#, "x".repeat(70_000));
+    for (path, body, status, reason) in [
+        ("/v1/transportOrders/a", ORDER, 409, "there is an order `a` already"),
+        ("/v1/transportOrders/b", unknown, 422, "stop 1 is at `Mars`"),
+        ("/v1/transportOrders", &many, 422, "order 2: stop 1 is at `Mars`"),
+        ("/v1/transportOrders/b", "{", 400, "not valid"),
+        ("/v1/transportOrders/b", r#"{"destinations": [], "colour": 1}"#, 400, "colour"),
+        ("/v1/transportOrders/b", r#"{"destinations": [], "priority": 256}"#, 400, "256"),
+        ("/v1/transportOrders/b", r#"{"destinations": [], "name": "c"}"#, 400, "another name"),
+        ("/v1/transportOrders/b", "\u{0}", 400, "not valid"),
+        ("/v1/transportOrders/b", &large, 413, "more than 65536 bytes"),
+        ("/v1/transportOrders/%ff", ORDER, 400, "UTF-8"),
+        ("/v1/transportOrders/load:1-1", ORDER, 422, "generated"),
+        ("/v1/transportOrders/b/withdrawal", "", 404, "no order `b`"),
+        ("/v1/vehicles", "", 405, "other methods"),
+        ("/v2", "", 404, "no such path"),
+    ] {
+        let (found, answer) = post(address, path, body);
+        let text = answer["error"].as_str().unwrap_or_else(|| panic!("{path} {body:.60}: {answer}"));
+        assert_eq!((found, text.contains(reason)), (status, true), "{path} {body:.60}: {answer}");
+    }
+    assert_eq!(get(address, "/v1/transportOrders/b").0, 404);
+    assert_eq!(get(address, "/v1/vehicles/x").0, 404);
+    assert_eq!(get(address, "/v1/transportOrders?state=lost").0, 400);
+    assert_eq!(get(address, "/v1/transportOrders").1.as_array().map(Vec::len), Some(1), "no other order is kept");
+    let chunked = format!(
+        "POST /v1/transportOrders/b HTTP/1.1\r\nHost: {address}\r\nConnection: close\r\nTransfer-Encoding: chunked\r\n\r\n20000\r\n{}\r\n0\r\n\r\n",
+        "x".repeat(0x20000)
+    );
+    assert_eq!(raw(address, chunked.as_bytes()).0, 413);
+    assert_eq!(raw(address, b"\x16\x03\x01\r\n\r\n").0, 400);
+}
+
+#[test]
+fn pages_of_other_sites_are_refused() {
+    let book = book();
+    let address = address(&book);
+    assert_eq!(send(address, "POST", "/v1/transportOrders/a", "Origin: http://evil.example\r\n", ORDER).0, 403);
+    let own = format!("Origin: http://{address}\r\n");
+    assert_eq!(send(address, "POST", "/v1/transportOrders/a", &own, ORDER).0, 201);
+    assert_eq!(raw(address, b"GET /v1/status HTTP/1.0\r\nHost: evil.example\r\n\r\n").0, 403);
+}
+
+#[test]
+fn withdrawals_are_answered_by_the_book() {
+    let mut book = book();
+    let address = address(&book);
+    for name in ["a", "b"] {
+        assert_eq!(post(address, &format!("/v1/transportOrders/{name}"), ORDER).0, 201);
+    }
+    let withdraw = |path: &'static str| move || post(address, path, "");
+    assert_eq!(ticking(&mut book, withdraw("/v1/transportOrders/a/withdrawal")).0, 200);
+    eventually(address, "/v1/transportOrders/a", |order| order["state"] == "cancelled");
+    let (status, answer) = ticking(&mut book, withdraw("/v1/transportOrders/a/withdrawal"));
+    assert_eq!((status, &answer["error"]), (409, &json!("the order is over")));
+    book.assign(1.0, &[Candidate { robot: 0, position: [0.0; 2] }], &|_, _| Some(1.0));
+    assert!(book.arrived(0, 1.0) && book.handled(0, 1.0).is_some());
+    assert_eq!(ticking(&mut book, withdraw("/v1/transportOrders/b/withdrawal")).0, 409);
+    assert_eq!(ticking(&mut book, withdraw("/v1/transportOrders/b/withdrawal?immediate=true")).0, 200);
+    assert_eq!(book.task_of(0), None);
+}
+
+#[test]
+fn ten_thousand_orders_at_once_are_all_kept() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let settings =
+        TaskSettings { http: Some(LOOPBACK), store: Some(folder.path().join("orders.db")), ..TaskSettings::default() };
+    let mut book = open(&settings).expect("a book");
+    let address = address(&book);
+    let client = |client: usize| {
+        let mut stream = TcpStream::connect(address).expect("connected");
+        let requests: Vec<u8> = (0..500)
+            .flat_map(|number| {
+                let length = ORDER.len();
+                let path = format!("/v1/transportOrders/order-{client}-{number}");
+                format!("POST {path} HTTP/1.1\r\nHost: {address}\r\nContent-Length: {length}\r\n\r\n{ORDER}")
+                    .into_bytes()
+            })
+            .collect();
+        let mut reader = stream.try_clone().expect("a second handle");
+        let sender = std::thread::spawn(move || stream.write_all(&requests).expect("sent"));
+        let (mut answers, mut bytes, mut buffer) = (0, Vec::new(), [0; 65_536]);
+        while answers < 500 {
+            let count = reader.read(&mut buffer).expect("answers");
+            assert!(count > 0, "the connection has ended after {answers}");
+            bytes.extend_from_slice(&buffer[..count]);
+            answers = String::from_utf8_lossy(&bytes).matches("HTTP/1.1 201").count();
+        }
+        sender.join().expect("sent");
+    };
+    std::thread::scope(|scope| (0..20).for_each(|number| drop(scope.spawn(move || client(number)))));
+    book.take_requests(1.0);
+    assert_eq!(book.open_orders().count(), 10_000);
+    drop(book);
+    assert_eq!(open(&TaskSettings { http: None, ..settings }).expect("a book").open_orders().count(), 10_000);
+}
+
+#[test]
+fn names_of_earlier_runs_are_taken() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let store = Some(folder.path().join("orders.db"));
+    let settings = TaskSettings { http: Some(LOOPBACK), store, ..TaskSettings::default() };
+    let mut book = open(&settings).expect("a book");
+    let first = address(&book);
+    assert_eq!(post(first, "/v1/transportOrders/a", ORDER).0, 201);
+    assert_eq!(post(first, "/v1/transportOrders", ORDER).1["name"], json!("order-1"));
+    assert_eq!(ticking(&mut book, || post(first, "/v1/transportOrders/a/withdrawal", "")).0, 200);
+    drop(book);
+    let book = open(&settings).expect("a book");
+    assert_eq!(post(address(&book), "/v1/transportOrders/a", ORDER).0, 409);
+    assert_eq!(get(address(&book), "/v1/transportOrders").1.as_array().map(Vec::len), Some(1), "only order-1 is open");
+    assert_eq!(post(address(&book), "/v1/transportOrders", ORDER).1["name"], json!("order-2"));
+}
+
+#[test]
+fn changes_come_as_server_sent_events() {
+    let mut book = book();
+    let address = address(&book);
+    let mut stream = TcpStream::connect(address).expect("connected");
+    stream.write_all(format!("GET /v1/sse HTTP/1.1\r\nHost: {address}\r\n\r\n").as_bytes()).expect("sent");
+    let mut text = String::new();
+    let mut read_until = |end: &str| {
+        let mut buffer = [0; 4096];
+        while !text.contains(end) {
+            let count = stream.read(&mut buffer).expect("events");
+            assert!(count > 0, "{text}");
+            text.push_str(&String::from_utf8_lossy(&buffer[..count]));
+        }
+        text.clone()
+    };
+    assert!(read_until(": changes").contains("text/event-stream"));
+    assert_eq!(post(address, "/v1/transportOrders/a", ORDER).0, 201);
+    book.take_requests(1.0);
+    book.show_vehicle(Vehicle { robot: 3, state: "idle", ..Vehicle::default() });
+    book.publish(1.0);
+    let text = read_until("event: vehicle\ndata: {\"currentPosition\":null,\"name\":\"3\"");
+    assert!(text.contains("event: transportOrder\ndata: {") && text.contains("\"state\":\"waiting\""), "{text}");
+}
+
+#[test]
+fn other_addresses_need_a_token() {
+    let any = SocketAddr::from(([0, 0, 0, 0], 0));
+    let settings = TaskSettings { http: Some(any), ..TaskSettings::default() };
+    let error = open(&settings).expect_err("no token").to_string();
+    assert!(error.contains("--token-file"), "{error}");
+    let folder = tempfile::tempdir().expect("a folder");
+    let token_file = Some(folder.path().join("token"));
+    let settings = TaskSettings { token_file: token_file.clone(), ..settings };
+    assert!(open(&settings).is_err(), "no such file");
+    std::fs::write(folder.path().join("token"), "short\n").expect("written");
+    assert!(open(&settings).expect_err("too short").to_string().contains("at least 8"));
+    std::fs::write(folder.path().join("token"), "secret-token\n").expect("written");
+    let book = open(&settings).expect("a book");
+    let local = SocketAddr::from(([127, 0, 0, 1], address(&book).port()));
+    for (header, status) in [
+        ("", 401),
+        ("Authorization: Bearer secret-tokem\r\n", 401),
+        ("Authorization: Bearer secret-token2\r\n", 401),
+        ("Authorization: Bearer secret-token\r\n", 200),
+    ] {
+        assert_eq!(send(local, "GET", "/v1/status", header, "").0, status, "{header}");
+    }
+    let (status, document) = get(local, "/openapi.json");
+    assert_eq!((status, &document["openapi"]), (200, &json!("3.1.0")));
+    assert!(get(local, "/").1.as_str().is_some_and(|page| page.contains("<h1>Fleet manager")));
+}
+
+#[test]
+fn an_address_in_use_is_one_line() {
+    let book = book();
+    let settings = TaskSettings { http: Some(address(&book)), ..TaskSettings::default() };
+    let error = open(&settings).expect_err("in use").to_string();
+    assert!(error.contains("choose another port with --http") && !error.contains('\n'), "{error}");
+}
+
+#[test]
+fn the_client_gets_values_and_reasons() {
+    use crate::tasks::{Client, ClientError};
+    let book = book();
+    let client = Client::new(&format!("http://{}/", address(&book)), None).expect("an address");
+    let order: Value = serde_json::from_str(ORDER).expect("an order");
+    let path = Client::order_path("Größe 1%");
+    assert_eq!(client.post(&path, &order).expect("kept")["name"], json!("Größe 1%"));
+    assert_eq!(client.get(&path).expect("there")["state"], json!("created"));
+    let error = client.post(&path, &order).expect_err("twice");
+    assert!(matches!(&error, ClientError::Refused { status: 409, reason } if reason.contains("already")), "{error}");
+    drop(book);
+    assert!(matches!(client.get(&path), Err(ClientError::Connect { .. })));
+    for url in ["", "http://here", "https://127.0.0.1:1", "127.0.0.1:1\r\n", "127.0.0.1:99999"] {
+        assert!(matches!(Client::new(url, None), Err(ClientError::Url(_))), "{url}");
+    }
+}

@@ -1,0 +1,141 @@
+//! `regatta orders`: lists, shows, cancels and imports the transport orders of a running fleet manager, through its web API.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::{Args, Subcommand};
+use regatta_fleet_manager::tasks::{Client, ClientError, TimedDraft, read_orders};
+use serde_json::{Value, json};
+
+use crate::failure::Failure;
+
+#[derive(Subcommand)]
+pub enum OrdersCommand {
+    /// List orders: their states, robots and stops.
+    List {
+        /// Only orders of this state: open, created, waiting, travelling, handling, finished …
+        #[arg(long)]
+        state: Option<String>,
+        /// Print JSON.
+        #[arg(long)]
+        json: bool,
+        #[command(flatten)]
+        manager: Manager,
+    },
+    /// Show an order with its history, as JSON.
+    Show {
+        /// Name of the order.
+        name: String,
+        #[command(flatten)]
+        manager: Manager,
+    },
+    /// Withdraw an order.
+    Cancel {
+        /// Name of the order.
+        name: String,
+        /// Even if its robot has handled a stop; its load stays on the robot.
+        #[arg(long)]
+        immediate: bool,
+        #[command(flatten)]
+        manager: Manager,
+    },
+    /// Send all orders of a file, or none: CSV (name,time,priority,earliest,deadline,stops) or YAML.
+    Import {
+        /// The file; its times are in seconds of simulated time.
+        file: PathBuf,
+        #[command(flatten)]
+        manager: Manager,
+    },
+}
+
+/// The fleet manager that a command is sent to.
+#[derive(Args)]
+pub struct Manager {
+    /// Address of its web API.
+    #[arg(long, default_value = Client::DEFAULT_URL)]
+    url: String,
+    /// File with the token, if it needs one.
+    #[arg(long)]
+    token_file: Option<PathBuf>,
+}
+
+impl Manager {
+    fn client(&self) -> Result<Client, Failure> {
+        let read = |path: &PathBuf| {
+            let text =
+                std::fs::read_to_string(path).map_err(|error| format!("can't read {} ({error})", path.display()));
+            text.map(|text| text.trim().to_owned())
+        };
+        let token = self.token_file.as_ref().map(read).transpose()?;
+        Ok(Client::new(&self.url, token)?)
+    }
+}
+
+pub fn run(command: OrdersCommand) -> Result<ExitCode, Failure> {
+    match command {
+        OrdersCommand::List { state, json, manager } => list(&manager.client()?, state.as_deref(), json)?,
+        OrdersCommand::Show { name, manager } => {
+            println!("{:#}", manager.client()?.get(&Client::order_path(&name))?);
+        }
+        OrdersCommand::Cancel { name, immediate, manager } => cancel(&manager.client()?, &name, immediate)?,
+        OrdersCommand::Import { file, manager } => import(&manager.client()?, read_orders(&file)?)?,
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn list(client: &Client, state: Option<&str>, as_json: bool) -> Result<(), Failure> {
+    let is_word = |state: &&str| state.chars().all(|c| c.is_ascii_alphabetic());
+    let query = match state {
+        Some(state) if !is_word(&state) => return Err(format!("`{}` is no state", state.escape_debug()).into()),
+        Some(state) => format!("?state={state}"),
+        None => String::new(),
+    };
+    let orders = client.get(&format!("/v1/transportOrders{query}"))?;
+    if as_json {
+        println!("{orders}");
+        return Ok(());
+    }
+    let orders = orders.as_array().map_or(&[][..], Vec::as_slice);
+    println!("{:<24} {:<11} {:>6} {:>8}  stops", "name", "state", "robot", "priority");
+    orders.iter().for_each(|order| println!("{}", line(order)));
+    Ok(())
+}
+
+/// Formats an order in one line.
+fn line(order: &Value) -> String {
+    let text = |name: &str| order[name].as_str().unwrap_or("-");
+    let stops = order["destinations"].as_array().into_iter().flatten();
+    let stops: Vec<_> = stops.filter_map(|stop| stop["locationName"].as_str()).collect();
+    let (robot, priority, stops) = (text("processingVehicle"), &order["priority"], stops.join(" → "));
+    format!("{:<24} {:<11} {robot:>6} {priority:>8}  {stops}", text("name"), text("state"))
+}
+
+fn cancel(client: &Client, name: &str, immediate: bool) -> Result<(), Failure> {
+    let query = if immediate { "?immediate=true" } else { "" };
+    let path = format!("{}/withdrawal{query}", Client::order_path(name));
+    let answer = client.post(&path, &Value::Null)?;
+    println!("{name}: {}", answer["state"].as_str().unwrap_or("cancelled"));
+    Ok(())
+}
+
+fn import(client: &Client, orders: Vec<TimedDraft>) -> Result<(), Failure> {
+    let lines: Vec<_> = orders.iter().map(|order| order.line).collect();
+    let drafts = orders.into_iter().map(|TimedDraft { secs, mut draft, .. }| {
+        // The API has no time of creation: a later order is one that starts later.
+        let earliest = draft.earliest_start.unwrap_or(0.0).max(secs);
+        draft.earliest_start = (earliest > 0.0).then_some(earliest);
+        draft
+    });
+    let body = json!(drafts.collect::<Vec<_>>());
+    let kept = client.post("/v1/transportOrders", &body).map_err(|error| with_line(error, &lines))?;
+    println!("{} orders imported", kept.as_array().map_or(0, Vec::len));
+    Ok(())
+}
+
+/// Replaces the number of an order in the reason by its line in the file.
+fn with_line(error: ClientError, lines: &[usize]) -> Failure {
+    let text = error.to_string();
+    let place = text.strip_prefix("order ").and_then(|rest| rest.split_once(": "));
+    let line = place.and_then(|(number, reason)| Some((lines.get(number.parse::<usize>().ok()? - 1)?, reason)));
+    line.map_or_else(|| error.into(), |(line, reason)| format!("line {line}: {reason}").into())
+}
