@@ -149,11 +149,17 @@ fn is_layout(text: &str) -> bool {
     if Format::detect(text) != Format::Regatta {
         return true;
     }
-    let starts_as_graph = |line: &str| {
-        let key = line.split(':').next().unwrap_or_default().trim_matches(|letter| "\"'{ ".contains(letter));
-        line.contains(':') && GRAPH_KEYS.iter().any(|name| name.eq_ignore_ascii_case(key))
-    };
-    text.lines().any(starts_as_graph)
+    let starts_as_graph =
+        |line: &str| first_key(line).is_some_and(|key| GRAPH_KEYS.iter().any(|name| name.eq_ignore_ascii_case(key)));
+    // A scenario may have `nodes`, too, but only a scenario has `graph`.
+    let names_graph = |line: &str| !line.starts_with(' ') && first_key(line) == Some("graph");
+    text.lines().any(starts_as_graph) && !text.lines().any(names_graph)
+}
+
+/// Returns the key that a line of YAML begins with.
+fn first_key(line: &str) -> Option<&str> {
+    let (key, _) = line.split_once(':')?;
+    Some(key.trim_matches(|letter| "\"'{ ".contains(letter)))
 }
 
 /// Whether a text is a scenario, valid or not, rather than a route graph: only scenarios have the key `graph`.
@@ -179,4 +185,19 @@ fn read_text(reader: impl Read, path: &Path) -> Result<String, ScenarioError> {
         Err(GraphError::Unreadable { source, .. }) => return Err(ScenarioError::Read { path: path.into(), source }),
         text => text?,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_scenario_with_nodes_of_its_own_is_no_layout() {
+        for text in ["graph: a.yaml\nnodes: {1: {role: pick}}\n", "nodes:\n  1: {role: pick}\ngraph: a.yaml\n"] {
+            assert!(!is_layout(text), "{text}");
+        }
+        for text in ["Vertices: []\nEdges: []\n", "nodes:\n- {id: 1, x: 0, y: 0, label: 'graph: a'}\n"] {
+            assert!(is_layout(text), "{text}");
+        }
+    }
 }

@@ -23,11 +23,25 @@ pub(crate) struct Site {
     pub fastest: f64,
 }
 
-/// An edge and its curve.
+/// An edge and its curves. Consecutive ones may meet at a corner, so that each has samples of its own.
 #[derive(Debug)]
 pub(crate) struct Edge {
     pub record: EdgeRecord,
-    /// Position and unit tangent at evenly spaced arc lengths; two samples for a straight line.
+    parts: Vec<Part>,
+}
+
+/// A curve of an edge.
+#[derive(Debug)]
+struct Part {
+    /// Metres from the edge's origin to its beginning.
+    start: f32,
+    /// Metres.
+    length: f32,
+    /// Position and unit tangent at its beginning and at its end.
+    ends: [[f32; 4]; 2],
+    /// The angle of the tangent at its beginning, in radians.
+    tangent: f32,
+    /// Position and unit tangent at evenly spaced arc lengths; empty for a straight line.
     samples: Vec<[f32; 4]>,
 }
 
@@ -77,29 +91,29 @@ impl Site {
 
 impl Edge {
     pub fn new(record: EdgeRecord, curves: &[CurveRecord]) -> Self {
-        let samples = match curves {
-            [curve] if is_straight(curve) => straight_samples(curve),
-            [] => Vec::new(),
-            curves => curved_samples(curves),
-        };
-        Self { record, samples }
+        let (mut parts, mut start) = (Vec::new(), 0.0);
+        for curve in curves {
+            let (samples, length) = if is_straight(curve) { straight_samples(curve) } else { curved_samples(curve) };
+            let ([Some(first), Some(last)], true) = ([samples.first(), samples.last()], length > 0.0) else { continue };
+            let (ends, tangent) = ([*first, *last], first[3].atan2(first[2]));
+            let samples = if samples.len() > 2 { samples } else { Vec::new() };
+            parts.push(Part { start: start as f32, length: length as f32, ends, tangent, samples });
+            start += length;
+        }
+        // Positions along the edge are measured in the length that the world says.
+        let scale = (f64::from(record.length) / start) as f32;
+        for part in &mut parts {
+            (part.start, part.length) = (part.start * scale, part.length * scale);
+        }
+        Self { record, parts }
     }
 
     /// Returns the position and the angle of the tangent at a distance from the origin, in metres. `None` if the world has
     /// no curve for the edge.
     pub fn at(&self, s: f32) -> Option<([f32; 2], f32)> {
-        let last = self.samples.len().checked_sub(1).filter(|last| *last > 0)?;
-        let place = (s / self.record.length).clamp(0.0, 1.0) * last as f32;
-        let place = if place.is_finite() { place } else { 0.0 };
-        let index = (place as usize).min(last - 1);
-        let ([ax, ay, atx, aty], [bx, by, btx, bty]) = (self.samples[index], self.samples[index + 1]);
-        let (t, h) = (place - index as f32, self.record.length / last as f32);
-        // Cubic Hermite between two samples: exact to the fourth power of their distance.
-        let (t2, t3) = (t * t, t * t * t);
-        let (h01, h10, h11) = (3.0 * t2 - 2.0 * t3, (t3 - 2.0 * t2 + t) * h, (t3 - t2) * h);
-        let position = [ax + h01 * (bx - ax) + h10 * atx + h11 * btx, ay + h01 * (by - ay) + h10 * aty + h11 * bty];
-        let (tx, ty) = (atx + t * (btx - atx), aty + t * (bty - aty));
-        Some((position, ty.atan2(tx)))
+        let next = self.parts.partition_point(|part| part.start <= s);
+        let part = self.parts.get(next.saturating_sub(1))?;
+        Some(part.at((s - part.start) / part.length))
     }
 
     /// Returns the heading of a robot where the tangent has this angle.
@@ -109,6 +123,27 @@ impl Edge {
             Orientation::Offset(offset) => tangent + offset,
             Orientation::Fixed(heading) => heading,
         }
+    }
+}
+
+impl Part {
+    /// Returns the position and the angle of the tangent at a fraction of the length.
+    fn at(&self, fraction: f32) -> ([f32; 2], f32) {
+        let fraction = if fraction.is_finite() { fraction.clamp(0.0, 1.0) } else { 0.0 };
+        let Some(last) = self.samples.len().checked_sub(1) else {
+            let [[ax, ay, ..], [bx, by, ..]] = self.ends;
+            return ([ax + fraction * (bx - ax), ay + fraction * (by - ay)], self.tangent);
+        };
+        let place = fraction * last as f32;
+        let index = (place as usize).min(last - 1);
+        let ([ax, ay, atx, aty], [bx, by, btx, bty]) = (self.samples[index], self.samples[index + 1]);
+        let (t, h) = (place - index as f32, self.length / last as f32);
+        // Cubic Hermite between two samples: exact to the fourth power of their distance.
+        let (t2, t3) = (t * t, t * t * t);
+        let (h01, h10, h11) = (3.0 * t2 - 2.0 * t3, (t3 - 2.0 * t2 + t) * h, (t3 - t2) * h);
+        let position = [ax + h01 * (bx - ax) + h10 * atx + h11 * btx, ay + h01 * (by - ay) + h10 * aty + h11 * bty];
+        let (tx, ty) = (atx + t * (btx - atx), aty + t * (bty - aty));
+        (position, ty.atan2(tx))
     }
 }
 
@@ -127,27 +162,20 @@ fn is_straight(curve: &CurveRecord) -> bool {
     square > 0.0 && in_order && beside(b) < 1e-5 && beside(c) < 1e-5
 }
 
-fn straight_samples(curve: &CurveRecord) -> Vec<[f32; 4]> {
+/// Returns both ends of a straight line, with tangents, and its length.
+fn straight_samples(curve: &CurveRecord) -> (Vec<[f32; 4]>, f64) {
     let [a, _, _, d] = points(curve);
     let (dx, dy) = (d[0] - a[0], d[1] - a[1]);
     let length = dx.hypot(dy);
-    [a, d].map(|[x, y]| [x, y, dx / length, dy / length].map(|value| value as f32)).to_vec()
+    ([a, d].map(|[x, y]| [x, y, dx / length, dy / length].map(|value| value as f32)).to_vec(), length)
 }
 
-fn curved_samples(curves: &[CurveRecord]) -> Vec<[f32; 4]> {
-    let tables: Vec<_> = curves.iter().map(|curve| Table::new(points(curve))).collect();
-    let length: f64 = tables.iter().map(Table::length).sum();
+/// Returns samples at evenly spaced arc lengths, and the length.
+fn curved_samples(curve: &CurveRecord) -> (Vec<[f32; 4]>, f64) {
+    let table = Table::new(points(curve));
+    let length = table.length();
     let steps = ((length / STEP_METRES).ceil() as usize).clamp(FEWEST_STEPS, MOST_STEPS);
-    let (mut number, mut before) = (0, 0.0);
-    let sample = |step: usize| {
-        let s = length * step as f64 / steps as f64;
-        while number + 1 < tables.len() && s > before + tables[number].length() {
-            before += tables[number].length();
-            number += 1;
-        }
-        tables[number].sample(s - before)
-    };
-    (0..=steps).map(sample).collect()
+    ((0..=steps).map(|step| table.sample(length * step as f64 / steps as f64)).collect(), length)
 }
 
 /// The arc length of one curve, by quadrature.
@@ -262,7 +290,22 @@ mod tests {
         let record = EdgeRecord { length: 8.0, ..EdgeRecord::default() };
         let edge = Edge::new(record, &[curve]);
         assert_eq!(edge.at(2.0).map(|(position, _)| position), Some([1.0, 3.0]));
-        assert_eq!(edge.samples.len(), 2);
+        assert!(edge.parts[0].samples.is_empty());
         assert!(Edge::new(record, &[]).at(1.0).is_none());
+    }
+
+    /// Two curves of an edge may meet at any angle.
+    #[test]
+    fn a_corner_within_an_edge_is_sharp() {
+        let east = CurveRecord::straight([0.0, 0.0], [5.0, 0.0]);
+        let north = CurveRecord { control_points: [[5.0, 0.0], [5.0, 1.2], [5.6, 1.8], [6.8, 1.8]] };
+        let length = 5.0 + Table::new(points(&north)).length() as f32;
+        let edge = Edge::new(EdgeRecord { length, ..EdgeRecord::default() }, &[east, north]);
+        let (position, tangent) = edge.at(4.999).expect("a curve");
+        assert!((position[0] - 4.999).abs() < 1e-5 && position[1] == 0.0 && tangent == 0.0, "{position:?} {tangent}");
+        let (position, tangent) = edge.at(5.001).expect("a curve");
+        assert!((position[1] - 0.001).abs() < 1e-5 && (tangent - 1.570).abs() < 2e-3, "{position:?} {tangent}");
+        let (position, _) = edge.at(length).expect("a curve");
+        assert!((position[0] - 6.8).abs() < 1e-5 && (position[1] - 1.8).abs() < 1e-5, "{position:?}");
     }
 }

@@ -146,11 +146,15 @@ fn a_robot_that_was_spawned_elsewhere_has_not_jumped() {
     let mut judge = judge();
     show(&mut judge, 0, &[on(0, 5.0, 0.0)]);
     let spawned = EventRecord { kind: EventKind::Spawned as u32, ..EventRecord::default() };
-    judge.take_events(&[spawned]);
-    show(&mut judge, 1, &[on(1, 5.0, 0.0)]);
-    show(&mut judge, 2, &[Row { state: RobotState::Absent, x: 99.0, ..on(1, 5.0, 0.0) }]);
-    show(&mut judge, 3, &[Row { x: 20.0, y: 0.0, edge: NO_EDGE, ..on(1, 5.0, 0.0) }]);
-    assert_eq!(found(judge), []);
+    let header = |tick| EventHeader { run_id: 7, tick, ..EventHeader::default() };
+    judge.take_events(&header(2), &[spawned], false);
+    show(&mut judge, 1, &[on(0, 5.0, 0.0)]);
+    show(&mut judge, 2, &[on(1, 5.0, 0.0)]);
+    show(&mut judge, 3, &[Row { state: RobotState::Absent, x: 99.0, ..on(1, 5.0, 0.0) }]);
+    show(&mut judge, 4, &[Row { x: 20.0, y: 0.0, edge: NO_EDGE, ..on(1, 5.0, 0.0) }]);
+    judge.take_events(&header(5), &[], true);
+    show(&mut judge, 5, &[on(0, 2.0, 0.0)]);
+    assert_eq!(found(judge), [], "a robot that the events, or lost ones, may have placed");
 }
 
 #[test]
