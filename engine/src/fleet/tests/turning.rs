@@ -77,7 +77,7 @@ fn a_robot_drives_sideways_as_the_body_headings_of_a_file_say() {
                 Edges:\n- {Id: 7, Origin_ID: 1, Destination_ID: 2, CurveType: Spline, ParamF: 2.7615, ParamB: 2.7615, \
                 VelocityForward: 1}\n";
     let (graph, _) = parse(text, "g", &ReadOptions::default()).expect("a graph");
-    let mut fleet = fleet_on(&Arc::new(graph), turning_type(f32::INFINITY, 0.5, f32::INFINITY));
+    let mut fleet = fleet_on(&Arc::new(graph), turning_type(f32::INFINITY, 0.0, f32::INFINITY));
     spawn(&mut fleet, &[forward(0)]);
     let driving = ticks(&mut fleet, 700);
     let off = |tick: &Tick| (tick.theta - (5.0 - tick.y).atan2(-tick.x)).abs();
