@@ -27,6 +27,12 @@ const PLUGINS: &[BuiltIn] = &[
         add_options: |_| regatta_collision::Cli::command(),
     },
     BuiltIn {
+        name: "fleet-manager",
+        about: "Carry transport orders out: steer robots that never touch each other",
+        run: |args| regatta_fleet_manager::run_from(args),
+        add_options: |_| regatta_fleet_manager::Cli::command(),
+    },
+    BuiltIn {
         name: "hello",
         about: "Print the fleet's centre: the smallest plugin, to copy",
         run: run_hello,
@@ -111,7 +117,7 @@ pub fn run(args: PluginArgs) -> Result<ExitCode, Failure> {
         return Err(format!("the name of the plugin is missing; the built-in plugins are: {}", names()).into());
     };
     if ["-h", "--help"].contains(&name.as_str()) {
-        let plugins = PLUGINS.iter().map(|plugin| format!("  {:<10}  {}\n", plugin.name, plugin.about));
+        let plugins = PLUGINS.iter().map(|plugin| format!("  {:<13}  {}\n", plugin.name, plugin.about));
         println!(
             "Run one of the built-in plugins, in this process\n\nUsage: regatta plugin NAME [OPTIONS]\n\nPlugins:\n{}\n\
              For a plugin's options: regatta plugin NAME --help",

@@ -46,15 +46,17 @@ pub struct Claims {
     /// By robot.
     stretches: Vec<VecDeque<Stretch>>,
     footprints: Vec<u16>,
+    /// Whether nothing conflicts with anything.
+    is_free: bool,
 }
 
 /// Two stretches that just meet don't conflict: positions are rounded to this, in metres.
 const ROUNDING: f32 = 1e-3;
 
 impl Claims {
-    /// Makes the claims of a fleet without robots.
-    pub fn new(roads: &Roads) -> Self {
-        Self { holders: vec![Vec::new(); roads.conflicts().tracks()], ..Self::default() }
+    /// Makes the claims of a fleet without robots. Without `conflicts` nothing is in the way of anything.
+    pub fn new(roads: &Roads, conflicts: bool) -> Self {
+        Self { holders: vec![Vec::new(); roads.conflicts().tracks()], is_free: !conflicts, ..Self::default() }
     }
 
     /// The claim of a robot, in driving order; empty if it has none.
@@ -152,6 +154,9 @@ impl Claims {
         leg: Option<Leg>,
         span: [f32; 2],
     ) -> Reach {
+        if self.is_free {
+            return Reach { metres: span[1], blocker: None };
+        }
         let length = roads.conflicts().length(track);
         let view = View { length, reverse: leg.is_some_and(Leg::is_reverse), from: span[0] };
         let mut reach = Reach { metres: span[1], blocker: None };

@@ -10,6 +10,7 @@ mod sweep;
 mod tests;
 
 use regatta_plugin::World;
+use regatta_plugin::frame::NO_EDGE;
 use regatta_plugin::world::{EdgeRecord, RobotTypeRecord, Shape};
 
 pub use self::conflicts::{ConflictTable, Conflicts, RESOLUTION, Relation};
@@ -95,6 +96,8 @@ pub struct Roads {
     /// Legs that leave each node: `exits[exit_starts[n]..exit_starts[n + 1]]`.
     exits: Vec<Leg>,
     exit_starts: Vec<u32>,
+    /// By node: an edge that leads there, or [`NO_EDGE`].
+    arrivals: Vec<u32>,
     /// By robot type.
     classes: Vec<RobotClass>,
     footprints: Vec<Footprint>,
@@ -118,6 +121,7 @@ impl Roads {
             nodes: world.nodes().len() as u32,
             node_ids: world.nodes().iter().map(|node| node.id).collect(),
             positions: world.nodes().iter().map(|node| [node.x, node.y]).collect(),
+            arrivals: arrivals(&edges, world.nodes().len()),
             edges,
             exits,
             exit_starts,
@@ -180,6 +184,11 @@ impl Roads {
     /// The legs that leave a node.
     pub fn exits(&self, node: u32) -> &[Leg] {
         &self.exits[self.exit_starts[node as usize] as usize..self.exit_starts[node as usize + 1] as usize]
+    }
+
+    /// An edge that leads to a node; `None` if there is none.
+    pub fn arrival(&self, node: u32) -> Option<u32> {
+        Some(self.arrivals[node as usize]).filter(|edge| *edge != NO_EDGE)
     }
 
     /// The node that a leg leaves.
@@ -283,4 +292,10 @@ fn exits(edges: &[Road], nodes: usize) -> (Vec<Leg>, Vec<u32>) {
     legs.sort_unstable();
     let starts = (0..=nodes).map(|node| legs.partition_point(|(start, _)| (*start as usize) < node) as u32).collect();
     (legs.into_iter().map(|(_, leg)| leg).collect(), starts)
+}
+
+fn arrivals(edges: &[Road], nodes: usize) -> Vec<u32> {
+    let mut arrivals = vec![NO_EDGE; nodes];
+    (0..).zip(edges).for_each(|(index, edge)| arrivals[edge.destination as usize] = index);
+    arrivals
 }

@@ -3,6 +3,8 @@
 //! Each cycle: what a frame shows gives claims back behind the robots; robots without a route get one; then bases are
 //! extended, as late as possible and one robot after the other, into space that nobody else claims.
 
+mod adopt;
+mod evict;
 mod grant;
 mod guard;
 mod recovery;
@@ -12,8 +14,8 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 
 pub use self::robot::{Robot, Seen};
-use crate::claims::{Claims, Stretch};
-use crate::planner::{Congestion, Router, Search};
+use crate::claims::Claims;
+use crate::planner::{Congestion, CongestionSettings, Router, Search};
 use crate::roads::{Leg, Roads};
 
 /// An order to a robot.
@@ -25,6 +27,11 @@ pub enum Command {
         robot: u32,
         /// From the end of its base on.
         legs: Vec<Leg>,
+    },
+    /// Drop its route beyond the edge that it is on.
+    Cancel {
+        /// The robot.
+        robot: u32,
     },
     /// Let it drive up to a place.
     Release {
@@ -52,6 +59,10 @@ pub struct Settings {
     pub ring_guard: bool,
     /// Whether rings of waiters are taken apart.
     pub recovery: bool,
+    /// How delays influence routes.
+    pub congestion: CongestionSettings,
+    /// Whether robots keep apart. Without it, throughput is the bound of what any management can reach.
+    pub conflicts: bool,
 }
 
 impl Default for Settings {
@@ -63,6 +74,8 @@ impl Default for Settings {
             routes_per_cycle: 64,
             ring_guard: true,
             recovery: true,
+            congestion: CongestionSettings::default(),
+            conflicts: true,
         }
     }
 }
@@ -95,6 +108,8 @@ pub struct Counts {
     pub rings: u64,
     /// Robots that were sent another way because of a ring.
     pub detours: u64,
+    /// Idle robots that were sent out of others' way.
+    pub evictions: u64,
     /// Routes that were planned.
     pub routes: u64,
 }
@@ -103,8 +118,8 @@ impl Steering {
     /// Makes the steering of a fleet without robots.
     pub fn new(roads: Arc<Roads>, settings: Settings) -> Self {
         Self {
-            claims: Claims::new(&roads),
-            congestion: Congestion::new(&roads),
+            claims: Claims::new(&roads, settings.conflicts),
+            congestion: Congestion::new(&roads, settings.congestion),
             router: Router::new(&roads),
             robots: Vec::new(),
             commands: Vec::new(),
@@ -136,7 +151,47 @@ impl Steering {
         if let Some(state) = self.robots.get_mut(robot as usize).and_then(Option::as_mut) {
             state.goal = Some(goal);
             state.needs_route = true;
+            state.is_pinned = false;
+            state.is_evicted = false;
+            state.is_unreachable = false;
         }
+    }
+
+    /// Leaves a robot without a goal: it stops at the end of its base, and may be sent out of others' way.
+    pub fn halt(&mut self, robot: u32) {
+        let Some(state) = self.robots.get_mut(robot as usize).and_then(Option::as_mut) else { return };
+        state.goal = None;
+        state.needs_route = false;
+        state.is_pinned = false;
+        state.is_evicted = false;
+        state.blocker = None;
+        state.waiting_since = f64::INFINITY;
+        state.horizon.drain(..).for_each(|leg| self.congestion.leave(leg.edge()));
+    }
+
+    /// Leaves a robot where it is: it has something to do there, and nobody may send it away.
+    pub fn stay(&mut self, robot: u32) {
+        self.halt(robot);
+        if let Some(state) = self.robots.get_mut(robot as usize).and_then(Option::as_mut) {
+            state.is_pinned = true;
+        }
+    }
+
+    /// Whether no way leads to the node that a robot was sent to.
+    pub fn is_unreachable(&self, robot: u32) -> bool {
+        self.robot(robot).is_some_and(|state| state.is_unreachable)
+    }
+
+    /// The node at the end of a robot's base; `None` if it is unknown or not taken over yet.
+    pub fn base_end_node(&self, robot: u32) -> Option<u32> {
+        self.robot(robot).filter(|state| !state.is_adopted)?;
+        let (last, node) = self.base_end(robot);
+        last.map(|_| node)
+    }
+
+    /// The simulated time of the last step, in seconds.
+    pub fn now(&self) -> f64 {
+        self.now
     }
 
     /// Whether a robot stands at the end of its route, which is a node that it was sent to.
@@ -148,35 +203,6 @@ impl Steering {
             .leg
             .is_some_and(|leg| self.roads.end(leg) == goal && end.to >= self.roads.edge(leg.edge()).length - 0.02);
         is_at_end && at_node && !state.needs_route
-    }
-
-    /// Takes what a frame shows of a robot.
-    pub fn see(&mut self, robot: u32, seen: &Seen) {
-        let count = self.robots.len().max(robot as usize + 1);
-        self.robots.resize_with(count, || None);
-        let Some(state) = &mut self.robots[robot as usize] else { return self.meet(robot, seen) };
-        state.see(seen);
-        let Some(edge) = seen.edge else { return };
-        let length = self.roads.edge(edge).length;
-        let is_in_claim = self.claims.advance(&self.roads, robot, edge, |stretch| match stretch.leg {
-            Some(leg) if leg.is_reverse() => length - seen.s,
-            _ => seen.s,
-        });
-        if let Some(state) = &mut self.robots[robot as usize] {
-            state.is_lost = !is_in_claim;
-        }
-    }
-
-    /// Takes a robot that wasn't there before.
-    fn meet(&mut self, robot: u32, seen: &Seen) {
-        let class = self.roads.classes()[seen.robot_type];
-        let (leg, place) = match seen.edge {
-            Some(edge) => (Leg::new(edge, false), seen.s.clamp(0.0, self.roads.edge(edge).length)),
-            None => return,
-        };
-        let stretch = Stretch { track: leg.edge(), leg: Some(leg), from: place, to: place };
-        self.claims.seize(&self.roads, robot, class.footprint, stretch);
-        self.robots[robot as usize] = Some(Robot::new(class, seen, self.now));
     }
 
     /// Forgets a robot that is not there any more.
@@ -191,12 +217,17 @@ impl Steering {
         let passed = now - self.now;
         self.now = now;
         self.commands.clear();
-        self.congestion.pass(passed);
-        self.plan_routes();
-        self.extend_bases(passed as f32);
-        if self.settings.recovery && now >= self.next_recovery {
-            self.next_recovery = now + 1.0;
-            self.recover();
+        self.cancel_adopted();
+        if self.is_ready() {
+            self.congestion.pass(passed);
+            self.settle_evicted();
+            self.plan_routes();
+            self.extend_bases(passed as f32);
+            if now >= self.next_recovery {
+                self.next_recovery = now + 1.0;
+                self.evict_idle();
+                self.recover();
+            }
         }
         &self.commands
     }
@@ -208,7 +239,7 @@ impl Steering {
         for (robot, state) in (0..).zip(&self.robots) {
             let Some(state) = state else { continue };
             let waits = !state.horizon.is_empty() && state.waiting_since.max(state.planned) < reroute;
-            if state.goal.is_some() && (state.needs_route || waits) {
+            if state.goal.is_some() && !state.is_adopted && (state.needs_route || waits) {
                 due.push((state.planned, robot));
             }
         }
@@ -236,7 +267,8 @@ impl Steering {
         };
         if let Some(state) = &mut self.robots[robot as usize] {
             state.planned = self.now;
-            state.needs_route &= found.is_none();
+            state.needs_route = false;
+            state.is_unreachable = found.is_none();
         }
         if let Some(legs) = found {
             self.set_route(robot, legs);

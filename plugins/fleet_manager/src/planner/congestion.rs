@@ -2,30 +2,43 @@
 
 use crate::roads::Roads;
 
-/// Seconds in which the memory of a delay falls to a third.
-const MEMORY_SECS: f64 = 60.0;
+/// What the time that robots lose says about the time that another one will lose.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CongestionSettings {
+    /// Seconds in which the memory of a delay falls to a third.
+    pub memory_secs: f64,
+    /// Expected seconds for each second that was lost on an edge, and is remembered.
+    pub per_lost_second: f32,
+    /// Expected seconds for each robot whose route leads along an edge.
+    pub per_robot: f32,
+}
+
+impl Default for CongestionSettings {
+    fn default() -> Self {
+        Self { memory_secs: 60.0, per_lost_second: 0.3, per_robot: 0.3 }
+    }
+}
 
 /// Delays of edges that decay, and how many robots are on their way to each edge.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct Congestion {
     /// By edge: robot seconds lost, as of `updated`.
     delay: Vec<f32>,
     /// By edge: robots whose route leads along it.
     load: Vec<u32>,
-    decay: f32,
+    settings: CongestionSettings,
 }
 
 impl Congestion {
     /// Makes the estimate of empty roads.
-    pub fn new(roads: &Roads) -> Self {
+    pub fn new(roads: &Roads, settings: CongestionSettings) -> Self {
         let edges = roads.edges().len();
-        Self { delay: vec![0.0; edges], load: vec![0; edges], decay: 1.0 }
+        Self { delay: vec![0.0; edges], load: vec![0; edges], settings }
     }
 
     /// Lets a time pass, in seconds.
     pub fn pass(&mut self, seconds: f64) {
-        self.decay = (-seconds / MEMORY_SECS).exp() as f32;
-        let decay = self.decay;
+        let decay = (-seconds / self.settings.memory_secs).exp() as f32;
         self.delay.iter_mut().for_each(|delay| *delay *= decay);
     }
 
@@ -46,8 +59,7 @@ impl Congestion {
 
     /// The expected delay of a robot that takes an edge, in seconds.
     pub fn delay(&self, edge: u32) -> f32 {
-        const PER_LOST_SECOND: f32 = 0.3;
-        const PER_ROBOT: f32 = 0.3;
-        PER_LOST_SECOND * self.delay[edge as usize] + PER_ROBOT * self.load[edge as usize] as f32
+        let CongestionSettings { per_lost_second, per_robot, .. } = self.settings;
+        per_lost_second * self.delay[edge as usize] + per_robot * self.load[edge as usize] as f32
     }
 }

@@ -35,7 +35,7 @@ impl Steering {
         let mut due: Vec<(f64, u32)> = Vec::new();
         for (robot, state) in (0..).zip(&self.robots) {
             let Some(state) = state else { continue };
-            if state.goal.is_some() && !state.needs_route && !state.is_lost && !self.is_base_whole(robot) {
+            if state.goal.is_some() && !state.needs_route && !state.is_adopted && !self.is_base_whole(robot) {
                 due.push((state.waiting_since, robot));
             }
         }

@@ -10,6 +10,9 @@ const PATIENCE_SECS: f64 = 3.0;
 impl Steering {
     /// Finds rings of robots that wait for each other, and sends one of each another way.
     pub(super) fn recover(&mut self) {
+        if !self.settings.recovery {
+            return;
+        }
         let mut mark = vec![0_u32; self.robots.len()];
         for robot in 0..self.robots.len() as u32 {
             let mut current = robot;

@@ -2,6 +2,8 @@
 
 use std::collections::VecDeque;
 
+use regatta_plugin::frame::RobotState;
+
 use crate::roads::{Leg, RobotClass};
 
 /// What a frame shows of a robot.
@@ -15,6 +17,10 @@ pub struct Seen {
     pub s: f32,
     /// Metres per second, at least 0.
     pub speed: f32,
+    /// Position, in metres.
+    pub position: [f32; 2],
+    /// What it does.
+    pub state: RobotState,
 }
 
 /// A robot.
@@ -35,8 +41,16 @@ pub struct Robot {
     pub(super) needs_route: bool,
     /// When its route was planned, in simulated seconds.
     pub(super) planned: f64,
-    /// Whether it was seen where it claims nothing.
-    pub(super) is_lost: bool,
+    /// Whether it is to be stopped and taken over.
+    pub(super) is_adopted: bool,
+    /// When it is ordered to stop, then.
+    pub(super) cancel_at: f64,
+    /// Whether it has something to do where it stands.
+    pub(super) is_pinned: bool,
+    /// Whether it is only on its way out of others' way.
+    pub(super) is_evicted: bool,
+    /// Whether no way leads to its goal.
+    pub(super) is_unreachable: bool,
 }
 
 impl Robot {
@@ -50,7 +64,11 @@ impl Robot {
             waiting_since: f64::INFINITY,
             needs_route: false,
             planned: now,
-            is_lost: false,
+            is_adopted: true,
+            cancel_at: now,
+            is_pinned: false,
+            is_evicted: false,
+            is_unreachable: false,
         }
     }
 

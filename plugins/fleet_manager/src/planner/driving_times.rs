@@ -1,0 +1,70 @@
+//! Driving times between nodes on empty roads, for whoever compares robots.
+
+use std::cmp::Reverse;
+use std::collections::{BTreeMap, BinaryHeap};
+
+use crate::roads::{Leg, Roads};
+
+/// The most numbers that are kept: 64 MB.
+const MOST_NUMBERS: usize = 16_000_000;
+
+/// Driving times to some goals, worked out when they are asked for.
+#[derive(Debug, Default)]
+pub struct DrivingTimes {
+    /// Legs by the node that they lead to: `arrivals[starts[n]..starts[n + 1]]`.
+    arrivals: Vec<Leg>,
+    starts: Vec<u32>,
+    /// By goal: milliseconds from each node; `u32::MAX` from where it can't be reached.
+    trees: BTreeMap<u32, Vec<u32>>,
+}
+
+impl DrivingTimes {
+    /// Makes the driving times of roads.
+    pub fn new(roads: &Roads) -> Self {
+        let mut legs: Vec<(u32, Leg)> =
+            (0..roads.nodes()).flat_map(|node| roads.exits(node)).map(|&leg| (roads.end(leg), leg)).collect();
+        legs.sort_unstable();
+        let starts = (0..=roads.nodes()).map(|node| legs.partition_point(|(end, _)| *end < node) as u32).collect();
+        Self { arrivals: legs.into_iter().map(|(_, leg)| leg).collect(), starts, trees: BTreeMap::new() }
+    }
+
+    /// Works the driving times to a goal out, unless they are known.
+    pub fn prepare(&mut self, roads: &Roads, goal: u32) {
+        if self.trees.contains_key(&goal) {
+            return;
+        }
+        if (self.trees.len() + 1) * roads.nodes() as usize > MOST_NUMBERS {
+            self.trees.clear();
+        }
+        let tree = self.tree(roads, goal);
+        self.trees.insert(goal, tree);
+    }
+
+    /// Returns the driving time from a node to a [prepared](Self::prepare) goal, in seconds; `None` if it can't be reached.
+    pub fn between(&self, node: u32, goal: u32) -> Option<f64> {
+        let millis = *self.trees.get(&goal)?.get(node as usize)?;
+        (millis != u32::MAX).then(|| f64::from(millis) / 1000.0)
+    }
+
+    /// Dijkstra's algorithm, against the direction of travel.
+    fn tree(&self, roads: &Roads, goal: u32) -> Vec<u32> {
+        let mut millis = vec![u32::MAX; roads.nodes() as usize];
+        let mut open = BinaryHeap::from([(Reverse(0), goal)]);
+        millis[goal as usize] = 0;
+        while let Some((Reverse(so_far), node)) = open.pop() {
+            if so_far > millis[node as usize] {
+                continue;
+            }
+            for &leg in &self.arrivals[self.starts[node as usize] as usize..self.starts[node as usize + 1] as usize] {
+                let edge = roads.edge(leg.edge());
+                let secs = edge.length / edge.speeds[usize::from(leg.is_reverse())];
+                let (start, total) = (roads.start(leg), so_far.saturating_add((1000.0 * secs) as u32 + 1));
+                if total < millis[start as usize] {
+                    millis[start as usize] = total;
+                    open.push((Reverse(total), start));
+                }
+            }
+        }
+        millis
+    }
+}

@@ -1,0 +1,255 @@
+//! The plugin: frames in, orders and the task log out.
+
+use std::collections::BTreeMap;
+use std::ffi::OsString;
+use std::net::SocketAddr;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use clap::Parser;
+use regatta_plugin::event::EventKind;
+use regatta_plugin::order::RouteLeg;
+use regatta_plugin::ports::tasks::TaskPublisher;
+use regatta_plugin::task::TaskRecord;
+use regatta_plugin::{
+    ColumnReader, Error, Events, Frame, Options, OrderError, Orders, Participant, Plugin, Rate, Result, World, tell,
+    usage_line,
+};
+
+use crate::manager::Manager;
+use crate::roads::{Leg, Roads};
+use crate::steering::{Command, Settings};
+use crate::task_log::TaskLog;
+use crate::tasks::{Places, TaskBook, TaskSettings};
+
+/// The command line of `regatta plugin fleet-manager`.
+#[derive(Clone, Debug, Parser)]
+#[command(about = "Carries transport orders out: steers the robots of a fleet, without one ever touching another")]
+pub struct Cli {
+    /// A file of transport orders with times, YAML or CSV
+    #[arg(long, value_name = "FILE")]
+    pub orders: Option<PathBuf>,
+    /// A YAML file with a load: generators of orders (a scenario's key `load` does)
+    #[arg(long, value_name = "FILE")]
+    pub load: Option<PathBuf>,
+    /// Keep orders in this SQLite file: they survive the manager [default: in memory]
+    #[arg(long, value_name = "FILE")]
+    pub store: Option<PathBuf>,
+    /// Serve orders over HTTP at this address; port 0 is any free one [default: off]
+    #[arg(long, value_name = "ADDRESS")]
+    pub http: Option<SocketAddr>,
+    /// A file with the token that HTTP requests must have; addresses other than loopback need one
+    #[arg(long, value_name = "FILE")]
+    pub token_file: Option<PathBuf>,
+    /// At the end, write the figures to this file as JSON
+    #[arg(long, value_name = "FILE")]
+    pub json: Option<PathBuf>,
+    /// At the end, print the figures
+    #[arg(long)]
+    pub summary: bool,
+    /// Options of every plugin.
+    #[command(flatten)]
+    pub options: Options,
+}
+
+/// Runs the plugin with a command line, whose first argument is the name of the program.
+///
+/// # Errors
+/// Fails if an option is invalid, a file can't be used, the fleet has a manager already, or as [`regatta_plugin::run`] does.
+pub fn run_from<A: Into<OsString> + Clone>(args: impl IntoIterator<Item = A>) -> Result {
+    match Cli::try_parse_from(args) {
+        Ok(cli) => cli.options.clone().run(FleetManager::new(cli), "fleet-manager"),
+        Err(error) if !error.use_stderr() => Ok(error.print()?),
+        Err(error) => Err(Error::new(format_args!("{}; --help lists the options", usage_line(&error)))),
+    }
+}
+
+/// The plugin's ports in the fleet.
+struct Ports {
+    orders: Orders,
+    tasks: TaskPublisher,
+    types: ColumnReader,
+}
+
+/// The fleet manager.
+struct FleetManager {
+    cli: Cli,
+    ports: Option<Ports>,
+    manager: Option<Manager>,
+    log: TaskLog,
+    /// Robots by the tokens of orders that aren't answered yet.
+    pending: BTreeMap<u64, u32>,
+    /// Simulated time of the last frame, in seconds, and robots in it.
+    now_secs: f64,
+    robots: usize,
+    cycles: u64,
+    spent: Duration,
+    longest: Duration,
+}
+
+impl FleetManager {
+    fn new(cli: Cli) -> Self {
+        Self {
+            cli,
+            ports: None,
+            manager: None,
+            log: TaskLog::default(),
+            pending: BTreeMap::new(),
+            now_secs: 0.0,
+            robots: 0,
+            cycles: 0,
+            spent: Duration::ZERO,
+            longest: Duration::ZERO,
+        }
+    }
+
+    fn task_settings(&self) -> TaskSettings {
+        let Cli { orders, load, store, http, token_file, .. } = self.cli.clone();
+        TaskSettings { orders, load, store, http, token_file }
+    }
+
+    /// Sends what the manager has decided. Orders that can't be sent now are sent with the next ones.
+    fn send(ports: &mut Ports, pending: &mut BTreeMap<u64, u32>, commands: &[Command], roads: &Roads) -> Result {
+        for command in commands {
+            let (token, robot) = match command {
+                Command::Route { robot, legs } => {
+                    let legs: Vec<RouteLeg> = legs.iter().map(|leg| route_leg(*leg, roads).horizon()).collect();
+                    (ports.orders.extend(*robot, &legs), *robot)
+                }
+                Command::Release { robot, leg, metres } => {
+                    (ports.orders.release(*robot, route_leg(*leg, roads), *metres), *robot)
+                }
+                Command::Cancel { robot } => (ports.orders.cancel(*robot), *robot),
+            };
+            pending.insert(token, robot);
+        }
+        match ports.orders.send() {
+            Ok(()) | Err(OrderError::Full { .. } | OrderError::NoEngine { .. }) => Ok(()),
+            Err(error) => Err(error.into()),
+        }
+    }
+
+    fn publish_tasks(ports: &mut Ports, log: &mut TaskLog, manager: &mut Manager, frame: &Frame<'_>) -> Result {
+        let places = manager.tasks().places().clone();
+        let records: Vec<TaskRecord> =
+            manager.tasks_mut().events().filter_map(|event| log.record(&event, &places)).collect();
+        if !records.is_empty() {
+            ports.tasks.publish(frame.run_id(), frame.tick(), 0, &records)?;
+        }
+        Ok(())
+    }
+
+    /// Prints and writes the figures of the run.
+    fn report(&self) -> Result {
+        let Some(manager) = &self.manager else { return Ok(()) };
+        let figures = manager.tasks().figures(self.now_secs);
+        if self.cli.summary {
+            let millis = |duration: Duration| duration.as_secs_f64() * 1e3;
+            tell!("{}", figures.markdown());
+            tell!(
+                "{} robots, {:.0} s; {:.2} ms a cycle, longest {:.1} ms",
+                self.robots,
+                self.now_secs,
+                millis(self.spent) / self.cycles.max(1) as f64,
+                millis(self.longest)
+            );
+        }
+        if let Some(path) = &self.cli.json {
+            let text = format!("{:#}\n", figures.json());
+            std::fs::write(path, text).map_err(|error| {
+                Error::new(format_args!("can't write {} ({error}); choose another file with --json", path.display()))
+            })?;
+        }
+        Ok(())
+    }
+}
+
+impl Plugin for FleetManager {
+    fn on_start(&mut self, fleet: &Participant) -> Result {
+        self.ports = Some(Ports {
+            orders: Orders::open_on(fleet)?,
+            tasks: TaskPublisher::open_on(fleet)?,
+            types: ColumnReader::open_on(fleet, "type")?,
+        });
+        Ok(())
+    }
+
+    fn on_world(&mut self, world: &World<'_>) -> Result {
+        self.report()?;
+        // A store and an address are free again only when the book that has them is gone.
+        self.manager = None;
+        self.log = TaskLog::default();
+        self.pending.clear();
+        let roads = Arc::new(Roads::new(world));
+        let places = Arc::new(Places::of(world));
+        let tasks = TaskBook::open(&self.task_settings(), places, world.run_id(), 0.0)
+            .map_err(|error| Error::new(format_args!("{error}")))?;
+        if let Some(address) = tasks.http_address() {
+            tell!("fleet-manager: orders at http://{address}");
+        }
+        self.manager = Some(Manager::new(roads, Settings::default(), tasks));
+        Ok(())
+    }
+
+    fn on_frame(&mut self, frame: &Frame<'_>) -> Result {
+        let (Some(ports), Some(manager)) = (&mut self.ports, &mut self.manager) else { return Ok(()) };
+        let start = Instant::now();
+        ports.types.latest()?;
+        let types = ports.types.current()?.map_or(&[][..], |types| types.values);
+        self.now_secs = frame.sim_time().as_secs_f64();
+        self.robots = frame.len();
+        let roads = manager.steering().roads().clone();
+        let commands = manager.cycle(self.now_secs, &frame.columns(), types).to_vec();
+        Self::send(ports, &mut self.pending, &commands, &roads)?;
+        Self::publish_tasks(ports, &mut self.log, manager, frame)?;
+        manager.tasks_mut().publish(self.now_secs);
+        let spent = start.elapsed();
+        self.cycles += 1;
+        self.spent += spent;
+        self.longest = self.longest.max(spent);
+        Ok(())
+    }
+
+    fn on_idle(&mut self, _has_producer: bool) -> Result {
+        if let Some(ports) = &self.ports {
+            ports.tasks.update();
+        }
+        Ok(())
+    }
+
+    fn on_events(&mut self, events: &Events<'_>) -> Result {
+        let Some(manager) = &mut self.manager else { return Ok(()) };
+        for event in events.records {
+            match event.kind() {
+                Some(EventKind::Accepted) => {
+                    self.pending.remove(&event.token);
+                }
+                Some(EventKind::Refused) => {
+                    if let Some(robot) = self.pending.remove(&event.token) {
+                        manager.refuse(robot);
+                    }
+                }
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+
+    fn wants_events(&self) -> bool {
+        true
+    }
+
+    fn rate(&self) -> Rate {
+        Rate::PerSecond(10.0)
+    }
+
+    fn on_stop(&mut self) -> Result {
+        self.report()
+    }
+}
+
+fn route_leg(leg: Leg, roads: &Roads) -> RouteLeg {
+    let edge = roads.edge(leg.edge()).id;
+    if leg.is_reverse() { RouteLeg::reverse(edge) } else { RouteLeg::forward(edge) }
+}

@@ -1,0 +1,115 @@
+//! Robots that steering has not steered so far, or that were not where they should be: they are stopped, and taken over
+//! where they stand.
+
+use regatta_plugin::frame::RobotState;
+
+use super::{Command, Robot, Seen, Steering};
+use crate::claims::Stretch;
+use crate::roads::Leg;
+
+/// How long to wait for the effect of a cancellation before it is sent again, in seconds.
+const REPEAT_SECS: f64 = 1.0;
+
+impl Steering {
+    /// Takes what a frame shows of a robot.
+    pub fn see(&mut self, robot: u32, seen: &Seen) {
+        let count = self.robots.len().max(robot as usize + 1);
+        self.robots.resize_with(count, || None);
+        if self.robots[robot as usize].is_none() && !self.meet(robot, seen) {
+            return;
+        }
+        let Some(state) = &mut self.robots[robot as usize] else { return };
+        state.see(seen);
+        let is_adopted = state.is_adopted;
+        if is_adopted && seen.state == RobotState::Idle && seen.speed == 0.0 {
+            return self.take_over(robot, seen);
+        }
+        let Some(edge) = seen.edge else { return };
+        if !self.advance(robot, edge, seen.s) {
+            self.adopt(robot);
+            self.claim_edge(robot, edge);
+        }
+    }
+
+    /// Takes a robot that wasn't there before; `false` if it is on no edge.
+    fn meet(&mut self, robot: u32, seen: &Seen) -> bool {
+        let Some(class) = self.roads.classes().get(seen.robot_type).copied() else { return false };
+        let Some((leg, _)) = self.locate(seen) else { return false };
+        self.robots[robot as usize] = Some(Robot::new(class, seen, self.now));
+        self.adopt(robot);
+        self.claim_edge(robot, leg.edge());
+        true
+    }
+
+    /// Stops a robot, to take it over when it is idle.
+    pub(super) fn adopt(&mut self, robot: u32) {
+        let Some(state) = &mut self.robots[robot as usize] else { return };
+        state.is_adopted = true;
+        state.cancel_at = self.now;
+        state.needs_route = true;
+        state.horizon.drain(..).for_each(|leg| self.congestion.leave(leg.edge()));
+    }
+
+    /// Takes back what was granted to a robot and refused: the robot is stopped, and claims only where it then stands.
+    pub fn take_back(&mut self, robot: u32) {
+        if self.robot(robot).is_some() {
+            self.adopt(robot);
+        }
+    }
+
+    /// Claims the whole edge that a robot is on: which way it drives may not be known.
+    fn claim_edge(&mut self, robot: u32, edge: u32) {
+        let Some(state) = &self.robots[robot as usize] else { return };
+        let whole =
+            Stretch { track: edge, leg: Some(Leg::new(edge, false)), from: 0.0, to: self.roads.edge(edge).length };
+        self.claims.seize(&self.roads, robot, state.class.footprint, whole);
+    }
+
+    /// Takes an idle robot over where it stands.
+    fn take_over(&mut self, robot: u32, seen: &Seen) {
+        let Some((leg, place)) = self.locate(seen) else { return };
+        let Some(state) = &mut self.robots[robot as usize] else { return };
+        state.is_adopted = false;
+        let stance = Stretch { track: leg.edge(), leg: Some(leg), from: place, to: place };
+        self.claims.seize(&self.roads, robot, state.class.footprint, stance);
+    }
+
+    /// The leg that a robot stands on, and how far from its start. A robot on a node counts as one at the end of an edge
+    /// that leads there: its pose is the same.
+    fn locate(&self, seen: &Seen) -> Option<(Leg, f32)> {
+        if let Some(edge) = seen.edge {
+            return Some((Leg::new(edge, false), seen.s.clamp(0.0, self.roads.edge(edge).length)));
+        }
+        let distance = |node: u32| {
+            let [x, y] = self.roads.position(node);
+            (x - seen.position[0]).hypot(y - seen.position[1])
+        };
+        let node = (0..self.roads.nodes()).min_by(|&a, &b| distance(a).total_cmp(&distance(b)))?;
+        let into = self.roads.arrival(node).map(|edge| (Leg::new(edge, false), self.roads.edge(edge).length));
+        into.or_else(|| self.roads.exits(node).first().map(|&leg| (leg, 0.0)))
+    }
+
+    /// Whether every robot stands or is steered: before that, none is sent anywhere.
+    pub fn is_ready(&self) -> bool {
+        !self.robots.iter().flatten().any(|state| state.is_adopted && state.speed > 0.0)
+    }
+
+    /// Orders the robots to stop that are to be taken over.
+    pub(super) fn cancel_adopted(&mut self) {
+        for (robot, state) in (0..).zip(&mut self.robots) {
+            let Some(state) = state else { continue };
+            if state.is_adopted && self.now >= state.cancel_at {
+                state.cancel_at = self.now + REPEAT_SECS;
+                self.commands.push(Command::Cancel { robot });
+            }
+        }
+    }
+
+    fn advance(&mut self, robot: u32, edge: u32, s: f32) -> bool {
+        let length = self.roads.edge(edge).length;
+        self.claims.advance(&self.roads, robot, edge, |stretch| match stretch.leg {
+            Some(leg) if leg.is_reverse() => length - s,
+            _ => s,
+        })
+    }
+}

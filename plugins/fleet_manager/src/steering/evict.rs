@@ -1,0 +1,69 @@
+//! Idle robots that are in the way of others are sent to the next place where they are not.
+
+use std::collections::VecDeque;
+
+use super::Steering;
+use crate::roads::Leg;
+
+/// How long a robot waits for an idle one before that has to go, in seconds.
+const PATIENCE_SECS: f64 = 1.0;
+/// The most legs that are looked at for a place to go.
+const MOST_LEGS: usize = 400;
+/// The legs ahead of the one who waits in which an idle robot would be in its way again.
+const LEGS_AHEAD: usize = 40;
+
+impl Steering {
+    /// Sends idle robots away that others wait for.
+    pub(super) fn evict_idle(&mut self) {
+        for robot in 0..self.robots.len() as u32 {
+            let Some(state) = self.robot(robot) else { continue };
+            if self.now - state.waiting_since < PATIENCE_SECS {
+                continue;
+            }
+            let Some(blocker) = state.blocker else { continue };
+            let is_idle = self.robot(blocker).is_some_and(|other| other.goal.is_none() && !other.is_pinned);
+            if is_idle && let Some(goal) = self.refuge(blocker, robot) {
+                self.counts.evictions += 1;
+                self.send(blocker, goal);
+                if let Some(state) = &mut self.robots[blocker as usize] {
+                    state.is_evicted = true;
+                }
+            }
+        }
+    }
+
+    /// Ends the errands of evicted robots that have arrived.
+    pub(super) fn settle_evicted(&mut self) {
+        for robot in 0..self.robots.len() as u32 {
+            let Some(state) = self.robot(robot) else { continue };
+            if state.is_evicted && state.goal.is_none_or(|goal| self.has_arrived(robot, goal) || state.is_unreachable) {
+                self.halt(robot);
+            }
+        }
+    }
+
+    /// Finds the nearest node where an idle robot is not in the way of the one who waits for it, nor of anybody who is
+    /// there already.
+    fn refuge(&self, idle: u32, waiting: u32) -> Option<u32> {
+        let (last, start) = self.base_end(idle);
+        let state = self.robot(idle)?;
+        let footprint = state.class.footprint;
+        let route: Vec<u32> = self.robot(waiting)?.horizon.iter().take(LEGS_AHEAD).map(|leg| leg.edge()).collect();
+        let mut seen: Vec<Leg> = last.into_iter().collect();
+        let mut open: VecDeque<Leg> = self.roads.exits(start).iter().copied().collect();
+        while let Some(leg) = open.pop_front() {
+            if leg.is_reverse() || seen.contains(&leg) || seen.len() > MOST_LEGS {
+                continue;
+            }
+            seen.push(leg);
+            let length = self.roads.edge(leg.edge()).length;
+            let reach = self.claims.reach(&self.roads, idle, footprint, leg.edge(), Some(leg), [length, length]);
+            let is_good = self.roads.stops(footprint).last_open(leg, length, length, length).is_some();
+            if is_good && reach.blocker.is_none() && !route.contains(&leg.edge()) {
+                return Some(self.roads.end(leg));
+            }
+            open.extend(self.roads.exits(self.roads.end(leg)));
+        }
+        None
+    }
+}

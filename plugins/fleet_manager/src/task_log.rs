@@ -1,0 +1,79 @@
+//! The book's events as the contract's task log has them.
+
+use std::collections::BTreeMap;
+
+use regatta_plugin::task::{NO_ROBOT, StopAction, TaskKind, TaskRecord};
+
+use crate::tasks::{Action, Change, Places, TaskEvent};
+
+/// Turns events into records.
+#[derive(Debug, Default)]
+pub struct TaskLog {
+    /// By the number of an open task: the record of each of its stops.
+    stops: BTreeMap<u64, Vec<TaskRecord>>,
+}
+
+impl TaskLog {
+    /// Returns an event as a record; `None` for those that the task log doesn't have.
+    pub fn record(&mut self, event: &TaskEvent, places: &Places) -> Option<TaskRecord> {
+        let task = event.task.0;
+        let of = |kind, robot: Option<u32>| record(task, kind, robot);
+        Some(match &event.change {
+            Change::Created { stops, .. } => TaskRecord { detail: *stops, ..of(TaskKind::Created, None) },
+            Change::Stop { stop, node, action, dwell_secs } => {
+                let record = TaskRecord {
+                    stop: *stop,
+                    node: places.place(*node).id,
+                    action: stop_action(*action) as u32,
+                    dwell_secs: *dwell_secs as f32,
+                    ..of(TaskKind::Stop, None)
+                };
+                self.stops.entry(task).or_default().push(record);
+                record
+            }
+            Change::Assigned { robot } => of(TaskKind::Assigned, Some(*robot)),
+            Change::Withdrawn { robot } => of(TaskKind::Withdrawn, Some(*robot)),
+            Change::Arrived { robot, stop } => self.at_stop(task, TaskKind::Arrived, *robot, *stop),
+            Change::Handled { robot, stop } => self.at_stop(task, TaskKind::Handled, *robot, *stop),
+            Change::Finished { robot } => self.end(of(TaskKind::Finished, Some(*robot))),
+            Change::Failed { robot, .. } => self.end(of(TaskKind::Failed, *robot)),
+            Change::Cancelled { robot, .. } => self.end(of(TaskKind::Cancelled, *robot)),
+            Change::Unroutable { .. } | Change::Reopened => return None,
+        })
+    }
+
+    fn at_stop(&self, task: u64, kind: TaskKind, robot: u32, stop: u32) -> TaskRecord {
+        let known = self.stops.get(&task).and_then(|stops| stops.get(stop as usize)).copied();
+        let known = known.unwrap_or_else(|| record(task, kind, None));
+        TaskRecord { kind: kind as u32, robot, stop, dwell_secs: 0.0, ..known }
+    }
+
+    fn end(&mut self, record: TaskRecord) -> TaskRecord {
+        self.stops.remove(&record.task);
+        record
+    }
+}
+
+fn record(task: u64, kind: TaskKind, robot: Option<u32>) -> TaskRecord {
+    TaskRecord {
+        task,
+        kind: kind as u32,
+        robot: robot.unwrap_or(NO_ROBOT),
+        stop: 0,
+        node: 0,
+        action: 0,
+        dwell_secs: 0.0,
+        detail: 0,
+        reserved: 0,
+    }
+}
+
+fn stop_action(action: Action) -> StopAction {
+    match action {
+        Action::None => StopAction::None,
+        Action::Pick => StopAction::Pick,
+        Action::Drop => StopAction::Drop,
+        Action::Charge => StopAction::Charge,
+        Action::Park => StopAction::Park,
+    }
+}
