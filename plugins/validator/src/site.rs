@@ -3,10 +3,13 @@
 use regatta_plugin::World;
 use regatta_plugin::world::{CurveRecord, EdgeRecord, NodeRecord, Orientation, RobotTypeRecord};
 
-/// The distance between two samples of a curved edge, in metres; short edges have at least [`FEWEST_STEPS`].
-const STEP_METRES: f64 = 0.1;
-const FEWEST_STEPS: usize = 24;
-const MOST_STEPS: usize = 1 << 14;
+/// The distance in metres between two samples of a curve with which the search for a fine enough one begins.
+const STEP_METRES: f64 = 0.4;
+const FEWEST_STEPS: usize = 8;
+/// From this number of samples on, a curve isn't sampled more finely: it has a cusp.
+const MOST_STEPS: usize = 1 << 10;
+/// What is between two samples may differ by this much from the curve, in metres and in radians.
+const FINE: [f32; 2] = [2e-4, 2e-3];
 /// The intervals of a curve's parameter over which its length is summed up.
 const INTERVALS: usize = 64;
 
@@ -136,15 +139,19 @@ impl Part {
         };
         let place = fraction * last as f32;
         let index = (place as usize).min(last - 1);
-        let ([ax, ay, atx, aty], [bx, by, btx, bty]) = (self.samples[index], self.samples[index + 1]);
-        let (t, h) = (place - index as f32, self.length / last as f32);
-        // Cubic Hermite between two samples: exact to the fourth power of their distance.
-        let (t2, t3) = (t * t, t * t * t);
-        let (h01, h10, h11) = (3.0 * t2 - 2.0 * t3, (t3 - 2.0 * t2 + t) * h, (t3 - t2) * h);
-        let position = [ax + h01 * (bx - ax) + h10 * atx + h11 * btx, ay + h01 * (by - ay) + h10 * aty + h11 * bty];
-        let (tx, ty) = (atx + t * (btx - atx), aty + t * (bty - aty));
-        (position, ty.atan2(tx))
+        let (samples, distance) = ([self.samples[index], self.samples[index + 1]], self.length / last as f32);
+        let [x, y, tx, ty] = between(samples, distance, place - index as f32);
+        ([x, y], ty.atan2(tx))
     }
+}
+
+/// Returns position and tangent between two samples that are so far apart, by Hermite's cubic.
+fn between([[ax, ay, atx, aty], [bx, by, btx, bty]]: [[f32; 4]; 2], distance: f32, t: f32) -> [f32; 4] {
+    let (t2, t3) = (t * t, t * t * t);
+    let (h01, h10, h11) = (3.0 * t2 - 2.0 * t3, (t3 - 2.0 * t2 + t) * distance, (t3 - t2) * distance);
+    let x = ax + h01 * (bx - ax) + h10 * atx + h11 * btx;
+    let y = ay + h01 * (by - ay) + h10 * aty + h11 * bty;
+    [x, y, atx + t * (btx - atx), aty + t * (bty - aty)]
 }
 
 fn points(curve: &CurveRecord) -> [[f64; 2]; 4] {
@@ -174,8 +181,25 @@ fn straight_samples(curve: &CurveRecord) -> (Vec<[f32; 4]>, f64) {
 fn curved_samples(curve: &CurveRecord) -> (Vec<[f32; 4]>, f64) {
     let table = Table::new(points(curve));
     let length = table.length();
-    let steps = ((length / STEP_METRES).ceil() as usize).clamp(FEWEST_STEPS, MOST_STEPS);
-    ((0..=steps).map(|step| table.sample(length * step as f64 / steps as f64)).collect(), length)
+    let mut steps = ((length / STEP_METRES).ceil() as usize).clamp(FEWEST_STEPS, MOST_STEPS).next_multiple_of(2);
+    loop {
+        let samples: Vec<_> = (0..=steps).map(|step| table.sample(length * step as f64 / steps as f64)).collect();
+        if steps >= MOST_STEPS || is_fine(&samples, (length / steps as f64) as f32) {
+            return (samples, length);
+        }
+        steps *= 2;
+    }
+}
+
+/// Whether every other sample is where it would be without it.
+fn is_fine(samples: &[[f32; 4]], distance: f32) -> bool {
+    samples.windows(3).step_by(2).all(|part| {
+        let [x, y, tx, ty] = between([part[0], part[2]], 2.0 * distance, 0.5);
+        let [mx, my, mtx, mty] = part[1];
+        // The middle of two opposite tangents has no direction.
+        let is_turned = (tx * mty - ty * mtx).abs() <= FINE[1] * (tx * mtx + ty * mty);
+        (x - mx).abs().max((y - my).abs()) <= FINE[0] && is_turned
+    })
 }
 
 /// The arc length of one curve, by quadrature.
@@ -292,6 +316,24 @@ mod tests {
         assert_eq!(edge.at(2.0).map(|(position, _)| position), Some([1.0, 3.0]));
         assert!(edge.parts[0].samples.is_empty());
         assert!(Edge::new(record, &[]).at(1.0).is_none());
+    }
+
+    /// A curve that turns back in its middle, and one that is much curved at its beginning.
+    #[test]
+    fn sharp_bends_are_sampled_finely() {
+        let cusp = [[0.0, 0.0], [4.0, 2.0], [0.0, 2.0], [4.0, 0.0]];
+        let hook = [[0.0, 0.0], [0.0, 0.01], [0.02, 0.02], [5.0, 3.0]];
+        for control_points in [cusp, hook] {
+            let table = Table::new(control_points.map(|point: [f32; 2]| point.map(f64::from)));
+            let record = EdgeRecord { length: table.length() as f32, ..EdgeRecord::default() };
+            let edge = Edge::new(record, &[CurveRecord { control_points }]);
+            for step in 0..=5000 {
+                let s = table.length() * f64::from(step) / 5000.0;
+                let ([x, y], _) = edge.at(s as f32).expect("a curve");
+                let [tx, ty, ..] = table.sample(s);
+                assert!((x - tx).hypot(y - ty) < 2e-3, "{control_points:?} at {s}: ({x}, {y}), not ({tx}, {ty})");
+            }
+        }
     }
 
     /// Two curves of an edge may meet at any angle.
