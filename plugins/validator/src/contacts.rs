@@ -43,10 +43,13 @@ impl Grid {
     pub fn overlaps(&mut self, bodies: &[Body], mut each: impl FnMut(usize, usize, f32)) {
         let Some(columns) = self.sort(bodies) else { return };
         let rows = (self.starts.len() - 1) / columns;
-        for cell in 0..columns * rows {
-            let (column, row) = (cell % columns, cell / columns);
-            let range = self.starts[cell] as usize..self.starts[cell + 1] as usize;
-            for at in range.clone() {
+        let place = |cell: usize| self.starts[cell] as usize;
+        for (row, column) in (0..rows).flat_map(|row| (0..columns).map(move |column| (row, column))) {
+            let cell = row * columns + column;
+            let (end, is_last) = (place(cell + 1), column + 1 == columns);
+            // This cell and the next one of its row lie side by side in memory, as do the three of the next row.
+            let beside = if is_last { end } else { place(cell + 2) };
+            for at in place(cell)..end {
                 let first = self.order[at] as usize;
                 let mut try_all = |from: usize, to: usize| {
                     for second in &self.order[from..to] {
@@ -57,16 +60,12 @@ impl Grid {
                         }
                     }
                 };
-                try_all(at + 1, range.end);
-                if column + 1 < columns {
-                    try_all(range.end, self.starts[cell + 2] as usize);
-                }
+                try_all(at + 1, beside);
                 if row + 1 < rows {
-                    // The three cells of the next row are neighbours in memory, too.
                     let next = cell + columns;
                     let from = if column > 0 { next - 1 } else { next };
-                    let to = if column + 1 < columns { next + 1 } else { next };
-                    try_all(self.starts[from] as usize, self.starts[to + 1] as usize);
+                    let to = if is_last { next } else { next + 1 };
+                    try_all(place(from), place(to + 1));
                 }
             }
         }

@@ -114,8 +114,10 @@ impl Edge {
     /// Returns the position and the angle of the tangent at a distance from the origin, in metres. `None` if the world has
     /// no curve for the edge.
     pub fn at(&self, s: f32) -> Option<([f32; 2], f32)> {
-        let next = self.parts.partition_point(|part| part.start <= s);
-        let part = self.parts.get(next.saturating_sub(1))?;
+        let part = match &self.parts[..] {
+            [part] => part,
+            parts => parts.get(parts.partition_point(|part| part.start <= s).saturating_sub(1))?,
+        };
         Some(part.at((s - part.start) / part.length))
     }
 
