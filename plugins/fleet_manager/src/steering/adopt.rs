@@ -10,6 +10,9 @@ use crate::roads::Leg;
 /// How long to wait for the effect of a cancellation before it is sent again, in seconds.
 const REPEAT_SECS: f64 = 1.0;
 
+/// How near to the end of an edge a robot counts as being there, in metres.
+const AT_END: f32 = 1e-3;
+
 impl Steering {
     /// Takes what a frame shows of a robot.
     pub fn see(&mut self, robot: u32, seen: &Seen) {
@@ -78,7 +81,10 @@ impl Steering {
     /// that leads there: its pose is the same.
     fn locate(&self, seen: &Seen) -> Option<(Leg, f32)> {
         if let Some(edge) = seen.edge {
-            return Some((Leg::new(edge, false), seen.s.clamp(0.0, self.roads.edge(edge).length)));
+            let length = self.roads.edge(edge).length;
+            // The engine's lengths differ by rounding: a robot at the end of an edge must not have some micrometres left.
+            let place = if seen.s > length - AT_END { length } else { seen.s.max(0.0) };
+            return Some((Leg::new(edge, false), place));
         }
         let distance = |node: u32| {
             let [x, y] = self.roads.position(node);

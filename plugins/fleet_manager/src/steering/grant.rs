@@ -166,9 +166,12 @@ impl Steering {
         let length = self.roads.edge(leg.edge()).length;
         let stops = self.roads.stops(footprint);
         let at_end = to >= length && (next.is_none() || (allows_sidings && stops.is_siding(leg)));
-        let cap = (from + wanted.max(0.0)).min(to);
+        // The very start of a leg counts as the end of the one before it.
+        let least = if from > 0.0 { from } else { LEAST.min(length) };
+        let cap = (from + wanted).max(least).min(to);
         let further = stops.next_open(leg, length, cap).filter(|place| *place <= to);
-        further.or(at_end.then_some(length)).or_else(|| stops.last_open(leg, length, from, cap))
+        let place = further.or(at_end.then_some(length)).or_else(|| stops.last_open(leg, length, from, cap));
+        place.filter(|place| *place >= least)
     }
 
     /// Claims the place of a node where the robot turns on the spot. Fails, maybe because of a robot, if the next leg can't
