@@ -121,7 +121,13 @@ fn each_fault_of_motion_is_found_once() {
         (Acceleration, vec![stand, on(0, 5.003, 0.06)]),
         (HardBraking, vec![on(0, 5.0, 1.0), on(0, 5.09, 0.9)]),
         (Rotation, vec![turning(0.0), turning(0.05), turning(0.2)]),
-        (BrokenRoute, vec![on(0, 0.02, 0.0), Row { x: 0.0, y: 0.02, theta: -1.5708, s: 29.98, ..on(2, 0.0, 0.0) }]),
+        (
+            BrokenRoute,
+            vec![
+                on(0, 0.02, 0.0),
+                Row { x: 0.0, y: 0.02, theta: -std::f32::consts::FRAC_PI_2, s: 29.98, ..on(2, 0.0, 0.0) },
+            ],
+        ),
         (InvalidPose, vec![stand, Row { x: f32::NAN, ..stand }, stand]),
     ];
     for (kind, rows) in cases {
