@@ -108,6 +108,12 @@ impl EngineOptions {
 pub fn run(args: EngineArgs) -> Result<ExitCode, Failure> {
     let termination = Termination::watch().map_err(plugin_failure)?;
     let scenario = scenario::load(args.scenario.as_deref(), &args.options.overrides())?;
+    // The engine of `regatta run` says it, too.
+    if scenario.is_made_up {
+        eprintln!(
+            "this is a layout without a scenario: robots on random routes are made up; `regatta new` writes them to a file"
+        );
+    }
     for warning in &scenario.warnings {
         eprintln!("{warning}");
     }

@@ -10,7 +10,7 @@ use regatta_engine::scenario::made_up_scenario;
 
 use crate::arguments::LayoutArgs;
 use crate::failure::Failure;
-use crate::output::{Force, check_file, write_file};
+use crate::output::{Force, check_file, unwritable, with_plural, write_file};
 
 #[derive(Args)]
 pub struct NewArgs {
@@ -49,10 +49,10 @@ pub fn run(args: &NewArgs) -> Result<(), Failure> {
     files.iter().try_for_each(|(name, _)| is_new(&folder.join(name)))?;
     copies.iter().try_for_each(|(to, _)| is_new(to))?;
 
-    let unwritable = |path: &Path, error| format!("{}: can't write: {error}", path.display());
-    fs::create_dir_all(&folder).map_err(|error| unwritable(&folder, error))?;
+    fs::create_dir_all(&folder).map_err(|error| unwritable(&folder, &error))?;
     for (to, from) in &copies {
-        let bytes = fs::read(from).map_err(|error| format!("{}: can't read: {error}", from.display()))?;
+        let bytes =
+            fs::read(from).map_err(|error| format!("{}: can't read: {error}; check the path", from.display()))?;
         write_file(to, &bytes, args.force)?;
     }
     for (name, bytes) in &files {
@@ -68,12 +68,15 @@ fn stem(name: &str) -> &str {
 }
 
 fn print_summary(folder: &Path, graph: &RouteGraph, warnings: usize) {
-    let (edges, nodes, stations) = (graph.edges().len(), graph.nodes().len(), graph.stations().len());
     let folder = folder.display();
-    println!(
-        "{folder}: {edges} edges, {nodes} nodes, {stations} stations; {warnings} warnings (`regatta graph check` lists them)"
-    );
+    let warnings = with_plural(warnings, "warning");
+    println!("{folder}: {}; {warnings} (`regatta graph check` lists them)", counts(graph));
     println!("regatta run {folder}/scenario.yaml");
+}
+
+fn counts(graph: &RouteGraph) -> String {
+    let counts = [(graph.edges().len(), "edge"), (graph.nodes().len(), "node"), (graph.stations().len(), "station")];
+    counts.map(|(count, noun)| with_plural(count, noun)).join(", ")
 }
 
 fn readme(name: &str, layout: &LayoutArgs, graph: &RouteGraph) -> String {
@@ -81,7 +84,7 @@ fn readme(name: &str, layout: &LayoutArgs, graph: &RouteGraph) -> String {
     let plant = words.map(|word| quoted(&word)).collect::<Vec<_>>().join(" ");
     format!(
         "# {name}\n\n\
-         A layout of {} edges, {} nodes and {} stations, and a scenario for it.\n\n\
+         A layout of {}, and a scenario for it.\n\n\
          ```console\n\
          $ regatta run scenario.yaml                # robots on random routes, with the collision checker\n\
          $ regatta graph check {plant}     # what of the layout wasn't understood, and what can't be driven\n\
@@ -89,9 +92,7 @@ fn readme(name: &str, layout: &LayoutArgs, graph: &RouteGraph) -> String {
          ```\n\n\
          `scenario.yaml` has the robot types (size, speed, acceleration, rotation) and the number of robots: change them to\n\
          those of your plant.\n",
-        graph.edges().len(),
-        graph.nodes().len(),
-        graph.stations().len(),
+        counts(graph),
     )
 }
 

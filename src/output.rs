@@ -78,7 +78,25 @@ pub fn write_file(path: &Path, bytes: &[u8], force: Force) -> Result<(), Failure
         }
         replaced => write_beside(path, bytes, replaced),
     };
-    written.map_err(|error| format!("{}: can't write: {error}", path.display()).into())
+    written.map_err(|error| unwritable(path, &error))
+}
+
+/// Returns the error of writing a file or a folder. The system's own text may name a temporary file, which tells nobody
+/// anything.
+pub fn unwritable(path: &Path, error: &io::Error) -> Failure {
+    let what_to_do = match error.kind() {
+        io::ErrorKind::NotFound => "the folder doesn't exist: create it, or give another",
+        io::ErrorKind::PermissionDenied => "you may not write there: give another folder",
+        io::ErrorKind::StorageFull => "the disk is full: make room, or give another folder",
+        io::ErrorKind::NotADirectory => "a part of the path is a file: give a folder",
+        kind => return format!("{}: can't write: {kind}; give another path", path.display()).into(),
+    };
+    format!("{}: can't write: {what_to_do}", path.display()).into()
+}
+
+/// Returns a number of things in words.
+pub fn with_plural(count: usize, noun: &str) -> String {
+    format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
 }
 
 /// Writes a temporary file in the same folder and renames it. It keeps the permissions of the file that it replaces.
@@ -127,7 +145,11 @@ mod tests {
         write_file(&path, b"two", FORCE).expect("replaced");
         assert_eq!(fs::read(&path).expect("readable"), b"two");
         assert!(write_file(folder.path(), b"", FORCE).expect_err("a folder").to_string().contains("a folder"));
-        assert!(write_file(&folder.path().join("no/a.txt"), b"", FORCE).is_err());
+        let error = write_file(&folder.path().join("no/a.txt"), b"", FORCE).expect_err("no folder").to_string();
+        assert!(
+            error.ends_with("no/a.txt: can't write: the folder doesn't exist: create it, or give another"),
+            "{error}"
+        );
         assert_eq!(names(folder.path()), ["a.txt"]);
     }
 

@@ -102,11 +102,6 @@ fn read_scenario(args: &RunArgs) -> Result<(Scenario, Option<File>), Failure> {
 }
 
 fn print_summary(scenario: &Scenario, args: &RunArgs) {
-    if scenario.is_made_up && !args.json {
-        println!(
-            "this is a layout without a scenario: robots on random routes are made up; `regatta new` writes them to a file"
-        );
-    }
     let fleet = &args.options.fleet;
     let robots = args.options.robots.map_or_else(|| scenario.robots(), |count| count.0);
     let edges = scenario.graph.edges().len();

@@ -23,7 +23,7 @@ pub fn run(args: &ValidateArgs) -> Result<ExitCode, Failure> {
     play(&args.file, |published| match published {
         Published::World(world) => judge.take_world(&world),
         Published::Types(types) => judge.take_types(types),
-        Published::Events(_, events) => judge.take_events(events),
+        Published::Events(header, events) => judge.take_events(&header, events, false),
         Published::Tasks(header, missed, tasks) => judge.take_tasks(&header, missed, tasks),
         Published::Frame(frame) => judge.take_frame(&frame),
     })?;

@@ -170,8 +170,8 @@ fn a_scenario_is_recognised_and_checked() {
     // The errors of its route graph are listed too.
     std::fs::write(folder.path().join("bad.yaml"), "Edges: []\nVertices: []\n").expect("written");
     let with_bad_graph = check("graph: bad.yaml\nrobots: [{node: 1}]\n");
-    assert!(with_bad_graph.contains("bad.yaml:1: error: has no nodes"), "{with_bad_graph}");
-    assert!(with_bad_graph.ends_with("a scenario that can't be run; 2 errors, 0 warnings\n"), "{with_bad_graph}");
+    assert!(with_bad_graph.contains("bad.yaml:1: error: has no nodes and no edges"), "{with_bad_graph}");
+    assert!(with_bad_graph.ends_with("a scenario that can't be run; 1 error, 0 warnings\n"), "{with_bad_graph}");
 
     let message = text(&regatta_graph(&["info"], Some(&file)).stderr);
     assert!(message.contains("this is a scenario") && message.lines().count() == 1, "{message}");
@@ -265,7 +265,7 @@ fn a_mended_copy_is_written() {
     std::fs::write(&file, format!("{nodes}Edges:\n- {{{edge}}}\n- {{{edge}}}\n")).expect("written");
     assert!(!regatta_graph(&["check"], Some(&file)).status.success());
     succeeds(&["graph", "check", "bad.yaml", "--fix", "good.yaml"], folder.path());
-    assert!(succeeds(&["graph", "check", "good.yaml"], folder.path()).contains("1 edges, 2 nodes"));
+    assert!(succeeds(&["graph", "check", "good.yaml"], folder.path()).contains("1 edge, 2 nodes"));
     let refused = regatta_graph(&["check", "--fix", file.to_str().expect("a path")], Some(&file));
     assert!(text(&refused.stderr).contains("--force"), "{}", text(&refused.stderr));
 }
@@ -301,6 +301,10 @@ fn a_layout_and_a_benchmark_are_run_as_they_are() {
         let fleet = format!("layout-{}-{}", name.len(), std::process::id());
         let file = file.to_str().expect("a path");
         let args = ["engine", file, "--ticks", "50", "--speed", "max", "--digest", "--fleet", &fleet];
-        assert_eq!(succeeds(&args, folder.path()).trim().len(), 32, "{name}");
+        let mut command = Command::new(env!("CARGO_BIN_EXE_regatta"));
+        let output = command.args(args).current_dir(folder.path()).output().expect("regatta starts");
+        assert_eq!(text(&output.stdout).trim().len(), 32, "{name}: {}", text(&output.stderr));
+        let is_told = text(&output.stderr).contains("robots on random routes are made up");
+        assert_eq!(is_told, name.ends_with(".json"), "{}", text(&output.stderr));
     }
 }

@@ -5,6 +5,7 @@
 
 pub mod arc_length;
 pub mod bezier;
+mod body_heading;
 pub mod components;
 pub mod diff;
 pub mod draw;
@@ -16,7 +17,7 @@ pub mod info;
 mod item;
 mod layout;
 mod line_index;
-mod lint;
+pub(crate) mod lint;
 pub mod nurbs;
 pub mod path;
 mod read;

@@ -128,6 +128,15 @@ pub enum ScenarioError {
         /// The YAML reader's error.
         source: serde_yaml::Error,
     },
+    /// The file has no key of a scenario, and isn't a layout either.
+    #[error(
+        "{}: neither a layout nor a scenario: a scenario has the keys graph and robots; --format names the format of a layout \
+         that its content doesn't tell", path.display()
+    )]
+    Neither {
+        /// The file.
+        path: PathBuf,
+    },
     /// The route graph can't be read or has errors.
     #[error(transparent)]
     Graph(#[from] GraphError),

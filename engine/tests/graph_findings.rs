@@ -172,9 +172,9 @@ fn invalid_speeds_are_reported() {
 
 #[test]
 fn an_empty_graph_is_reported() {
-    let found = check("Edges: []\nVertices:\n");
-    assert_eq!(found.len(), 2, "{found:#?}");
-    assert!(found[0].contains("no nodes") && found[1].contains("no edges"), "{found:#?}");
+    assert_only(&check("Edges: []\nVertices:\n"), "1 error file: ", "has no nodes and no edges: list them");
+    assert_only(&check(NODES), "1 error file: ", "has no edges: list them under Edges");
+    assert_only(&check("{}"), "1 error file: ", "has no nodes and no edges");
 }
 
 #[test]
@@ -190,7 +190,7 @@ fn items_of_the_wrong_type_are_reported() {
     assert_eq!(found.len(), 2, "{found:#?}");
     assert!(found[0].contains("edge number 2 of the list must be a map, not 7"), "{found:#?}");
     let found = check(&format!("{NODES}Edges: 12\n"));
-    assert!(found.iter().any(|finding| finding == "4 error file: `Edges` must be a list, not 12"), "{found:#?}");
+    assert_eq!(found, ["4 error file: `Edges` must be a list, not 12"], "and not that there are no edges");
 }
 
 #[test]
@@ -216,7 +216,7 @@ fn angles_in_degrees_are_suspected_and_can_be_declared() {
     let text = format!("{NODES}{EDGES}").replace("Theta: 0", "Theta: 90");
     let found = check(&text);
     assert!(
-        found[0].starts_with("2 warning node 1: Theta is 90, more than a full turn (and 1 more nodes)"),
+        found[0].starts_with("2 warning node 1: Theta is 90, more than a full turn (and 1 more node)"),
         "{found:#?}"
     );
     let (graph, warnings) = graph::parse(&format!("angleunit: DEG\n{text}"), "g", &ReadOptions::default()).unwrap();
@@ -255,6 +255,10 @@ fn dead_ends_and_unreachable_nodes_are_reported() {
     assert!(found[0].starts_with("2 warning node 1: unreachable: no edge leads to it"), "{found:#?}");
     assert!(found[1].starts_with("3 warning node 2: dead end"), "{found:#?}");
     assert_only(&check(&with_node("Id: 3, X: 1, Y: 1, Theta: 0")), "6 warning node 3: ", "no edge starts or ends here");
+    // However many there are, that is one warning.
+    let many: String = (3..20).map(|id| format!("- {{Id: {id}, X: {id}, Y: 9, Theta: 0}}\n")).collect();
+    let found = check(&format!("{NODES}{many}{EDGES}"));
+    assert_only(&found, "4 warning node 3: ", "connect it or remove it (and 16 more nodes: 4, 5, 6, 7, 8, …)");
 }
 
 #[test]

@@ -215,7 +215,7 @@ fn a_publish_rate_that_does_not_divide_the_rate_is_rounded_with_a_warning() {
 fn files_that_can_not_be_read_are_rejected() {
     let read = |path: &str| Scenario::read(Path::new(path), &Overrides::default()).expect_err(path).to_string();
     assert!(read("no/such.yaml").starts_with("no/such.yaml: "));
-    assert!(read(env!("CARGO_MANIFEST_DIR")).contains("directory"));
+    assert!(read(env!("CARGO_MANIFEST_DIR")).contains("this is a folder"));
     if cfg!(target_os = "linux") {
         assert!(read("/dev/zero").contains("too large"));
     }

@@ -10,6 +10,7 @@ use serde_json::{Value, json};
 
 use super::FileArgs;
 use crate::failure::Failure;
+use crate::output::with_plural;
 use crate::progress::Progress;
 
 /// The result of a check.
@@ -29,7 +30,8 @@ pub fn run(file: &FileArgs, json: bool) -> Result<ExitCode, Failure> {
     let text = file.text()?;
     let checked = match graph::parse(&text, &file.name(), &file.options()) {
         Ok((graph, findings)) => {
-            let content = format!("{} edges, {} nodes", graph.edges().len(), graph.nodes().len());
+            let content =
+                format!("{}, {}", with_plural(graph.edges().len(), "edge"), with_plural(graph.nodes().len(), "node"));
             Checked::route_graph(Some(content), findings)
         }
         Err(_) if is_scenario(&text) => check_scenario(&text, file)?,
@@ -47,7 +49,10 @@ fn check_scenario(text: &str, file: &FileArgs) -> Result<Checked, Failure> {
     let checked = Checked { kind: "scenario", ..Checked::route_graph(None, Findings::default()) };
     match Scenario::from_text(text, Path::new(&file.name()), &overrides) {
         Ok(scenario) => {
-            let content = format!("{} robots on {} edges", scenario.robots(), scenario.graph.edges().len());
+            let content = {
+                let robots = with_plural(scenario.robots() as usize, "robot");
+                format!("{robots} on {}", with_plural(scenario.graph.edges().len(), "edge"))
+            };
             Ok(Checked { content: Some(content), scenario_warnings: scenario.warnings, ..checked })
         }
         Err(ScenarioError::Graph(GraphError::Invalid(findings))) => Ok(Checked { findings, ..checked }),
@@ -118,8 +123,4 @@ fn finding_json(finding: &Finding) -> Value {
         "id": finding.subject.id(),
         "message": finding.message,
     })
-}
-
-fn with_plural(count: usize, noun: &str) -> String {
-    format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
 }

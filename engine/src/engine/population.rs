@@ -184,6 +184,17 @@ mod tests {
     use crate::graph::{NodeIndex, Path, Role};
 
     #[test]
+    fn roles_have_the_numbers_and_names_of_the_contract() {
+        for role in Role::ALL {
+            let node = Node { role, ..Node::new(1, DVec2::ZERO, 0.0) };
+            let mut world = WorldData::default();
+            world.nodes = vec![node_record(&node, &mut world.texts)];
+            let published = world.view(1, 1).nodes()[0].role();
+            assert_eq!((published as u32, published.name()), (role as u32, role.name()));
+        }
+    }
+
+    #[test]
     fn a_world_has_the_curves_texts_and_origin_of_its_graph() {
         let corners = [DVec2::ZERO, DVec2::X * 2.0, DVec2::new(2.0, 3.0)];
         let tags = |name: &str| Tags { level: Some("ground floor".into()), ..Tags::named(name) }.boxed();

@@ -75,6 +75,14 @@ impl CubicBezier {
         (a - b * 2.0 + c) * 2.0
     }
 
+    /// Returns the parameter, in [0, 1], that one step of Newton's method makes of `lambda` on the way to the point of the
+    /// curve that is nearest to another; the same where the distance has no minimum nearby.
+    pub(super) fn nearer(&self, lambda: f64, to: DVec2) -> f64 {
+        let (offset, velocity) = (self.position(lambda) - to, self.derivative(lambda));
+        let slope = velocity.length_squared() + offset.dot(self.second_derivative(lambda));
+        if slope > 0.0 { (lambda - offset.dot(velocity) / slope).clamp(0.0, 1.0) } else { lambda }
+    }
+
     /// Returns the unit tangent at `lambda` in [0, 1]. Where p' = 0 (a handle of length zero, a cusp) it is the limit
     /// from `side`, or from inside the curve at its ends; (1, 0) if all control points coincide.
     pub fn tangent(&self, lambda: f64, side: Side) -> DVec2 {

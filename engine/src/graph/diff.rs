@@ -187,15 +187,8 @@ fn distance(path: &Path, point: DVec2) -> f64 {
     let of_cubic = |cubic: &super::CubicBezier| {
         let gap = |at: f64| cubic.position(at).distance(point);
         let starts = (0..=SAMPLES).map(|index| f64::from(index) / f64::from(SAMPLES));
-        let mut nearest = starts.min_by(|a, b| gap(*a).total_cmp(&gap(*b))).unwrap_or(0.0);
-        for _ in 0..8 {
-            let (offset, velocity) = (cubic.position(nearest) - point, cubic.derivative(nearest));
-            let slope = velocity.length_squared() + offset.dot(cubic.second_derivative(nearest));
-            if slope > 0.0 {
-                nearest = (nearest - offset.dot(velocity) / slope).clamp(0.0, 1.0);
-            }
-        }
-        gap(nearest)
+        let start = starts.min_by(|a, b| gap(*a).total_cmp(&gap(*b))).unwrap_or(0.0);
+        gap((0..8).fold(start, |nearest, _| cubic.nearer(nearest, point)))
     };
     path.cubics().map(of_cubic).fold(f64::INFINITY, f64::min)
 }

@@ -146,12 +146,20 @@ impl<'text> Report<'text> {
     /// Adds the findings of another report about the same file.
     pub fn append(&mut self, other: Self) {
         let Findings { list, errors, warnings } = other.found;
-        for (severity, count) in [(Severity::Error, errors), (Severity::Warning, warnings)] {
-            let room = MAX_LISTED.saturating_sub(*self.found.count(severity));
-            let listed = list.iter().filter(|finding| finding.severity == severity).take(room);
-            self.found.list.extend(listed.cloned());
-            *self.found.count(severity) += count;
+        let [mut errors_left, mut warnings_left] =
+            [self.found.errors, self.found.warnings].map(|listed| MAX_LISTED.saturating_sub(listed));
+        for finding in list {
+            let left = match finding.severity {
+                Severity::Error => &mut errors_left,
+                Severity::Warning => &mut warnings_left,
+            };
+            if *left > 0 {
+                *left -= 1;
+                self.found.list.push(finding);
+            }
         }
+        self.found.errors += errors;
+        self.found.warnings += warnings;
     }
 
     pub fn error(&mut self, at: u32, subject: Subject, message: impl Into<String>) {

@@ -7,7 +7,7 @@ use glam::DVec2;
 use super::bezier::CubicBezier;
 use super::item::{RawCurve, RawEdge, RawNode};
 use super::spline::normalize_angle;
-use super::tags::Tags;
+use super::tags::{Orientation, Tags};
 use super::validate::{MAX_GAP, SUSPICIOUS_ANGLE};
 use super::value::shorten;
 use super::yaml::RawGraph;
@@ -75,12 +75,35 @@ fn move_end(end: &mut DVec2, handle: &mut DVec2, node: DVec2) -> f64 {
 }
 
 fn fix_angle_unit(raw: &mut RawGraph) -> Option<String> {
-    let is_suspicious = |node: &RawNode| node.theta.is_some_and(|theta| theta.abs() > SUSPICIOUS_ANGLE);
-    if raw.degrees || !raw.nodes.iter().any(is_suspicious) {
+    let is_suspicious = |angle: f64| angle.abs() > SUSPICIOUS_ANGLE;
+    let of_nodes = raw.nodes.iter().filter_map(|node| node.theta);
+    let mut angles = of_nodes.chain(raw.edges.iter().filter_map(|edge| angle(edge.orientation)));
+    if raw.degrees || !angles.any(is_suspicious) {
         return None;
     }
-    raw.degrees = true;
-    Some("the headings are in degrees: `AngleUnit: deg`".to_owned())
+    if !raw.is_imported {
+        raw.degrees = true;
+        return Some("the headings are in degrees: `AngleUnit: deg`".to_owned());
+    }
+    // Headings that the file doesn't give follow from its edges, in radians.
+    for theta in raw.nodes.iter_mut().filter(|node| node.has_heading).filter_map(|node| node.theta.as_mut()) {
+        *theta = theta.to_radians();
+    }
+    for edge in &mut raw.edges {
+        edge.orientation = match edge.orientation {
+            Orientation::Tangential => Orientation::Tangential,
+            Orientation::Offset(angle) => Orientation::Offset(angle.to_radians()),
+            Orientation::Fixed(angle) => Orientation::Fixed(angle.to_radians()),
+        };
+    }
+    Some("the headings of nodes and edges are in degrees: converted to radians".to_owned())
+}
+
+fn angle(orientation: Orientation) -> Option<f64> {
+    match orientation {
+        Orientation::Tangential => None,
+        Orientation::Offset(angle) | Orientation::Fixed(angle) => Some(angle),
+    }
 }
 
 /// Removes edges that are the same as an earlier one, and gives those with an earlier id another one.
@@ -213,7 +236,7 @@ fn to_radians(angle: f64, degrees: bool) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use crate::graph::{ReadOptions, parse, parse_fixed};
+    use crate::graph::{Orientation, ReadOptions, parse, parse_fixed};
 
     const EDGE: &str = "CurveType: Linear, VelocityForward: 1";
 
@@ -244,6 +267,30 @@ mod tests {
         assert!((graph.nodes()[0].theta - std::f64::consts::FRAC_PI_2).abs() < 1e-12);
         assert_eq!(graph.edges()[0].destination, graph.edges()[1].origin, "they meet now");
         assert_eq!(graph.edges()[1].id, 2);
+    }
+
+    #[test]
+    fn degrees_of_other_formats_are_converted() {
+        let node = |id: u32, x: u32| {
+            format!(
+                "{{\"nodeId\": \"{id}\", \"nodePosition\": {{\"x\": {x}, \"y\": 0}}, \
+                 \"vehicleTypeNodeProperties\": [{{\"vehicleTypeId\": \"A\", \"theta\": 90}}]}}"
+            )
+        };
+        let text = format!(
+            "{{\"layouts\": [{{\"nodes\": [{}, {}], \"edges\": [{{\"edgeId\": \"1\", \"startNodeId\": \"1\", \
+             \"endNodeId\": \"2\", \"vehicleTypeEdgeProperties\": [{{\"vehicleTypeId\": \"A\", \"maxSpeed\": 1, \
+             \"orientationType\": \"GLOBAL\", \"vehicleOrientation\": 180}}]}}]}}]}}",
+            node(1, 0),
+            node(2, 5)
+        );
+        let (graph, fixes) = fixed(&text);
+        assert_eq!(
+            (graph.edges()[0].orientation, fixes.len()),
+            (Orientation::Fixed(std::f64::consts::PI), 1),
+            "{fixes:?}"
+        );
+        assert!((graph.nodes()[1].theta - std::f64::consts::FRAC_PI_2).abs() < 1e-12);
     }
 
     #[test]

@@ -20,6 +20,8 @@ pub(super) struct RawNode {
     pub theta: Option<f64>,
     /// Whether the file gives `theta`.
     pub has_heading: bool,
+    /// The heading of robots there, if it isn't that of the curve; in the unit of the file.
+    pub body_heading: Option<f64>,
     pub role: Role,
     pub tags: Option<Box<Tags>>,
 }
@@ -97,6 +99,8 @@ pub(super) enum Field {
     X,
     Y,
     Theta,
+    /// The heading of robots, where `Theta` is that of curves.
+    BodyHeading,
     Origin,
     Destination,
     CurveType,
@@ -140,8 +144,8 @@ pub(super) const NODE_KEYS: [(&str, Field); 13] = [
     ("role", Field::Role),
     ("properties", Field::Properties),
     ("frameid", Field::Kept),
-    ("thetaholomonic", Field::Kept),
-    ("thetaholonomic", Field::Kept),
+    ("thetaholomonic", Field::BodyHeading),
+    ("thetaholonomic", Field::BodyHeading),
 ];
 
 /// The keys of an edge, normalized as by [`find`].
@@ -265,6 +269,7 @@ impl<'r, 'text, 'file> Converter<'r, 'text, 'file> {
             y: self.number(Field::Y, "Y"),
             theta: self.number(Field::Theta, "Theta"),
             has_heading: true,
+            body_heading: self.given_number(Field::BodyHeading, "ThetaHolonomic"),
             role: self.role(),
             tags: self.tags().boxed(),
         }
@@ -417,6 +422,14 @@ impl<'r, 'text, 'file> Converter<'r, 'text, 'file> {
         };
         self.error(message);
         None
+    }
+
+    /// As [`Self::number`]; `None` without an error if the key has no value.
+    fn given_number(&mut self, field: Field, name: &str) -> Option<f64> {
+        match self.value(field) {
+            None | Some(Value::Null) => None,
+            Some(_) => self.number(field, name),
+        }
     }
 
     fn id(&mut self, field: Field, name: &str) -> Option<u32> {

@@ -91,6 +91,8 @@ impl Layout {
     /// Numbers nodes and edges: by their ids if all of these are numbers, else from 1 in the order of the file, and the
     /// ids become names.
     pub fn into_raw(self, report: &mut Report<'_>) -> RawGraph {
+        // Elements with errors are left out, so that references to them lead nowhere: that was said already.
+        let is_complete = !report.has_errors();
         let node_ids = Numbering::new(self.nodes.iter().map(|node| (node.at, node.id.as_str())), "node", report);
         let edge_ids = Numbering::new(self.edges.iter().map(|edge| (edge.at, edge.id.as_str())), "edge", report);
         warn_of_unknown_speeds(&self.edges, report);
@@ -99,10 +101,21 @@ impl Layout {
         let nodes = self.nodes.into_iter().zip(&headings).enumerate();
         let nodes = nodes.map(|(index, (node, &heading))| raw_node(node, heading, node_ids.number(index))).collect();
         let edges = self.edges.into_iter().zip(ends).enumerate();
-        let mut raw = |(index, (edge, ends))| raw_edge(edge, edge_ids.number(index), ends, &node_ids, report);
+        let mut raw = |(index, (edge, ends))| {
+            if is_complete {
+                report_unknown_ends(&edge, ends, report);
+            }
+            raw_edge(edge, edge_ids.number(index), ends, &node_ids)
+        };
         let edges = edges.map(&mut raw).collect();
         let stations = self.stations.into_iter().zip(stations);
-        let stations = stations.map(|(station, nodes)| raw_station(station, &nodes, &node_ids, report)).collect();
+        let stations = stations.map(|(station, nodes)| {
+            if is_complete {
+                report_unknown_nodes(&station, &nodes, report);
+            }
+            raw_station(station, &nodes, &node_ids)
+        });
+        let stations = stations.collect();
         RawGraph { nodes, edges, stations, background: self.background, is_imported: true, ..RawGraph::default() }
     }
 
@@ -242,25 +255,29 @@ fn raw_node(node: LayoutNode, heading: f64, number: Number) -> RawNode {
         y: Some(node.position.y),
         theta: Some(heading),
         has_heading: node.heading.is_some(),
+        body_heading: None,
         role: node.role,
         tags: tags_with_id(node.tags, &node.id, number),
     }
 }
 
-fn raw_edge(edge: LayoutEdge, number: Number, ends: Ends, nodes: &Numbering, report: &mut Report<'_>) -> RawEdge {
-    let mut end = |index: Option<usize>, id: &str, which: &str| {
+fn report_unknown_ends(edge: &LayoutEdge, ends: Ends, report: &mut Report<'_>) {
+    for (index, (id, which)) in ends.into_iter().zip([(&edge.origin, "starts at"), (&edge.destination, "ends at")]) {
         if index.is_none() {
             let (name, node) = (shorten(&edge.id), shorten(id));
             let message = format!("edge `{name}` {which} node `{node}`, which doesn't exist: add it or correct the id");
             report.error(edge.at, Subject::File, message);
         }
-        index.map(|index| nodes.number(index).number)
-    };
+    }
+}
+
+fn raw_edge(edge: LayoutEdge, number: Number, ends: Ends, nodes: &Numbering) -> RawEdge {
+    let [origin, destination] = ends.map(|index| index.map(|index| nodes.number(index).number));
     RawEdge {
         at: edge.at,
         id: Some(number.number),
-        origin: end(ends[0], &edge.origin, "starts at"),
-        destination: end(ends[1], &edge.destination, "ends at"),
+        origin,
+        destination,
         curve: Some(match edge.shape {
             Shape::Straight => RawCurve::Linear,
             Shape::Cubics(cubics) => RawCurve::Cubics(cubics),
@@ -275,17 +292,15 @@ fn raw_edge(edge: LayoutEdge, number: Number, ends: Ends, nodes: &Numbering, rep
     }
 }
 
-fn raw_station(
-    station: LayoutStation,
-    indices: &[Option<usize>],
-    nodes: &Numbering,
-    report: &mut Report<'_>,
-) -> RawStation {
+fn report_unknown_nodes(station: &LayoutStation, indices: &[Option<usize>], report: &mut Report<'_>) {
     for (id, _) in station.nodes.iter().zip(indices).filter(|(_, index)| index.is_none()) {
         let (name, node) = (shorten(&station.name), shorten(id));
         let message = format!("station `{name}` names node `{node}`, which doesn't exist: ignored");
         report.warning(station.at, Subject::File, message);
     }
+}
+
+fn raw_station(station: LayoutStation, indices: &[Option<usize>], nodes: &Numbering) -> RawStation {
     RawStation {
         at: station.at,
         nodes: indices.iter().flatten().map(|&index| nodes.number(index).number).collect(),

@@ -9,11 +9,18 @@ use super::item::RawCurve;
 use super::route_graph::{Edge, EdgeIndex, Gear, Leg, NodeIndex, RouteGraph};
 use super::spline::{HandleLengths, Handles, normalize_angle, spline};
 use super::tags::Orientation;
+use super::value::{plural, shorten};
 use super::yaml::RawGraph;
 
 /// The largest difference in radians between the headings of consecutive edges that robots drive through: 5°. Where it is
 /// larger, robots that can turn on the spot do so, and the heading of others jumps.
 pub const SMOOTH_TURN: f64 = 5.0 * PI / 180.0;
+
+/// The largest number of nodes that a warning lists.
+const MAX_EXAMPLES: usize = 5;
+
+/// Part of the warning of turns at nodes, which is of no use where all robots turn.
+pub(crate) const TURNS_IF: &str = "robots turn there if their type has a max_rotation_speed";
 
 /// The other handle convention is suggested if it makes the curves shorter than this fraction of their length.
 const CLEARLY_SHORTER: f64 = 0.95;
@@ -80,7 +87,7 @@ fn warn_of_corners(graph: &RouteGraph, raw: &RawGraph, report: &mut Report<'_>) 
     let Some((angle, worst)) = corners.iter().max_by(|a, b| a.0.total_cmp(&b.0)) else { return };
     let count = match corners.len() {
         1 => String::new(),
-        count => format!(" (and in {} more edges)", count - 1),
+        count => format!(" (and in {})", plural(count - 1, "more edge")),
     };
     let message = format!(
         "the curve has a corner of {:.1}° within{count}: robots turn at nodes only, so that their heading jumps there; \
@@ -115,9 +122,9 @@ impl NodeLinter<'_, '_, '_> {
         let nodes = arrivals.chunk_by(|a, b| a.0 == b.0).filter(has_jump).count();
         if nodes > 0 {
             let message = format!(
-                "the heading changes by more than {:.0}° at {nodes} nodes: robots turn there if their type has a \
-                 max_rotation_speed; otherwise their heading jumps",
-                SMOOTH_TURN.to_degrees()
+                "the heading changes by more than {:.0}° at {}: {TURNS_IF}; otherwise their heading jumps",
+                SMOOTH_TURN.to_degrees(),
+                plural(nodes, "node")
             );
             self.report.warning(0, Subject::File, message);
         }
@@ -131,7 +138,7 @@ impl NodeLinter<'_, '_, '_> {
             let Some(worst) = jumps().max_by(|a, b| a.angle.total_cmp(&b.angle)) else { continue };
             let more = match jumps().count() {
                 1 => String::new(),
-                count => format!(" (and after {} more edges)", count - 1),
+                count => format!(" (and after {})", plural(count - 1, "more edge")),
             };
             let message = format!(
                 "the heading jumps by {:.1}° from edge {} to edge {}{more}: make one of them a Spline, or turn the node",
@@ -149,13 +156,29 @@ impl NodeLinter<'_, '_, '_> {
             connected[edge.origin.0 as usize] = true;
             connected[edge.destination.0 as usize] = true;
         }
-        for (node, connected) in (0..).map(NodeIndex).zip(connected) {
-            if connected && self.graph.departures(node).is_empty() {
-                self.warn(node, "dead end: no edge leaves it, robots that arrive can't leave");
-            } else if !connected {
-                self.warn(node, "unreachable: no edge starts or ends here; connect it or remove it");
-            }
+        let (connected, loose): (Vec<_>, Vec<_>) =
+            (0..).map(NodeIndex).zip(connected).partition(|(_, connected)| *connected);
+        let is_end = |(node, _): &(NodeIndex, bool)| self.graph.departures(*node).is_empty();
+        let ends: Vec<NodeIndex> = connected.into_iter().filter(is_end).map(|(node, _)| node).collect();
+        let loose: Vec<NodeIndex> = loose.into_iter().map(|(node, _)| node).collect();
+        self.warn_once(&ends, "dead end: no edge leaves it, robots that arrive can't leave");
+        self.warn_once(&loose, "unreachable: no edge starts or ends here; connect it or remove it");
+    }
+
+    /// Reports one warning for all nodes of a kind, at the first of them.
+    fn warn_once(&mut self, nodes: &[NodeIndex], message: &str) {
+        let Some((&first, others)) = nodes.split_first() else { return };
+        if others.is_empty() {
+            return self.warn(first, message);
         }
+        let names: Vec<_> = others.iter().take(MAX_EXAMPLES).map(|&node| self.name(node)).collect();
+        let dots = if others.len() > MAX_EXAMPLES { ", …" } else { "" };
+        self.warn(first, format!("{message} (and {}: {}{dots})", plural(others.len(), "more node"), names.join(", ")));
+    }
+
+    fn name(&self, node: NodeIndex) -> String {
+        let node = self.graph.node(node);
+        node.name().map_or_else(|| node.id.to_string(), |name| format!("`{}`", shorten(name)))
     }
 
     /// Reports one warning for each strongly connected component that no leg enters, except the largest.
@@ -167,20 +190,24 @@ impl NodeLinter<'_, '_, '_> {
             let (from, to) = (strong.of_node[from.0 as usize], strong.of_node[to.0 as usize]);
             entered[to as usize] |= from != to;
         }
+        let (mut starts, mut parts) = (Vec::new(), Vec::new());
         for (node, &component) in (0..).map(NodeIndex).zip(&strong.of_node) {
             let isolated = strong.sizes[component as usize] == 1 && self.graph.departures(node).is_empty();
             // Marked as entered, so that the other nodes of the component aren't reported.
             if !std::mem::replace(&mut entered[component as usize], true) && Some(component) != main && !isolated {
-                self.warn(node, unreachable(strong.sizes[component as usize]));
+                let size = strong.sizes[component as usize];
+                if size == 1 { starts.push(node) } else { parts.push((node, size)) }
             }
         }
-    }
-}
-
-fn unreachable(nodes: u32) -> String {
-    match nodes {
-        1 => "unreachable: no edge leads to it, robots can only start here".to_owned(),
-        _ => format!("unreachable: no edge leads from the rest of the graph to this part of {nodes} nodes"),
+        self.warn_once(&starts, "unreachable: no edge leads to it, robots can only start here");
+        let Some((&(node, size), others)) = parts.split_first() else { return };
+        let more = match others.len() {
+            0 => String::new(),
+            count => format!(" (and to {} of two or more)", plural(count, "more part")),
+        };
+        let message =
+            format!("unreachable: no edge leads from the rest of the graph to this part of {size} nodes{more}");
+        self.warn(node, message);
     }
 }
 

@@ -170,7 +170,7 @@ pub enum GraphError {
         source: io::Error,
     },
     /// The path is a folder.
-    #[error("{}: this is a folder: give a route graph file inside it", file.display())]
+    #[error("{}: this is a folder: give a file inside it", file.display())]
     Folder {
         /// The folder.
         file: PathBuf,
@@ -329,10 +329,18 @@ fn parse_raw<'text>(
             let folder = path.parent().unwrap_or(Path::new(""));
             let stem = path.file_stem().and_then(|stem| stem.to_str()).unwrap_or_default();
             let layout = format::read(foreign, Source { text, folder, stem }, options, &mut report);
-            layout.map_err(|error| syntax(name, error))?.into_raw(&mut report)
+            layout.map_err(|error| syntax(name, with_other_format(error, text, options)))?.into_raw(&mut report)
         }
     };
     Ok((raw, report))
+}
+
+/// Adds the format of the content to an error, if the caller has named another.
+fn with_other_format(error: SyntaxError, text: &str, options: &ReadOptions) -> SyntaxError {
+    let found = Format::detect(text);
+    let Some(named) = options.format.filter(|named| *named != found) else { return error };
+    let message = format!("{}; the content looks like {found}, not {named}: leave the format out", error.message);
+    SyntaxError { message, ..error }
 }
 
 /// Validates what a reader has read.

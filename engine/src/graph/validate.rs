@@ -6,13 +6,14 @@ use std::f64::consts::PI;
 use glam::DVec2;
 
 use super::bezier::CubicBezier;
+use super::body_heading;
 use super::finding::{Report, Subject};
 use super::item::{RawCurve, RawEdge, RawNode, RawStation};
 use super::path::Path;
 use super::route_graph::{Edge, Node, NodeIndex, RouteGraph};
 use super::spline::{HandleLengths, Handles, normalize_angle, spline};
 use super::tags::{Orientation, Station};
-use super::value::shorten;
+use super::value::{plural, shorten};
 use super::yaml::RawGraph;
 
 /// The largest |x| or |y| in metres: beyond it the `f32` poses in frames are coarser than half a millimetre.
@@ -42,7 +43,7 @@ pub(super) fn validate(raw: &RawGraph, handles: Handles, report: &mut Report<'_>
         raw.nodes.iter().map(|node| NodeCheck { node, report }.check(origin, raw.degrees)).collect();
     warn_of_degrees(raw, report);
     reject_duplicate_edges(raw, report);
-    let edges: Vec<Option<Edge>> = raw
+    let mut edges: Vec<Option<Edge>> = raw
         .edges
         .iter()
         .map(|edge| EdgeCheck { edge, origin, degrees: raw.degrees, report }.check(&by_id, &nodes, handles))
@@ -50,6 +51,7 @@ pub(super) fn validate(raw: &RawGraph, handles: Handles, report: &mut Report<'_>
     if report.has_errors() {
         return None;
     }
+    body_heading::orient(raw, &mut edges, report);
     let nodes = nodes.into_iter().collect::<Option<_>>()?;
     let stations = check_stations(&raw.stations, &by_id, origin, report)?;
     let background = raw.background.iter().map(|line| line.iter().map(|point| *point - origin).collect()).collect();
@@ -107,12 +109,19 @@ fn check_stations(
 }
 
 fn reject_empty(raw: &RawGraph, report: &mut Report<'_>) {
-    if raw.nodes.is_empty() {
-        report.error(0, Subject::File, "has no nodes: list them under Vertices");
+    // Whoever found nothing for a reason has said so.
+    if report.has_errors() {
+        return;
     }
-    if raw.edges.is_empty() {
-        report.error(0, Subject::File, "has no edges: list them under Edges");
-    }
+    let message = match (raw.nodes.is_empty(), raw.edges.is_empty(), raw.is_imported) {
+        (false, false, _) => return,
+        (true, _, true) => "the layout has no nodes: there is nothing to drive on; check that this is the right file",
+        (false, true, true) => "the layout has no edges: add connections between its nodes",
+        (true, true, false) => "has no nodes and no edges: list them under Vertices and Edges",
+        (true, false, false) => "has no nodes: list them under Vertices",
+        (false, true, false) => "has no edges: list them under Edges",
+    };
+    report.error(0, Subject::File, message);
 }
 
 fn index_nodes(raw: &RawGraph, report: &mut Report<'_>) -> BTreeMap<u32, NodeIndex> {
@@ -152,6 +161,9 @@ impl NodeCheck<'_, '_, '_> {
         let raw = self.node;
         self.coordinate("X", raw.x, origin.x);
         self.coordinate("Y", raw.y, origin.y);
+        if let Some(angle) = raw.body_heading.filter(|angle| angle.abs() > MAX_ANGLE) {
+            self.error(format!("ThetaHolonomic is {angle}: give a heading in radians, or `AngleUnit: deg`"));
+        }
         let theta = raw.theta?;
         if theta.abs() > MAX_ANGLE {
             self.error(format!("Theta is {theta}: give a heading in radians, or `AngleUnit: deg`"));
@@ -182,10 +194,10 @@ impl NodeCheck<'_, '_, '_> {
 fn warn_of_degrees(raw: &RawGraph, report: &mut Report<'_>) {
     let suspect = |node: &&RawNode| node.theta.is_some_and(|theta| theta.abs() > SUSPICIOUS_ANGLE);
     let mut suspects = raw.nodes.iter().filter(suspect);
-    let Some(first) = suspects.next().filter(|_| !raw.degrees) else { return };
+    let Some(first) = suspects.next().filter(|_| !raw.degrees && !raw.is_imported) else { return };
     let others = match suspects.count() {
         0 => String::new(),
-        more => format!(" (and {more} more nodes)"),
+        more => format!(" (and {})", plural(more, "more node")),
     };
     let message = format!(
         "Theta is {}, more than a full turn{others}: if the angles are in degrees, add `AngleUnit: deg` to the file",

@@ -107,6 +107,11 @@ pub(super) fn shorten(text: &str) -> String {
     format!("{}{dots}", start.escape_debug())
 }
 
+/// Returns a number of things in words.
+pub(super) fn plural(count: usize, noun: &str) -> String {
+    format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
+}
+
 struct AnyValue<E>(E);
 
 impl<'text, E: ReadValue<'text>> Visitor<'text> for AnyValue<E> {

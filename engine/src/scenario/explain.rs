@@ -60,6 +60,22 @@ fn place(path: &str) -> String {
 /// The keys of a route graph, which tell that the file isn't a scenario.
 pub(super) const GRAPH_KEYS: [&str; 5] = ["Handles", "Edges", "Vertices", "Nodes", "AngleUnit"];
 
+/// The keys of a scenario.
+pub(super) const SCENARIO_KEYS: [&str; 12] = [
+    "graph",
+    "layout",
+    "rate",
+    "publish_rate",
+    "seed",
+    "nodes",
+    "robot_types",
+    "robots",
+    "disturbances",
+    "plugins",
+    "viewer",
+    "lights",
+];
+
 fn translate(path: &str, message: &str) -> String {
     if let Some(rest) = message.strip_prefix("unknown field ") {
         let names = quoted(rest);

@@ -6,11 +6,14 @@ use std::path::Path;
 
 use serde::de::IgnoredAny;
 
+use super::explain::SCENARIO_KEYS;
 use super::explain::{GRAPH_KEYS, explain};
 use super::made_up::made_up_scenario;
+use super::suggest::closest;
 use super::yaml::{LayoutEntry, ScenarioFile};
 use super::{MAX_FILE_BYTES, Overrides, Scenario, ScenarioError, resolve};
 use crate::graph::format::moving_ai;
+use crate::graph::lint::TURNS_IF;
 use crate::graph::{self, Findings, Format, GraphError, LengthUnit, Millimetres, ReadOptions, RouteGraph};
 
 impl Scenario {
@@ -19,6 +22,9 @@ impl Scenario {
     /// # Errors
     /// If either can't be read or is invalid; the message names the file, the entry and what to do.
     pub fn read(path: &Path, overrides: &Overrides) -> Result<Self, ScenarioError> {
+        if path.is_dir() {
+            return Err(GraphError::Folder { file: path.into() }.into());
+        }
         let file = std::fs::File::open(path).map_err(|source| ScenarioError::Read { path: path.into(), source })?;
         Self::read_from(file, path, overrides)
     }
@@ -46,6 +52,9 @@ impl Scenario {
         }
         if text.len() as u64 > MAX_FILE_BYTES {
             return Err(ScenarioError::TooLarge { path: name.into() });
+        }
+        if has_no_key(text) {
+            return Err(ScenarioError::Neither { path: name.into() });
         }
         Self::parse(text, name, overrides, |graph, options| graph::read(&folder.join(graph), options))
     }
@@ -97,7 +106,11 @@ impl Scenario {
             .map_err(|message| ScenarioError::Invalid { path: path.into(), place: "layout".into(), message })?;
         let (graph, findings) = read_graph(&file.graph, &options)?;
         let warnings = findings.as_slice().iter().map(ToString::to_string).collect();
-        resolve::resolve(file, path, graph, warnings, overrides)
+        let mut scenario = resolve::resolve(file, path, graph, warnings, overrides)?;
+        if scenario.robot_types.iter().all(|robot_type| robot_type.max_rotation_speed > 0.0) {
+            scenario.warnings.retain(|warning| !warning.contains(TURNS_IF));
+        }
+        Ok(scenario)
     }
 }
 
@@ -136,16 +149,34 @@ fn is_layout(text: &str) -> bool {
     if Format::detect(text) != Format::Regatta {
         return true;
     }
-    let starts_as_graph = |line: &str| {
-        let key = line.split(':').next().unwrap_or_default().trim_matches(|letter| "\"'{ ".contains(letter));
-        line.contains(':') && GRAPH_KEYS.iter().any(|name| name.eq_ignore_ascii_case(key))
-    };
-    text.lines().any(starts_as_graph)
+    let starts_as_graph =
+        |line: &str| first_key(line).is_some_and(|key| GRAPH_KEYS.iter().any(|name| name.eq_ignore_ascii_case(key)));
+    // A scenario may have `nodes`, too, but only a scenario has `graph`.
+    let names_graph = |line: &str| !line.starts_with(' ') && first_key(line) == Some("graph");
+    text.lines().any(starts_as_graph) && !text.lines().any(names_graph)
+}
+
+/// Returns the key that a line of YAML begins with.
+fn first_key(line: &str) -> Option<&str> {
+    let (key, _) = line.split_once(':')?;
+    Some(key.trim_matches(|letter| "\"'{ ".contains(letter)))
 }
 
 /// Whether a text is a scenario, valid or not, rather than a route graph: only scenarios have the key `graph`.
 pub fn is_scenario(text: &str) -> bool {
     serde_yaml::from_str::<BTreeMap<String, IgnoredAny>>(text).is_ok_and(|keys| keys.contains_key("graph"))
+}
+
+/// Whether a text is empty, or a map without any key of a scenario or a graph, not even a misspelt one.
+fn has_no_key(text: &str) -> bool {
+    let keys = match serde_yaml::from_str::<Option<BTreeMap<String, IgnoredAny>>>(text) {
+        Ok(keys) => keys.unwrap_or_default(),
+        Err(_) => return false,
+    };
+    let known = SCENARIO_KEYS.iter().chain(&GRAPH_KEYS);
+    !keys
+        .keys()
+        .any(|key| known.clone().any(|name| name.eq_ignore_ascii_case(key)) || closest(key, SCENARIO_KEYS).is_some())
 }
 
 /// Reads a text, which may be a layout: these are larger than scenarios.
@@ -154,4 +185,19 @@ fn read_text(reader: impl Read, path: &Path) -> Result<String, ScenarioError> {
         Err(GraphError::Unreadable { source, .. }) => return Err(ScenarioError::Read { path: path.into(), source }),
         text => text?,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_scenario_with_nodes_of_its_own_is_no_layout() {
+        for text in ["graph: a.yaml\nnodes: {1: {role: pick}}\n", "nodes:\n  1: {role: pick}\ngraph: a.yaml\n"] {
+            assert!(!is_layout(text), "{text}");
+        }
+        for text in ["Vertices: []\nEdges: []\n", "nodes:\n- {id: 1, x: 0, y: 0, label: 'graph: a'}\n"] {
+            assert!(is_layout(text), "{text}");
+        }
+    }
 }

@@ -159,7 +159,10 @@ fn dead_end(groups: &[RobotGroup], graph: &RouteGraph) -> Option<String> {
     // Random walks drive forwards only, so that a leg in reverse gear doesn't leave a dead end.
     let is_dead_end = |node| !graph.departures(node).iter().any(|leg| leg.gear == Gear::Forward);
     let (_, node) = (0..).map(NodeIndex).zip(graph.nodes()).find(|(index, _)| is_dead_end(*index))?;
-    Some(format!("robots on random walks will stop at dead ends such as node {}", node.id))
+    Some(format!(
+        "robots on random walks will stop at dead ends such as node {}: add an edge that leaves it, or give the robots routes",
+        node.id
+    ))
 }
 
 fn check_disturbances(disturbances: &Disturbances) -> Result<(), String> {

@@ -9,7 +9,7 @@ use crate::findings::{Finding, Findings, Kind};
 pub(crate) const CONTACT_TOLERANCE: f32 = 0.001;
 
 /// A footprint at its place.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Body {
     pub robot: u32,
     pub x: f32,
@@ -18,12 +18,15 @@ pub(crate) struct Body {
     /// Half of the length and of the width in metres; of a circle, twice the radius.
     pub half: [f32; 2],
     pub is_circle: bool,
+    /// The radius of the circle about it, in metres.
+    radius: f32,
 }
 
 impl Body {
-    /// The radius of the circle about it.
-    fn radius(&self) -> f32 {
-        if self.is_circle { self.half[0] } else { self.half[0].hypot(self.half[1]) }
+    /// A robot at x, y and theta; `half` is half of its length and width.
+    pub fn new(robot: u32, [x, y, theta]: [f32; 3], half: [f32; 2], is_circle: bool) -> Self {
+        let radius = if is_circle { half[0] } else { half[0].hypot(half[1]) };
+        Self { robot, x, y, theta, half, is_circle, radius }
     }
 }
 
@@ -40,10 +43,13 @@ impl Grid {
     pub fn overlaps(&mut self, bodies: &[Body], mut each: impl FnMut(usize, usize, f32)) {
         let Some(columns) = self.sort(bodies) else { return };
         let rows = (self.starts.len() - 1) / columns;
-        for cell in 0..columns * rows {
-            let (column, row) = (cell % columns, cell / columns);
-            let range = self.starts[cell] as usize..self.starts[cell + 1] as usize;
-            for at in range.clone() {
+        let place = |cell: usize| self.starts[cell] as usize;
+        for (row, column) in (0..rows).flat_map(|row| (0..columns).map(move |column| (row, column))) {
+            let cell = row * columns + column;
+            let (end, is_last) = (place(cell + 1), column + 1 == columns);
+            // This cell and the next one of its row lie side by side in memory, as do the three of the next row.
+            let beside = if is_last { end } else { place(cell + 2) };
+            for at in place(cell)..end {
                 let first = self.order[at] as usize;
                 let mut try_all = |from: usize, to: usize| {
                     for second in &self.order[from..to] {
@@ -54,16 +60,12 @@ impl Grid {
                         }
                     }
                 };
-                try_all(at + 1, range.end);
-                if column + 1 < columns {
-                    try_all(range.end, self.starts[cell + 2] as usize);
-                }
+                try_all(at + 1, beside);
                 if row + 1 < rows {
-                    // The three cells of the next row are neighbours in memory, too.
                     let next = cell + columns;
                     let from = if column > 0 { next - 1 } else { next };
-                    let to = if column + 1 < columns { next + 1 } else { next };
-                    try_all(self.starts[from] as usize, self.starts[to + 1] as usize);
+                    let to = if is_last { next } else { next + 1 };
+                    try_all(place(from), place(to + 1));
                 }
             }
         }
@@ -76,7 +78,7 @@ impl Grid {
         for body in bodies {
             low = [low[0].min(body.x), low[1].min(body.y)];
             high = [high[0].max(body.x), high[1].max(body.y)];
-            radius = radius.max(body.radius());
+            radius = radius.max(body.radius);
         }
         let mut width = (2.0 * radius).max(0.01) * 1.0001;
         let size = |width: f32| [0, 1].map(|i| ((high[i] - low[i]) / width) as usize + 1);
@@ -112,7 +114,7 @@ impl Grid {
 /// By how much two footprints overlap, in metres: how far one must move for them to part. Zero or less if they don't.
 pub(crate) fn overlap(a: &Body, b: &Body) -> f32 {
     let (dx, dy) = (b.x - a.x, b.y - a.y);
-    let reach = a.radius() + b.radius();
+    let reach = a.radius + b.radius;
     let square = dx * dx + dy * dy;
     if square >= reach * reach {
         return 0.0;

@@ -10,6 +10,8 @@ use crate::site::Site;
 /// Metres between a pose and the curve of its edge: the engine's curves differ from the exact ones by up to 1 mm, the judge's
 /// by as much, and poses are in single precision.
 const PLACE_TOLERANCE: f64 = 0.005;
+/// Metres by which positions along an edge differ from the judge's: both approximate arc lengths.
+const ALONG_TOLERANCE: f32 = 0.002;
 /// Radians between a heading and that of the edge: the engine's differ by up to 0.1°.
 const HEADING_TOLERANCE: f64 = 0.02;
 /// Metres by which a position along an edge may go back.
@@ -40,8 +42,12 @@ pub(crate) fn check_place(site: &Site, now: &Row, faults: &mut Vec<Fault>) {
     if now.state == RobotState::Turning || (is_at_end && now.speed == 0.0) {
         return;
     }
-    let turn = wrap(f64::from(now.theta) - f64::from(edge.heading(tangent))).abs();
-    if turn > HEADING_TOLERANCE {
+    let turn_to = |tangent: f32| wrap(f64::from(now.theta) - f64::from(edge.heading(tangent))).abs();
+    let turn = turn_to(tangent);
+    // Where an edge has a corner or is much curved, the heading is that of a place nearby.
+    let is_near =
+        |offset: f32| edge.at(now.s + offset).is_some_and(|(_, tangent)| turn_to(tangent) <= HEADING_TOLERANCE);
+    if turn > HEADING_TOLERANCE && !is_near(ALONG_TOLERANCE) && !is_near(-ALONG_TOLERANCE) {
         faults.push(Fault { kind: Kind::Heading, value: turn, limit: HEADING_TOLERANCE });
     }
 }

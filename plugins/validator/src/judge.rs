@@ -1,6 +1,8 @@
 //! The judge: world, frames, events and tasks in, findings out. It knows no processes and no files.
 
-use regatta_plugin::event::{EventKind, EventRecord};
+use std::collections::VecDeque;
+
+use regatta_plugin::event::{EventHeader, EventKind, EventRecord};
 use regatta_plugin::frame::{NO_EDGE, RobotState};
 use regatta_plugin::task::{TaskHeader, TaskRecord};
 use regatta_plugin::world::Shape;
@@ -33,6 +35,9 @@ impl Default for Settings {
     }
 }
 
+/// In place of a robot's id: any may have joined or left, for events were lost.
+const ANY_ROBOT: u32 = u32::MAX;
+
 /// What the judge remembers of a robot.
 #[derive(Clone, Copy, Debug, Default)]
 struct Track {
@@ -53,6 +58,8 @@ pub struct Judge {
     types: Vec<u16>,
     tracks: Vec<Track>,
     contacts: Contacts,
+    /// Robots that joined or left, with the run and the tick, in the order of time.
+    placed: VecDeque<((u64, u64), u32)>,
     stands: Stands,
     tasks: Tasks,
     findings: Findings,
@@ -74,6 +81,7 @@ impl Judge {
             types: Vec::new(),
             tracks: Vec::new(),
             contacts: Contacts::default(),
+            placed: VecDeque::new(),
             stands: Stands::default(),
             tasks: Tasks::default(),
             findings: Findings::new(settings.examples),
@@ -100,14 +108,24 @@ impl Judge {
         self.types.extend(types.iter().map(|number| *number as u16));
     }
 
-    /// Takes the events of a tick. Only those matter that tell of robots which join or leave.
-    pub fn take_events(&mut self, events: &[EventRecord]) {
-        for event in events {
-            if matches!(event.kind(), Some(EventKind::Spawned | EventKind::Removed))
-                && let Some(track) = self.tracks.get_mut(event.robot as usize)
-            {
-                track.before = None;
-            }
+    /// Takes the events of a tick. Only those matter that tell of robots which join or leave. `is_incomplete` says that
+    /// events before them, or some of them, were lost.
+    pub fn take_events(&mut self, header: &EventHeader, events: &[EventRecord], is_incomplete: bool) {
+        let at = (header.run_id, header.tick);
+        if is_incomplete || header.dropped > 0 {
+            self.placed.push_back((at, ANY_ROBOT));
+        }
+        let is_placed = |event: &&EventRecord| matches!(event.kind(), Some(EventKind::Spawned | EventKind::Removed));
+        self.placed.extend(events.iter().filter(is_placed).map(|event| (at, event.robot)));
+    }
+
+    /// Forgets where robots were that have been placed anew by now. (Events can be there some frames before their tick's.)
+    fn forget_placed(&mut self, run: u64, tick: u64) {
+        let is_due = |((of, at), _): &mut ((u64, u64), u32)| *of != run || *at <= tick;
+        while let Some((_, robot)) = self.placed.pop_front_if(is_due) {
+            let all = robot == ANY_ROBOT;
+            let tracks = if all { 0..self.tracks.len() } else { robot as usize..robot as usize + 1 };
+            self.tracks.get_mut(tracks).into_iter().flatten().for_each(|track| track.before = None);
         }
     }
 
@@ -140,6 +158,7 @@ impl Judge {
         let seconds = if is_new_run { 0.0 } else { now.seconds - self.now.seconds };
         self.now = now;
         self.report.take_frame(frame, ticks);
+        self.forget_placed(frame.run_id(), now.tick);
         self.judge_robots(frame, Gap { seconds, period }, ticks);
         self.judge_tasks();
         if now.seconds >= self.next_slow_check {
@@ -217,8 +236,7 @@ impl Judge {
             let is_circle = robot_type.shape() == Shape::Circle;
             let width = if is_circle { robot_type.length } else { robot_type.width };
             let half = [0.5 * robot_type.length, 0.5 * width];
-            let (x, y, theta) = (row.x, row.y, row.theta);
-            self.bodies.push(Body { robot: robot as u32, x, y, theta, half, is_circle });
+            self.bodies.push(Body::new(robot as u32, [row.x, row.y, row.theta], half, is_circle));
         } else {
             self.stands.take_absent(robot);
             faults.push(Fault { kind: Kind::InvalidPose, value: 0.0, limit: 0.0 });

@@ -102,7 +102,7 @@ impl Plugin for Validator {
     }
 
     fn on_events(&mut self, events: &Events<'_>) -> Result {
-        self.judge.take_events(events.records);
+        self.judge.take_events(events.header, events.records, events.missed > 0);
         self.take_tasks()
     }
 

@@ -3,10 +3,13 @@
 use regatta_plugin::World;
 use regatta_plugin::world::{CurveRecord, EdgeRecord, NodeRecord, Orientation, RobotTypeRecord};
 
-/// The distance between two samples of a curved edge, in metres; short edges have at least [`FEWEST_STEPS`].
-const STEP_METRES: f64 = 0.1;
-const FEWEST_STEPS: usize = 24;
-const MOST_STEPS: usize = 1 << 14;
+/// The distance in metres between two samples of a curve with which the search for a fine enough one begins.
+const STEP_METRES: f64 = 0.4;
+const FEWEST_STEPS: usize = 8;
+/// From this number of samples on, a curve isn't sampled more finely: it has a cusp.
+const MOST_STEPS: usize = 1 << 10;
+/// What is between two samples may differ by this much from the curve, in metres and in radians.
+const FINE: [f32; 2] = [2e-4, 2e-3];
 /// The intervals of a curve's parameter over which its length is summed up.
 const INTERVALS: usize = 64;
 
@@ -23,11 +26,25 @@ pub(crate) struct Site {
     pub fastest: f64,
 }
 
-/// An edge and its curve.
+/// An edge and its curves. Consecutive ones may meet at a corner, so that each has samples of its own.
 #[derive(Debug)]
 pub(crate) struct Edge {
     pub record: EdgeRecord,
-    /// Position and unit tangent at evenly spaced arc lengths; two samples for a straight line.
+    parts: Vec<Part>,
+}
+
+/// A curve of an edge.
+#[derive(Debug)]
+struct Part {
+    /// Metres from the edge's origin to its beginning.
+    start: f32,
+    /// Metres.
+    length: f32,
+    /// Position and unit tangent at its beginning and at its end.
+    ends: [[f32; 4]; 2],
+    /// The angle of the tangent at its beginning, in radians.
+    tangent: f32,
+    /// Position and unit tangent at evenly spaced arc lengths; empty for a straight line.
     samples: Vec<[f32; 4]>,
 }
 
@@ -77,29 +94,31 @@ impl Site {
 
 impl Edge {
     pub fn new(record: EdgeRecord, curves: &[CurveRecord]) -> Self {
-        let samples = match curves {
-            [curve] if is_straight(curve) => straight_samples(curve),
-            [] => Vec::new(),
-            curves => curved_samples(curves),
-        };
-        Self { record, samples }
+        let (mut parts, mut start) = (Vec::new(), 0.0);
+        for curve in curves {
+            let (samples, length) = if is_straight(curve) { straight_samples(curve) } else { curved_samples(curve) };
+            let ([Some(first), Some(last)], true) = ([samples.first(), samples.last()], length > 0.0) else { continue };
+            let (ends, tangent) = ([*first, *last], first[3].atan2(first[2]));
+            let samples = if samples.len() > 2 { samples } else { Vec::new() };
+            parts.push(Part { start: start as f32, length: length as f32, ends, tangent, samples });
+            start += length;
+        }
+        // Positions along the edge are measured in the length that the world says.
+        let scale = (f64::from(record.length) / start) as f32;
+        for part in &mut parts {
+            (part.start, part.length) = (part.start * scale, part.length * scale);
+        }
+        Self { record, parts }
     }
 
     /// Returns the position and the angle of the tangent at a distance from the origin, in metres. `None` if the world has
     /// no curve for the edge.
     pub fn at(&self, s: f32) -> Option<([f32; 2], f32)> {
-        let last = self.samples.len().checked_sub(1).filter(|last| *last > 0)?;
-        let place = (s / self.record.length).clamp(0.0, 1.0) * last as f32;
-        let place = if place.is_finite() { place } else { 0.0 };
-        let index = (place as usize).min(last - 1);
-        let ([ax, ay, atx, aty], [bx, by, btx, bty]) = (self.samples[index], self.samples[index + 1]);
-        let (t, h) = (place - index as f32, self.record.length / last as f32);
-        // Cubic Hermite between two samples: exact to the fourth power of their distance.
-        let (t2, t3) = (t * t, t * t * t);
-        let (h01, h10, h11) = (3.0 * t2 - 2.0 * t3, (t3 - 2.0 * t2 + t) * h, (t3 - t2) * h);
-        let position = [ax + h01 * (bx - ax) + h10 * atx + h11 * btx, ay + h01 * (by - ay) + h10 * aty + h11 * bty];
-        let (tx, ty) = (atx + t * (btx - atx), aty + t * (bty - aty));
-        Some((position, ty.atan2(tx)))
+        let part = match &self.parts[..] {
+            [part] => part,
+            parts => parts.get(parts.partition_point(|part| part.start <= s).saturating_sub(1))?,
+        };
+        Some(part.at((s - part.start) / part.length))
     }
 
     /// Returns the heading of a robot where the tangent has this angle.
@@ -110,6 +129,31 @@ impl Edge {
             Orientation::Fixed(heading) => heading,
         }
     }
+}
+
+impl Part {
+    /// Returns the position and the angle of the tangent at a fraction of the length.
+    fn at(&self, fraction: f32) -> ([f32; 2], f32) {
+        let fraction = if fraction.is_finite() { fraction.clamp(0.0, 1.0) } else { 0.0 };
+        let Some(last) = self.samples.len().checked_sub(1) else {
+            let [[ax, ay, ..], [bx, by, ..]] = self.ends;
+            return ([ax + fraction * (bx - ax), ay + fraction * (by - ay)], self.tangent);
+        };
+        let place = fraction * last as f32;
+        let index = (place as usize).min(last - 1);
+        let (samples, distance) = ([self.samples[index], self.samples[index + 1]], self.length / last as f32);
+        let [x, y, tx, ty] = between(samples, distance, place - index as f32);
+        ([x, y], ty.atan2(tx))
+    }
+}
+
+/// Returns position and tangent between two samples that are so far apart, by Hermite's cubic.
+fn between([[ax, ay, atx, aty], [bx, by, btx, bty]]: [[f32; 4]; 2], distance: f32, t: f32) -> [f32; 4] {
+    let (t2, t3) = (t * t, t * t * t);
+    let (h01, h10, h11) = (3.0 * t2 - 2.0 * t3, (t3 - 2.0 * t2 + t) * distance, (t3 - t2) * distance);
+    let x = ax + h01 * (bx - ax) + h10 * atx + h11 * btx;
+    let y = ay + h01 * (by - ay) + h10 * aty + h11 * bty;
+    [x, y, atx + t * (btx - atx), aty + t * (bty - aty)]
 }
 
 fn points(curve: &CurveRecord) -> [[f64; 2]; 4] {
@@ -127,27 +171,37 @@ fn is_straight(curve: &CurveRecord) -> bool {
     square > 0.0 && in_order && beside(b) < 1e-5 && beside(c) < 1e-5
 }
 
-fn straight_samples(curve: &CurveRecord) -> Vec<[f32; 4]> {
+/// Returns both ends of a straight line, with tangents, and its length.
+fn straight_samples(curve: &CurveRecord) -> (Vec<[f32; 4]>, f64) {
     let [a, _, _, d] = points(curve);
     let (dx, dy) = (d[0] - a[0], d[1] - a[1]);
     let length = dx.hypot(dy);
-    [a, d].map(|[x, y]| [x, y, dx / length, dy / length].map(|value| value as f32)).to_vec()
+    ([a, d].map(|[x, y]| [x, y, dx / length, dy / length].map(|value| value as f32)).to_vec(), length)
 }
 
-fn curved_samples(curves: &[CurveRecord]) -> Vec<[f32; 4]> {
-    let tables: Vec<_> = curves.iter().map(|curve| Table::new(points(curve))).collect();
-    let length: f64 = tables.iter().map(Table::length).sum();
-    let steps = ((length / STEP_METRES).ceil() as usize).clamp(FEWEST_STEPS, MOST_STEPS);
-    let (mut number, mut before) = (0, 0.0);
-    let sample = |step: usize| {
-        let s = length * step as f64 / steps as f64;
-        while number + 1 < tables.len() && s > before + tables[number].length() {
-            before += tables[number].length();
-            number += 1;
+/// Returns samples at evenly spaced arc lengths, and the length.
+fn curved_samples(curve: &CurveRecord) -> (Vec<[f32; 4]>, f64) {
+    let table = Table::new(points(curve));
+    let length = table.length();
+    let mut steps = ((length / STEP_METRES).ceil() as usize).clamp(FEWEST_STEPS, MOST_STEPS).next_multiple_of(2);
+    loop {
+        let samples: Vec<_> = (0..=steps).map(|step| table.sample(length * step as f64 / steps as f64)).collect();
+        if steps >= MOST_STEPS || is_fine(&samples, (length / steps as f64) as f32) {
+            return (samples, length);
         }
-        tables[number].sample(s - before)
-    };
-    (0..=steps).map(sample).collect()
+        steps *= 2;
+    }
+}
+
+/// Whether every other sample is where it would be without it.
+fn is_fine(samples: &[[f32; 4]], distance: f32) -> bool {
+    samples.windows(3).step_by(2).all(|part| {
+        let [x, y, tx, ty] = between([part[0], part[2]], 2.0 * distance, 0.5);
+        let [mx, my, mtx, mty] = part[1];
+        // The middle of two opposite tangents has no direction.
+        let is_turned = (tx * mty - ty * mtx).abs() <= FINE[1] * (tx * mtx + ty * mty);
+        (x - mx).abs().max((y - my).abs()) <= FINE[0] && is_turned
+    })
 }
 
 /// The arc length of one curve, by quadrature.
@@ -262,7 +316,40 @@ mod tests {
         let record = EdgeRecord { length: 8.0, ..EdgeRecord::default() };
         let edge = Edge::new(record, &[curve]);
         assert_eq!(edge.at(2.0).map(|(position, _)| position), Some([1.0, 3.0]));
-        assert_eq!(edge.samples.len(), 2);
+        assert!(edge.parts[0].samples.is_empty());
         assert!(Edge::new(record, &[]).at(1.0).is_none());
+    }
+
+    /// A curve that turns back in its middle, and one that is much curved at its beginning.
+    #[test]
+    fn sharp_bends_are_sampled_finely() {
+        let cusp = [[0.0, 0.0], [4.0, 2.0], [0.0, 2.0], [4.0, 0.0]];
+        let hook = [[0.0, 0.0], [0.0, 0.01], [0.02, 0.02], [5.0, 3.0]];
+        for control_points in [cusp, hook] {
+            let table = Table::new(control_points.map(|point: [f32; 2]| point.map(f64::from)));
+            let record = EdgeRecord { length: table.length() as f32, ..EdgeRecord::default() };
+            let edge = Edge::new(record, &[CurveRecord { control_points }]);
+            for step in 0..=5000 {
+                let s = table.length() * f64::from(step) / 5000.0;
+                let ([x, y], _) = edge.at(s as f32).expect("a curve");
+                let [tx, ty, ..] = table.sample(s);
+                assert!((x - tx).hypot(y - ty) < 2e-3, "{control_points:?} at {s}: ({x}, {y}), not ({tx}, {ty})");
+            }
+        }
+    }
+
+    /// Two curves of an edge may meet at any angle.
+    #[test]
+    fn a_corner_within_an_edge_is_sharp() {
+        let east = CurveRecord::straight([0.0, 0.0], [5.0, 0.0]);
+        let north = CurveRecord { control_points: [[5.0, 0.0], [5.0, 1.2], [5.6, 1.8], [6.8, 1.8]] };
+        let length = 5.0 + Table::new(points(&north)).length() as f32;
+        let edge = Edge::new(EdgeRecord { length, ..EdgeRecord::default() }, &[east, north]);
+        let (position, tangent) = edge.at(4.999).expect("a curve");
+        assert!((position[0] - 4.999).abs() < 1e-5 && position[1] == 0.0 && tangent == 0.0, "{position:?} {tangent}");
+        let (position, tangent) = edge.at(5.001).expect("a curve");
+        assert!((position[1] - 0.001).abs() < 1e-5 && (tangent - 1.570).abs() < 2e-3, "{position:?} {tangent}");
+        let (position, _) = edge.at(length).expect("a curve");
+        assert!((position[0] - 6.8).abs() < 1e-5 && (position[1] - 1.8).abs() < 1e-5, "{position:?}");
     }
 }

@@ -12,7 +12,7 @@ use regatta_plugin::order::{OrderKind, OrderRecord};
 
 use super::support::*;
 use crate::fleet::{Fleet, FleetConfig, Placement, Repeat, RobotType, RouteSource};
-use crate::graph::{CubicBezier, Edge, Leg, Node, NodeIndex, Orientation, Rotation, RouteGraph};
+use crate::graph::{CubicBezier, Edge, Leg, Node, NodeIndex, Orientation, ReadOptions, Rotation, RouteGraph, parse};
 use crate::motion::Isa;
 
 /// Returns straight edges between corners, each driven both ways, in the order of the corners.
@@ -68,6 +68,22 @@ fn turns(ticks: &[Tick]) -> Vec<Tick> {
 }
 
 const CORNER: [(f64, f64); 3] = [(0.0, 0.0), (2.0, 0.0), (2.0, 2.0)];
+
+#[test]
+fn a_robot_drives_sideways_as_the_body_headings_of_a_file_say() {
+    // A quarter of a circle, driven with the head to its centre.
+    let text = "Vertices:\n- {Id: 1, X: 0, Y: 0, Theta: 0, ThetaHolonomic: 1.5708}\n\
+                - {Id: 2, X: 5, Y: 5, Theta: 1.5708, ThetaHolonomic: 3.1416}\n\
+                Edges:\n- {Id: 7, Origin_ID: 1, Destination_ID: 2, CurveType: Spline, ParamF: 2.7615, ParamB: 2.7615, \
+                VelocityForward: 1}\n";
+    let (graph, _) = parse(text, "g", &ReadOptions::default()).expect("a graph");
+    let mut fleet = fleet_on(&Arc::new(graph), turning_type(f32::INFINITY, 0.0, f32::INFINITY));
+    spawn(&mut fleet, &[forward(0)]);
+    let driving = ticks(&mut fleet, 700);
+    let off = |tick: &Tick| (tick.theta - (5.0 - tick.y).atan2(-tick.x)).abs();
+    let worst = driving.iter().map(|tick| off(tick).min(2.0 * PI - off(tick))).fold(0.0, f32::max);
+    assert!(driving.len() == 700 && worst < 2e-3, "{worst}");
+}
 
 #[test]
 fn a_robot_stops_turns_and_drives_on() {

@@ -117,7 +117,11 @@ impl Layers {
             curves.iter().map(|curve| (curve.layer.to_uppercase(), curve.layer.as_str())).collect();
         let is_visible = |name: &&String| !scan.hidden_layers.contains(*name) && *name != DEFPOINTS;
         let visible: BTreeSet<String> = names.keys().filter(is_visible).cloned().collect();
-        let list = names.values().map(|name| format!("`{}`", shorten(name))).collect::<Vec<_>>().join(", ");
+        let of = |(upper, name): (&String, &&str)| {
+            let hidden = if visible.contains(upper) { "" } else { " (hidden)" };
+            format!("`{}`{hidden}", shorten(name))
+        };
+        let list = names.iter().map(of).collect::<Vec<_>>().join(", ");
         if curves.is_empty() {
             report.error(0, Subject::File, "the drawing has no lines or curves that can be routes");
         }

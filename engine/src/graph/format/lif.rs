@@ -30,6 +30,10 @@ pub use write::{Header, write, write_with};
 /// The number of names that a message lists.
 const MAX_NAMES: usize = 20;
 
+/// The id of a layout without a level, and the version of layouts, in files that we write.
+const OWN_ID: &str = "layout";
+const OWN_VERSION: &str = "1";
+
 /// One of the layouts of a file.
 struct Sheet<'text> {
     /// The byte offset in the file.
@@ -89,6 +93,12 @@ fn check_version<'text>(meta: Raw<'text>, context: &mut Context<'_, 'text>) {
         let message = format!("the file is of LIF {}: it is read as LIF 1.0", shown(&version));
         context.warning(meta.at, message);
     }
+    let own = Header::default();
+    for (key, value) in
+        [("projectIdentification", own.project), ("creator", own.creator), ("exportTimestamp", own.timestamp)]
+    {
+        meta.drop_own(key, value);
+    }
     meta.ignore_rest(context);
 }
 
@@ -104,6 +114,7 @@ impl<'text> Sheet<'text> {
         });
         let [nodes, edges, stations] = ["nodes", "edges", "stations"].map(|key| layout.take_list(key, context));
         let at = layout.at;
+        layout.drop_own("layoutVersion", OWN_VERSION);
         layout.ignore_rest(context);
         let level = names[2].as_deref().map(Into::into);
         Some(Self { at, names, nodes, edges, stations, is_read: true, level })
@@ -146,7 +157,8 @@ fn select(sheets: &mut [Sheet<'_>], wanted: Option<&str>, context: &mut Context<
 fn ignore_names(sheets: &[Sheet<'_>], context: &mut Context<'_, '_>) {
     for sheet in sheets {
         for (key, name) in ["layoutId", "layoutName", "layoutLevelId"].into_iter().zip(&sheet.names) {
-            if name.is_some() && name.as_deref() != sheet.level.as_deref() {
+            let is_own = key == "layoutId" && name.as_deref() == Some(OWN_ID);
+            if name.is_some() && name.as_deref() != sheet.level.as_deref() && !is_own {
                 context.ignored.add(sheet.at, format!("key `{key}` of a layout"));
             }
         }

@@ -49,7 +49,7 @@ pub(super) fn read<'text>(
     report: &mut Report<'text>,
 ) -> Result<Layout, SyntaxError> {
     if source.text.trim_start().starts_with("version") {
-        let message = "this is a scenario of the MovingAI benchmarks: give the map that it names (.map)".to_owned();
+        let message = "this is a scenario of the MovingAI benchmarks: give the map that it names (.map); `regatta run` takes the scenario, too".to_owned();
         return Err(SyntaxError { line: 1, message });
     }
     let header = Header::read(source.text)?;

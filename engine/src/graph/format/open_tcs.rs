@@ -303,6 +303,9 @@ impl Blocks {
     }
 }
 
+/// The property for the length of a path in millimetres.
+const LENGTH: &str = "opentcs:length";
+
 /// Drops the length of a path if it is that of its shape. Others are costs for the choice of routes.
 fn drop_length(element: &mut Element<'_>, shape: &Shape, [from, to]: [Option<DVec2>; 2]) {
     let metres = match shape {
@@ -314,6 +317,10 @@ fn drop_length(element: &mut Element<'_>, shape: &Shape, [from, to]: [Option<DVe
     let is_same = |(given, metres): (f64, f64)| (given - millimetres_of(metres)).abs() <= 1.0;
     if given.zip(metres).is_some_and(is_same) {
         element.take(&["length"]);
+    }
+    // Layouts of other formats may have a property `length` in another unit.
+    for (name, _) in element.attributes.iter_mut().filter(|(name, _)| *name == "length") {
+        *name = LENGTH;
     }
 }
 

@@ -80,14 +80,18 @@ pub(super) fn read<'text>(
 pub fn background(yaml_path: &Path) -> Result<Vec<Vec<DVec2>>, BackgroundError> {
     let file = yaml_path.display().to_string();
     let error = |message: String| BackgroundError { file: file.clone(), message };
-    let length = std::fs::metadata(yaml_path).map_err(|reason| error(format!("can't be read: {reason}")))?.len();
+    let length = std::fs::metadata(yaml_path).map_err(|reason| error(unreadable(&reason)))?.len();
     if length > MAX_YAML_BYTES {
         return Err(error(format!("too large for a map's YAML: at most {MAX_YAML_BYTES} bytes")));
     }
-    let text = std::fs::read_to_string(yaml_path).map_err(|reason| error(format!("can't be read: {reason}")))?;
+    let text = std::fs::read_to_string(yaml_path).map_err(|reason| error(unreadable(&reason)))?;
     let map = MapFile::read(&text, &mut Ignored::default()).map_err(|reason| error(reason.message))?;
     let grid = Grid::read(&map, yaml_path.parent().unwrap_or(Path::new(""))).map_err(error)?;
     outlines(&grid).map_err(error)
+}
+
+fn unreadable(reason: &std::io::Error) -> String {
+    format!("this map for the background can't be read: {reason}; give the YAML file of a ROS map")
 }
 
 /// Returns the picture of a map, if the file is a map.

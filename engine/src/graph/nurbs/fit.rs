@@ -247,12 +247,7 @@ fn handles(samples: &[DVec2], parameters: &[f64], tangents: [DVec2; 2], measure:
 /// Moves each parameter, except the ends, towards the point of the cubic that is closest to its sample: one step of Newton.
 fn correct(parameters: &mut [f64], cubic: &CubicBezier, samples: &[DVec2]) {
     for (parameter, sample) in parameters.iter_mut().zip(samples).take(INTERVALS).skip(1) {
-        let offset = cubic.position(*parameter) - *sample;
-        let velocity = cubic.derivative(*parameter);
-        let slope = velocity.length_squared() + offset.dot(cubic.second_derivative(*parameter));
-        if slope > 0.0 {
-            *parameter = (*parameter - offset.dot(velocity) / slope).clamp(0.0, 1.0);
-        }
+        *parameter = cubic.nearer(*parameter, *sample);
     }
 }
 

@@ -99,6 +99,14 @@ fn a_rational_quarter_circle_is_a_circle_within_the_stated_error() {
         let error = error.map(|(cubic, at)| (cubic.position(at).length() - radius).abs()).fold(0.0, f64::max);
         assert!(error <= 1.1 * cubics.error && cubics.error <= TOLERANCE, "{error} {}", cubics.error);
         assert!(cubics.cubics.len() <= 2, "{}", cubics.cubics.len());
+        // Tangents of a circle are at right angles to its radii.
+        let samples = cubics.cubics.iter().flat_map(|cubic| (0..=1000u32).map(move |i| (cubic, f64::from(i) / 1000.0)));
+        let angles = samples.map(|(cubic, at)| {
+            let radius = cubic.position(at).normalize();
+            cubic.tangent(at, Side::After).dot(radius).asin().abs()
+        });
+        let worst = angles.fold(0.0, f64::max);
+        assert!(worst <= 1.01 * HEADING_TOLERANCE, "{worst}");
     }
 }
 

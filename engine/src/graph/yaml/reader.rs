@@ -246,6 +246,14 @@ impl<'text> ReadValue<'text> for Item<'_, 'text> {
                         values.properties.insert(key.into(), text.into());
                     }
                 }
+                Some(field @ Field::BodyHeading) => {
+                    let value = map.next_value_seed(Scalar)?;
+                    // Kept as well: edges may not be able to follow it.
+                    if let Some(text) = value.text() {
+                        values.properties.insert(key.as_str().into(), text.into());
+                    }
+                    values.set(field, key, value);
+                }
                 Some(field @ (Field::ControlPoints | Field::Nodes)) => {
                     let numbers = Numbers { reader: &mut *reader, numbers: &mut values.numbers };
                     let list = map.next_value_seed(numbers)?;

@@ -5,13 +5,9 @@ use super::*;
 fn body() -> impl Strategy<Value = Body> {
     let half = (0.1_f32..1.5, 0.1_f32..1.5);
     let pose = (-6.0_f32..6.0, -6.0_f32..6.0, -3.2_f32..3.2);
-    (pose, half, any::<bool>()).prop_map(|((x, y, theta), (length, width), is_circle)| Body {
-        robot: 0,
-        x,
-        y,
-        theta,
-        half: if is_circle { [length, length] } else { [length, width] },
-        is_circle,
+    (pose, half, any::<bool>()).prop_map(|((x, y, theta), (length, width), is_circle)| {
+        let half = if is_circle { [length, length] } else { [length, width] };
+        Body::new(0, [x, y, theta], half, is_circle)
     })
 }
 
@@ -81,7 +77,7 @@ proptest! {
 
 #[test]
 fn one_far_body_does_not_make_a_huge_grid() {
-    let square = Body { half: [0.5, 0.5], ..Body::default() };
+    let square = Body::new(0, [0.0; 3], [0.5, 0.5], false);
     let bodies = [square, Body { x: 1e6, y: 1e6, ..square }, Body { x: 0.9, ..square }];
     let (mut grid, mut found) = (Grid::default(), Vec::new());
     grid.overlaps(&bodies, |a, b, _| found.push((a, b)));
@@ -91,7 +87,7 @@ fn one_far_body_does_not_make_a_huge_grid() {
 
 #[test]
 fn a_touch_within_the_tolerance_is_none() {
-    let a = Body { half: [0.5, 0.3], ..Body::default() };
+    let a = Body::new(0, [0.0; 3], [0.5, 0.3], false);
     assert!(overlap(&a, &Body { x: 0.9995, ..a }) < CONTACT_TOLERANCE);
     assert!(overlap(&a, &Body { x: 0.998, ..a }) > CONTACT_TOLERANCE);
 }

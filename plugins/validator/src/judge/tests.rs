@@ -121,7 +121,13 @@ fn each_fault_of_motion_is_found_once() {
         (Acceleration, vec![stand, on(0, 5.003, 0.06)]),
         (HardBraking, vec![on(0, 5.0, 1.0), on(0, 5.09, 0.9)]),
         (Rotation, vec![turning(0.0), turning(0.05), turning(0.2)]),
-        (BrokenRoute, vec![on(0, 0.02, 0.0), Row { x: 0.0, y: 0.02, theta: -1.5708, s: 29.98, ..on(2, 0.0, 0.0) }]),
+        (
+            BrokenRoute,
+            vec![
+                on(0, 0.02, 0.0),
+                Row { x: 0.0, y: 0.02, theta: -std::f32::consts::FRAC_PI_2, s: 29.98, ..on(2, 0.0, 0.0) },
+            ],
+        ),
         (InvalidPose, vec![stand, Row { x: f32::NAN, ..stand }, stand]),
     ];
     for (kind, rows) in cases {
@@ -146,11 +152,15 @@ fn a_robot_that_was_spawned_elsewhere_has_not_jumped() {
     let mut judge = judge();
     show(&mut judge, 0, &[on(0, 5.0, 0.0)]);
     let spawned = EventRecord { kind: EventKind::Spawned as u32, ..EventRecord::default() };
-    judge.take_events(&[spawned]);
-    show(&mut judge, 1, &[on(1, 5.0, 0.0)]);
-    show(&mut judge, 2, &[Row { state: RobotState::Absent, x: 99.0, ..on(1, 5.0, 0.0) }]);
-    show(&mut judge, 3, &[Row { x: 20.0, y: 0.0, edge: NO_EDGE, ..on(1, 5.0, 0.0) }]);
-    assert_eq!(found(judge), []);
+    let header = |tick| EventHeader { run_id: 7, tick, ..EventHeader::default() };
+    judge.take_events(&header(2), &[spawned], false);
+    show(&mut judge, 1, &[on(0, 5.0, 0.0)]);
+    show(&mut judge, 2, &[on(1, 5.0, 0.0)]);
+    show(&mut judge, 3, &[Row { state: RobotState::Absent, x: 99.0, ..on(1, 5.0, 0.0) }]);
+    show(&mut judge, 4, &[Row { x: 20.0, y: 0.0, edge: NO_EDGE, ..on(1, 5.0, 0.0) }]);
+    judge.take_events(&header(5), &[], true);
+    show(&mut judge, 5, &[on(0, 2.0, 0.0)]);
+    assert_eq!(found(judge), [], "a robot that the events, or lost ones, may have placed");
 }
 
 #[test]

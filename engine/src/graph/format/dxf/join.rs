@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use glam::DVec2;
 
 use super::expand::Curve;
-use crate::graph::bezier::{CubicBezier, Side};
+use crate::graph::bezier::CubicBezier;
 
 /// The distance in metres within which ends are the same place.
 pub const TOLERANCE: f64 = 1e-3;
@@ -305,10 +305,7 @@ fn nearest(cubic: &CubicBezier, point: DVec2, from: f64, to: f64) -> (f64, f64) 
     let (fraction, _) = distance_to_chord(point, cubic.position(from), cubic.position(to));
     let mut parameter = from + (to - from) * fraction;
     for _ in 0..4 {
-        let tangent = cubic.tangent(parameter, Side::After);
-        let speed = cubic.derivative(parameter).length().max(1e-12);
-        let step = (point - cubic.position(parameter)).dot(tangent) / speed;
-        parameter = (parameter + step).clamp(from, to);
+        parameter = cubic.nearer(parameter, point).clamp(from, to);
     }
     (parameter, cubic.position(parameter).distance(point))
 }

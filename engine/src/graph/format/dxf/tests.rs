@@ -87,6 +87,9 @@ fn a_depot_has_all_kinds_of_lines() {
         messages.contains("line on the hidden layer `old routes`") && messages.contains("entity TEXT"),
         "{messages}"
     );
+    let (_, all) = parse(&sample("depot.dxf"), "t.dxf", &ReadOptions::default()).expect("a drawing");
+    let all = all.as_slice().iter().map(ToString::to_string).collect::<String>();
+    assert!(all.contains("`old routes` (hidden)"), "{all}");
     let unknown = parse(&sample("depot.dxf"), "t.dxf", &metres(&["roads"])).expect_err("no such layer");
     assert!(unknown.to_string().contains("layer `roads` doesn't exist"), "{unknown}");
 }

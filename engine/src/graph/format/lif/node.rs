@@ -11,7 +11,6 @@ use super::object::{Context, Object, Raw, plain, shown};
 use super::vehicle::Choice;
 use super::{Reader, Sheet};
 use crate::graph::layout::{LayoutNode, LayoutStation};
-use crate::graph::spline::normalize_angle;
 use crate::graph::tags::{Role, Tags};
 
 impl<'text> Reader<'_, '_, 'text> {
@@ -96,13 +95,13 @@ fn point<'text>(mut object: Object<'text>, context: &mut Context<'_, 'text>) -> 
     Some(DVec2::new(x?, y?))
 }
 
-/// Returns an angle in (-π, π], and notes one that is probably in degrees.
+/// Returns an angle, and notes one that is probably in degrees.
 pub(super) fn checked_angle(at: u32, angle: f64, context: &mut Context<'_, '_>) -> f64 {
     if angle.abs() > 2.0 * PI + 0.01 {
-        let message = "an angle is more than a full turn: LIF has radians; if these are degrees, convert them";
+        let message = "an angle is more than a full turn: LIF has radians; if these are degrees, `regatta graph check --fix` converts them";
         context.note(at, message);
     }
-    normalize_angle(angle)
+    angle
 }
 
 /// Keeps actions as a property and returns the first role that they say.

@@ -138,6 +138,13 @@ impl<'text> Object<'text> {
         }
     }
 
+    /// Takes a key out if it has this value, which our own writer gives it and which says nothing.
+    pub fn drop_own(&mut self, key: &str, value: &str) {
+        if self.fields.get(key).and_then(|raw| plain(raw)).as_deref() == Some(value) {
+            self.fields.remove(key);
+        }
+    }
+
     /// Counts all other keys as ignored, unless there is nothing in their values.
     pub fn ignore_rest(self, context: &mut Context<'_, 'text>) {
         let is_empty = |raw: &Raw<'text>| ["null", "\"\"", "[]", "{}"].contains(&raw.get());
@@ -148,7 +155,7 @@ impl<'text> Object<'text> {
 
     fn unexpected(&self, key: &str, expected: &str, raw: Raw<'text>, context: &mut Context<'_, 'text>) {
         let message = format!("`{key}` of {} isn't {expected}: not used", self.kind);
-        context.warning(context.at(raw), message);
+        context.note(context.at(raw), message);
     }
 }
 

@@ -198,6 +198,43 @@ fn rational_and_quintic_trajectories_are_read() {
 }
 
 #[test]
+fn one_cause_is_one_error() {
+    let nodes = [node("1", 0.0, 0.0, "").replace("\"x\": 0", "\"x\": \"abc\""), node("2", 10.0, 0.0, "")];
+    let edges = [edge("1", ["1", "2"], ""), edge("2", ["2", "1"], "")];
+    let found = errors(&file(&[layout("\"layoutId\": \"L\"", &nodes, &edges)]), &options());
+    assert_eq!(found.matches(": error: ").count(), 1, "{found}");
+    assert!(found.contains("node `1` has no `nodePosition`") && !found.contains("doesn't exist"), "{found}");
+    let found = errors("{\"layouts\": []}", &options());
+    assert_eq!(found.matches(": error: ").count(), 1, "{found}");
+}
+
+#[test]
+fn values_of_the_wrong_type_are_one_warning_with_their_number() {
+    let nodes = [node("1", 0.0, 0.0, ""), node("2", 10.0, 0.0, "")];
+    let edge = |id, ends| edge(id, ends, ", \"maxSpeed\": 1, \"vehicleOrientation\": \"left\"");
+    let edges = [edge("1", ["1", "2"]), edge("2", ["2", "1"])];
+    let (_, findings) = read(&file(&[layout("\"layoutId\": \"L\"", &nodes, &edges)]));
+    let messages = messages(&findings);
+    assert_eq!(messages.matches("vehicleOrientation").count(), 1, "{messages}");
+    assert!(messages.contains("isn't a number: not used (2 times)"), "{messages}");
+}
+
+#[test]
+fn a_file_of_ours_has_no_findings() {
+    let (graph, _) = read(&one_edge(", \"maxSpeed\": 1"));
+    let (_, findings) = read(&super::write(&graph).text);
+    let messages = messages(&findings);
+    assert!(!messages.contains("not used"), "{messages}");
+}
+
+#[test]
+fn another_format_than_the_named_one_is_told() {
+    let lif = ReadOptions { format: Some(Format::Lif), ..options() };
+    let error = parse("<model version=\"7.0.0\"/>", "plant.xml", &lif).expect_err("XML").to_string();
+    assert!(error.ends_with("the content looks like opentcs, not lif: leave the format out"), "{error}");
+}
+
+#[test]
 fn angles_in_degrees_are_suspected() {
     let (_, findings) = read(&one_edge(r#", "vehicleOrientation": 180, "orientationType": "GLOBAL""#));
     assert!(messages(&findings).contains("LIF has radians"), "{}", messages(&findings));

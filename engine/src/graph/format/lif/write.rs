@@ -9,6 +9,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use glam::DVec2;
 use serde_json::{Map, Value, json};
 
+use super::OWN_VERSION;
 use crate::graph::format::Written;
 use crate::graph::route_graph::{Node, RouteGraph};
 use crate::graph::tags::{Role, Station};
@@ -203,7 +204,7 @@ fn text(sheets: &BTreeMap<Option<&str>, Sheet>, header: &Header<'_>) -> String {
 }
 
 fn layout(level: Option<&str>, sheet: &Sheet, levels: &BTreeSet<&str>) -> String {
-    let mut id = level.unwrap_or("layout").to_owned();
+    let mut id = level.unwrap_or(super::OWN_ID).to_owned();
     while level.is_none() && levels.contains(id.as_str()) {
         id.push('_');
     }
@@ -211,7 +212,7 @@ fn layout(level: Option<&str>, sheet: &Sheet, levels: &BTreeSet<&str>) -> String
     let level = level.map(|level| format!(", \"layoutLevelId\": {}", Value::from(level))).unwrap_or_default();
     let lists = [("nodes", &sheet.nodes), ("edges", &sheet.edges), ("stations", &sheet.stations)];
     let lists = lists.map(|(key, objects)| format!(",\n\"{key}\": [{}]", lines(objects))).concat();
-    format!("{{\"layoutId\": {id}, \"layoutVersion\": \"1\"{level}{lists}}}")
+    format!("{{\"layoutId\": {id}, \"layoutVersion\": \"{OWN_VERSION}\"{level}{lists}}}")
 }
 
 fn lines(objects: &[Object]) -> String {

@@ -65,7 +65,7 @@ fn the_demo_model_is_read() {
     let slow = edge(&graph, "Point-0002 --- Point-0004");
     assert_eq!((slow.velocity_forward, slow.velocity_backwards), (0.5, None));
     assert_eq!(slow.path.single(), Some(&CubicBezier::straight(DVec2::new(25.0, 9.0), DVec2::new(25.0, 3.0))));
-    assert_eq!(slow.tags.as_ref().and_then(|tags| tags.properties.get("length")), None);
+    assert_eq!(slow.tags.as_ref().and_then(|tags| tags.properties.get("opentcs:length")), None);
     assert_eq!(graph.edges().iter().filter(|edge| edge.velocity_forward == 0.5).count(), 3);
     assert_eq!(graph.edges().iter().filter(|edge| edge.velocity_backwards.is_some()).count(), 0);
     let is_curved = |edge: &&Edge| {

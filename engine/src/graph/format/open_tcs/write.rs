@@ -13,7 +13,7 @@ use glam::DVec2;
 use quick_xml::writer::Writer;
 
 use self::curves::{Drawn, Scale};
-use super::{OWN, millimetres_of};
+use super::{LENGTH, OWN, millimetres_of};
 use crate::graph::format::Written;
 use crate::graph::path::Path;
 use crate::graph::route_graph::{Edge, NodeIndex, RouteGraph};
@@ -150,7 +150,7 @@ impl<'graph> ModelWriter<'graph> {
             let drawn = Drawn::new(&path.map(|point| point + graph.origin()));
             self.count("curves of several cubics are drawn as lines with corners", drawn.is_approximate);
             let (length, is_kept) = length(edge, &path);
-            self.count("paths have a property `length` that isn't in whole millimetres: not written", !is_kept);
+            self.count("paths have a property `opentcs:length` that isn't in whole millimetres: not written", !is_kept);
             let attributes = [
                 ("name", self.paths[index].as_str()),
                 ("sourcePoint", &self.points[source.0 as usize]),
@@ -288,7 +288,7 @@ fn own_properties(id: u32, tags: Option<&Tags>) -> Vec<Property<'_>> {
         properties.extend(value.iter().map(|value| (format!("{OWN}{key}").into(), value.as_ref().into())));
     }
     // The others follow from the path and its blocks.
-    let derived = |key: &str| ["length", "blockType", "blocks"].contains(&key);
+    let derived = |key: &str| [LENGTH, "blockType", "blocks"].contains(&key);
     let given = tags.properties.iter().filter(|(key, _)| !derived(key));
     properties.extend(given.map(|(key, value)| (key.as_ref().into(), value.as_ref().into())));
     properties
@@ -362,7 +362,7 @@ fn speeds(edge: &Edge) -> (f64, f64) {
 /// Returns the length that the file of a path gave, if that is one in openTCS, else that of its curve; and whether nothing
 /// is lost.
 fn length(edge: &Edge, path: &Path) -> (String, bool) {
-    let given = edge.tags.as_ref().and_then(|tags| tags.properties.get("length"));
+    let given = edge.tags.as_ref().and_then(|tags| tags.properties.get(LENGTH));
     match given.map(|given| given.trim().parse::<u32>()) {
         Some(Ok(given)) if given > 0 => (given.to_string(), true),
         given => (millimetres_of(path.length()).to_string(), given.is_none()),

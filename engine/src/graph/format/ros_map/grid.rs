@@ -188,7 +188,8 @@ impl Grid {
 
 fn read_picture(path: &Path) -> Result<DynamicImage, String> {
     let reader = ImageReader::open(path).and_then(ImageReader::with_guessed_format);
-    let mut reader = reader.map_err(|error| format!("can't be read: {error}"))?;
+    let mut reader = reader
+        .map_err(|error| format!("can't be read: {error}; correct `image` in the map's YAML, or add the picture"))?;
     let mut limits = Limits::default();
     limits.max_image_width = Some(MAX_SIDE);
     limits.max_image_height = Some(MAX_SIDE);

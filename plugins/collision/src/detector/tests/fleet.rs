@@ -121,7 +121,7 @@ fn robots() -> impl Strategy<Value = Robot> {
     let theta = prop_oneof![axis, -3.2_f32..3.2];
     let speed = prop_oneof![Just(0.0_f32), -2.0_f32..2.0, Just(1.0)];
     let edge = prop::sample::select(vec![0, 1, 2, 2, 3, 77, NO_EDGE]);
-    let state = prop::sample::select(vec![0_u8, 1, 1, 1, 2, 3, 4, 5, 6, 255]);
+    let state = prop::sample::select(vec![0_u8, 1, 1, 1, 2, 3, 4, 5, 6, 7, 8, 255]);
     let robot_type =
         prop::sample::select(vec![0.0_f32, 0.0, 0.0, 0.0, 1.0, 1.0, 2.0, 3.0, 3.0, 4.0, 5.0, 6.0, -1.0, f32::NAN]);
     let unit = [0.0_f32..1.0, 0.0_f32..1.0];
@@ -170,7 +170,7 @@ pub(super) fn later(robots: &[Robot], shift: f32) -> Vec<Robot> {
         robot.s += step;
         robot.theta += 0.3 * shift;
         if (number + (shift * 100.0) as usize).is_multiple_of(7) {
-            robot.state = (robot.state % 6 + 1) % 6;
+            robot.state = (robot.state % 8 + 1) % 8;
         }
     }
     if shift > 0.5 {

@@ -114,7 +114,7 @@ impl Trial {
     /// Returns a robot as the documentation defines it; `None` if it is excluded.
     fn body(&self, robot: &Robot) -> Option<(Body, Ways)> {
         let is_pose = robot.x.abs() <= 1e6 && robot.y.abs() <= 1e6 && robot.theta.abs() <= 1e3;
-        if robot.state > 5 || !is_pose {
+        if robot.state > 7 || !is_pose {
             return None;
         }
         let is_index = robot.robot_type >= 0.0 && (robot.robot_type as usize) < self.robot_types.len();
@@ -128,7 +128,7 @@ impl Trial {
         let body = Body { position: [robot.x, robot.y], heading, half_length: 0.5 * robot_type.length, half_width };
         let intent = match RobotState::from_number(robot.state) {
             RobotState::Driving => Intent::Drive,
-            RobotState::Held => Intent::Hold,
+            RobotState::Held | RobotState::Stalled | RobotState::Broken => Intent::Hold,
             _ => Intent::Keep,
         };
         let limits = Limits::new(robot_type.max_speed, robot_type.max_acceleration);

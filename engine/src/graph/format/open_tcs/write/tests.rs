@@ -208,13 +208,25 @@ fn a_length_that_is_a_cost_is_kept() {
     assert!(text.contains("length=\"60001\""));
     let (model, _) = graph(&text);
     let kept = |graph: &RouteGraph| {
-        let lengths = graph.edges().iter().filter_map(|edge| edge.tags.as_ref()?.properties.get("length").cloned());
+        let lengths =
+            graph.edges().iter().filter_map(|edge| edge.tags.as_ref()?.properties.get("opentcs:length").cloned());
         lengths.filter(|length| **length == *"60001").count()
     };
     let written = write(&model);
     assert_eq!(kept(&model), 1);
     assert_eq!(written.text.matches("length=\"60001\"").count(), 1);
     assert_eq!(kept(&graph(&written.text).0), 1);
+}
+
+#[test]
+fn a_length_of_another_format_stays_a_property() {
+    let text = "Vertices:\n- {Id: 1, X: 0, Y: 0, Theta: 0}\n- {Id: 2, X: 5, Y: 0, Theta: 0}\nEdges:\n\
+                - {Id: 7, Origin_ID: 1, Destination_ID: 2, CurveType: Linear, VelocityForward: 1, Properties: {length: 7}}\n";
+    let (ours, _) = crate::graph::parse(text, "g", &crate::graph::ReadOptions::default()).expect("a graph");
+    let written = write(&ours).text;
+    assert!(written.contains("length=\"5000\""), "{written}");
+    let (back, _) = graph(&written);
+    assert_eq!(back.edges()[0].tags.as_ref().expect("tags").properties["length"].as_ref(), "7");
 }
 
 #[test]
@@ -234,7 +246,7 @@ fn without_lengths(graph: RouteGraph) -> RouteGraph {
     let without = |edge: &Edge| {
         let mut edge = edge.clone();
         edge.tags = edge.tags.and_then(|mut tags| {
-            tags.properties.remove("length");
+            tags.properties.remove("opentcs:length");
             tags.boxed()
         });
         edge
