@@ -21,8 +21,10 @@ const BORDER: f32 = 0.01;
 impl Stops {
     pub(super) fn new(roads: &Roads, footprint: usize) -> Self {
         let mut stops = Self { starts: vec![0], ..Self::default() };
+        let mut arrivals = vec![0; roads.nodes() as usize];
+        roads.edges().iter().for_each(|edge| arrivals[edge.destination as usize] += 1);
         for edge in 0..roads.edges().len() as u32 {
-            stops.closed.extend(closed(roads, footprint, edge));
+            stops.closed.extend(closed(roads, footprint, edge, &arrivals));
             stops.starts.push(stops.closed.len() as u32);
             for leg in [Leg::new(edge, false), Leg::new(edge, true)] {
                 stops.sidings.push(is_siding(roads, footprint, leg));
@@ -75,12 +77,16 @@ impl Stops {
     }
 }
 
-/// Returns the stretches of an edge where a robot blocks others, in ascending order, merged.
-fn closed(roads: &Roads, footprint: usize, edge: u32) -> Vec<[f32; 2]> {
+/// Returns the stretches of an edge where a robot blocks others, in ascending order, merged. `arrivals` is the number of edges
+/// that lead to each node.
+fn closed(roads: &Roads, footprint: usize, edge: u32, arrivals: &[u32]) -> Vec<[f32; 2]> {
+    let length = roads.edge(edge).length;
     let mut spans: Vec<[f32; 2]> = (0..roads.footprints().len())
         .flat_map(|other| roads.conflicts().of(footprint, other, edge))
-        .filter_map(|(_, relation)| match relation {
+        .filter_map(|(track, relation)| match relation {
             Relation::Crossing { own, .. } => Some(own),
+            // Who stands just before a node where roads meet keeps those out that come from elsewhere.
+            Relation::Into(apart) if arrivals[roads.edge(track).origin as usize] > 1 => Some([length - apart, length]),
             Relation::Into(_) | Relation::From(_) => None,
         })
         .collect();
