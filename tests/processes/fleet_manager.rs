@@ -45,20 +45,20 @@ fn finished(summary: &str) -> u64 {
     line.split_whitespace().nth(3).and_then(|number| number.parse().ok()).unwrap_or(0)
 }
 
-/// Runs a managed fleet in lockstep for ten minutes; returns the digest of its frames.
+/// Runs a managed fleet in lockstep for five minutes; returns the digest of its frames.
 fn managed_run(test: &str, robots: usize, robot_type: &str, args: &[&str]) -> String {
     let folder = tempfile::tempdir().expect("a folder");
     let scenario = scenario(folder.path(), robots, robot_type);
     let fleet = unique(test);
     let (manager, validator) = (manager(&fleet, folder.path(), &[]), validator(&fleet));
     let mut engine = regatta();
-    engine.arg("engine").arg(scenario).args(["--ticks", "30000", "--speed", "max", "--digest", "--fleet"]);
+    engine.arg("engine").arg(scenario).args(["--ticks", "15000", "--speed", "max", "--digest", "--fleet"]);
     engine.arg(fleet.to_string()).args(["--lockstep", "fleet-manager", "--lockstep", "validator"]).args(args);
     let engine = Process::start(&mut engine).finish();
     assert!(engine.status.success(), "{}", text(&engine));
     let (summary, verdict) = (text(&manager.interrupt()), validator.interrupt());
     assert!(verdict.status.success(), "{}", text(&verdict));
-    assert!(finished(&summary) > 3 * robots as u64, "{summary}");
+    assert!(finished(&summary) > robots as u64, "{summary}");
     let digest = String::from_utf8(engine.stdout).expect("a digest");
     assert_eq!(digest.trim().len(), 32, "{digest}");
     digest
