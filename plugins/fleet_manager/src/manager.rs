@@ -168,13 +168,14 @@ impl Manager {
                 self.candidates.push(Candidate { robot, position: roads.position(node) });
             }
         }
+        self.times.begin();
         for order in self.tasks.open_orders() {
             if let Some(stop) = order.content().stops().get(order.handled_stops()) {
                 self.times.prepare(&roads, stop.node);
             }
         }
         let (steering, times) = (&self.steering, &self.times);
-        let secs = |robot: u32, node: u32| times.between(steering.base_end_node(robot)?, node);
+        let secs = |robot: u32, node: u32| times.between(&roads, steering.base_end_node(robot)?, node);
         let changes = self.tasks.assign(now_secs, &self.candidates, &secs);
         changes.withdrawn.into_iter().for_each(|(_, robot)| self.halt(robot));
         for (_, robot) in changes.assigned {

@@ -111,21 +111,21 @@ impl FleetManager {
     }
 
     /// Sends what the manager has decided. Orders that can't be sent now are sent with the next ones.
-    fn send(ports: &mut Ports, pending: &mut BTreeMap<u64, u32>, commands: &[Command], roads: &Roads) -> Result {
+    fn send(orders: &mut Orders, pending: &mut BTreeMap<u64, u32>, commands: &[Command], roads: &Roads) -> Result {
         for command in commands {
             let (token, robot) = match command {
                 Command::Route { robot, legs } => {
                     let legs: Vec<RouteLeg> = legs.iter().map(|leg| route_leg(*leg, roads).horizon()).collect();
-                    (ports.orders.extend(*robot, &legs), *robot)
+                    (orders.extend(*robot, &legs), *robot)
                 }
                 Command::Release { robot, leg, metres } => {
-                    (ports.orders.release(*robot, route_leg(*leg, roads), *metres), *robot)
+                    (orders.release(*robot, route_leg(*leg, roads), *metres), *robot)
                 }
-                Command::Cancel { robot } => (ports.orders.cancel(*robot), *robot),
+                Command::Cancel { robot } => (orders.cancel(*robot), *robot),
             };
             pending.insert(token, robot);
         }
-        match ports.orders.send() {
+        match orders.send() {
             Ok(()) | Err(OrderError::Full { .. } | OrderError::NoEngine { .. }) => Ok(()),
             Err(error) => Err(error.into()),
         }
@@ -201,8 +201,8 @@ impl Plugin for FleetManager {
         self.now_secs = frame.sim_time().as_secs_f64();
         self.robots = frame.len();
         let roads = manager.steering().roads().clone();
-        let commands = manager.cycle(self.now_secs, &frame.columns(), types).to_vec();
-        Self::send(ports, &mut self.pending, &commands, &roads)?;
+        let commands = manager.cycle(self.now_secs, &frame.columns(), types);
+        Self::send(&mut ports.orders, &mut self.pending, commands, &roads)?;
         Self::publish_tasks(ports, &mut self.log, manager, frame)?;
         manager.tasks_mut().publish(self.now_secs);
         let spent = start.elapsed();

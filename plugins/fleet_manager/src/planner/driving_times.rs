@@ -5,8 +5,10 @@ use std::collections::{BTreeMap, BinaryHeap};
 
 use crate::roads::{Leg, Roads};
 
-/// The most numbers that are kept: 64 MB.
+/// The most numbers that are kept: 64 MB. Times to further goals are estimated.
 const MOST_NUMBERS: usize = 16_000_000;
+/// The most numbers that are worked out between two calls of [`DrivingTimes::begin`], but for those of one goal.
+const NUMBERS_AT_ONCE: usize = 200_000;
 
 /// Driving times to some goals, worked out when they are asked for.
 #[derive(Debug, Default)]
@@ -16,6 +18,8 @@ pub struct DrivingTimes {
     starts: Vec<u32>,
     /// By goal: milliseconds from each node; `u32::MAX` from where it can't be reached.
     trees: BTreeMap<u32, Vec<u32>>,
+    /// Numbers worked out since the last [`begin`](Self::begin).
+    spent: usize,
 }
 
 impl DrivingTimes {
@@ -25,24 +29,34 @@ impl DrivingTimes {
             (0..roads.nodes()).flat_map(|node| roads.exits(node)).map(|&leg| (roads.end(leg), leg)).collect();
         legs.sort_unstable();
         let starts = (0..=roads.nodes()).map(|node| legs.partition_point(|(end, _)| *end < node) as u32).collect();
-        Self { arrivals: legs.into_iter().map(|(_, leg)| leg).collect(), starts, trees: BTreeMap::new() }
+        Self { arrivals: legs.into_iter().map(|(_, leg)| leg).collect(), starts, ..Self::default() }
     }
 
-    /// Works the driving times to a goal out, unless they are known.
+    /// Begins another cycle, in which some more driving times may be worked out.
+    pub fn begin(&mut self) {
+        self.spent = 0;
+    }
+
+    /// Works the driving times to a goal out, unless they are known, or it would take too much time or memory now.
     pub fn prepare(&mut self, roads: &Roads, goal: u32) {
-        if self.trees.contains_key(&goal) {
+        let is_late = self.spent > NUMBERS_AT_ONCE || (self.trees.len() + 1) * roads.nodes() as usize > MOST_NUMBERS;
+        if is_late || self.trees.contains_key(&goal) {
             return;
         }
-        if (self.trees.len() + 1) * roads.nodes() as usize > MOST_NUMBERS {
-            self.trees.clear();
-        }
+        self.spent += roads.nodes() as usize;
         let tree = self.tree(roads, goal);
         self.trees.insert(goal, tree);
     }
 
-    /// Returns the driving time from a node to a [prepared](Self::prepare) goal, in seconds; `None` if it can't be reached.
-    pub fn between(&self, node: u32, goal: u32) -> Option<f64> {
-        let millis = *self.trees.get(&goal)?.get(node as usize)?;
+    /// Returns the driving time between two nodes, in seconds; `None` if the goal can't be reached. Unless it was
+    /// [prepared](Self::prepare), it is an estimate from the distance.
+    pub fn between(&self, roads: &Roads, node: u32, goal: u32) -> Option<f64> {
+        let Some(tree) = self.trees.get(&goal) else {
+            let ([x, y], [u, v]) = (roads.position(node), roads.position(goal));
+            // Streets are longer than the distance, and robots slower than 1 m/s on part of them.
+            return Some(1.5 * f64::from((x - u).hypot(y - v)));
+        };
+        let millis = tree[node as usize];
         (millis != u32::MAX).then(|| f64::from(millis) / 1000.0)
     }
 

@@ -34,8 +34,6 @@ pub struct Router {
     search: u32,
     open: BinaryHeap<(Reverse<Cost>, u32)>,
     fastest: f32,
-    /// Legs expanded by all searches.
-    pub expanded: u64,
 }
 
 /// A cost in the order of numbers; costs are never NaN.
@@ -95,7 +93,6 @@ impl Router {
             if node == search.goal {
                 return Some(self.legs_to(leg));
             }
-            self.expanded += 1;
             self.expand(roads, class, (Some(leg), index, node, so_far), &estimate, &mut cost);
         }
         None
