@@ -13,7 +13,7 @@ use regatta_plugin::{FleetName, SchedulingOptions, Termination};
 use crate::arguments::{LayoutArgs, isa_parser};
 use crate::failure::{Failure, plugin_failure};
 use crate::progress::Progress;
-use crate::scenario;
+use crate::scenario::{self, Demo};
 
 #[derive(Args)]
 pub struct EngineArgs {
@@ -22,6 +22,9 @@ pub struct EngineArgs {
     pub scenario: Option<PathBuf>,
     #[command(flatten)]
     pub options: EngineOptions,
+    /// Run the demo whose robots wait for orders of a fleet manager, if no scenario is given.
+    #[arg(long, hide = true)]
+    pub managed_demo: bool,
     /// Stop after this number of ticks.
     #[arg(long)]
     pub ticks: Option<u64>,
@@ -107,7 +110,8 @@ impl EngineOptions {
 
 pub fn run(args: EngineArgs) -> Result<ExitCode, Failure> {
     let termination = Termination::watch().map_err(plugin_failure)?;
-    let scenario = scenario::load(args.scenario.as_deref(), &args.options.overrides())?;
+    let demo = if args.managed_demo { Demo::Managed } else { Demo::Unmanaged };
+    let scenario = scenario::load(args.scenario.as_deref(), demo, &args.options.overrides())?;
     // The engine of `regatta run` says it, too.
     if scenario.is_made_up {
         eprintln!(

@@ -107,6 +107,9 @@ pub enum Generator {
         /// Number of stops along an aisle in each row
         #[arg(long, default_value_t = 6)]
         bays: u32,
+        /// Add chargers in bays beside the ring road
+        #[arg(long)]
+        chargers: bool,
         #[command(flatten)]
         output: Output,
     },
@@ -168,7 +171,12 @@ fn generate(generator: &Generator) -> Result<(), Failure> {
     output.output.check(output.force)?;
     let progress = Progress::start("generating", 0);
     let text = match *generator {
-        Generator::Warehouse { aisles, rows, bays, .. } => Warehouse { aisles, rows, bays }.generate()?,
+        Generator::Warehouse { aisles, rows, bays, chargers: false, .. } => {
+            Warehouse { aisles, rows, bays }.generate()?
+        }
+        Generator::Warehouse { aisles, rows, bays, chargers: true, .. } => {
+            Warehouse { aisles, rows, bays }.generate_with_chargers()?
+        }
         Generator::Grid { columns, rows, spacing, one_way, .. } => {
             Grid { columns, rows, spacing, one_way }.generate()?
         }

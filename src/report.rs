@@ -3,6 +3,7 @@
 
 mod accuracy;
 mod experiment;
+mod management;
 mod output;
 mod plot;
 mod published;
@@ -26,6 +27,8 @@ fn seconds_parser() -> clap::builder::RangedU64ValueParser {
 pub enum ReportCommand {
     /// Drive the routes of the dissertation's tables 5.1 and 5.3, and compare the end poses.
     Accuracy(Output),
+    /// Measure the fleet manager: throughput, contacts, effort, with disturbances too.
+    Management(management::ManagementArgs),
     /// Repeat the dissertation's tables 5.5 to 5.7, and continue to a million robots.
     Scaling(scaling::ScalingArgs),
     /// Send fleets over UDP into a second fleet: lines per second, losses, processor time.
@@ -35,6 +38,7 @@ pub enum ReportCommand {
 pub fn run(command: ReportCommand) -> Result<ExitCode, Failure> {
     match command {
         ReportCommand::Accuracy(output) => accuracy::run(&output),
+        ReportCommand::Management(args) => management::run(&args),
         ReportCommand::Scaling(args) => scaling::run(&args),
         ReportCommand::Udp(args) => udp::run(&args),
     }

@@ -1,7 +1,7 @@
 //! `regatta run`: runs a scenario as a set of child processes.
 
 use std::fs::File;
-use std::io::{self, Seek};
+use std::io::{self, Seek, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 use std::time::{Duration, Instant};
@@ -9,10 +9,12 @@ use std::time::{Duration, Instant};
 use clap::Args;
 use regatta_engine::scenario::{LightEntry, PluginCommand, Scenario, Viewer};
 use regatta_plugin::{AFTER_VARIABLE, Control, FleetName, LOAD_VARIABLE, Termination};
+use tempfile::NamedTempFile;
 
 use crate::arguments::Time;
 use crate::engine::EngineOptions;
 use crate::failure::{Failure, plugin_failure};
+use crate::scenario::Demo;
 use crate::supervisor::{EndedChild, Supervisor};
 use crate::{control, plugin, scenario};
 
@@ -26,6 +28,8 @@ const STATUS_INTERVAL: Duration = Duration::from_secs(1);
 const ENGINE: &str = "engine";
 /// The name of the viewer's process in messages.
 const VIEWER: &str = "viewer";
+/// The name of the plugin that publishes what robots are about.
+const FLEET_MANAGER: &str = "fleet-manager";
 /// Whether this program has a viewer.
 const HAS_VIEWER: bool = cfg!(feature = "viewer");
 
@@ -34,6 +38,9 @@ pub struct RunArgs {
     /// Scenario or layout file, - for standard input; the built-in demo if not given.
     #[arg(value_hint = clap::ValueHint::FilePath)]
     scenario: Option<PathBuf>,
+    /// Run the built-in demo without the fleet manager: robots drive at random, and touch each other.
+    #[arg(long, conflicts_with = "scenario")]
+    unmanaged: bool,
     #[command(flatten)]
     options: EngineOptions,
     /// Stop after this time: 10 (seconds), 5min, 1h …
@@ -55,14 +62,14 @@ pub fn run(args: RunArgs) -> Result<ExitCode, Failure> {
     let plugins = plugins.collect::<Result<Vec<_>, _>>()?;
 
     let mut supervisor = Supervisor::default();
-    let mut engine = engine_command(args.scenario.as_deref(), &args.options)?;
+    let load = if scenario.has_load { Some(LoadFile::new(&args, input.as_ref())?) } else { None };
+    let mut engine = engine_command(&args)?;
     if let Some(input) = input {
         engine.stdin(input);
     }
     let engine = supervisor.start(ENGINE, &mut engine)?;
-    let load = args.scenario.as_deref().filter(|path| scenario.has_load && !scenario::is_standard_input(Some(path)));
     for (plugin, mut command) in scenario.plugins.iter().zip(plugins) {
-        command.envs(load.map(|path| (LOAD_VARIABLE, path)));
+        command.envs(load.as_ref().map(|load| (LOAD_VARIABLE, load.path())));
         supervisor.start(&plugin.name, &mut command)?;
     }
     print_summary(&scenario, &args);
@@ -73,7 +80,7 @@ pub fn run(args: RunArgs) -> Result<ExitCode, Failure> {
         }
         Viewer::Auto if !has_display() => eprintln!("regatta: no display; the run continues without a viewer"),
         Viewer::Auto | Viewer::On => {
-            supervisor.start(VIEWER, &mut viewer_command(fleet, &scenario.lights)?)?;
+            supervisor.start(VIEWER, &mut viewer_command(fleet, &scenario)?)?;
         }
     }
 
@@ -91,7 +98,7 @@ pub fn run(args: RunArgs) -> Result<ExitCode, Failure> {
 fn read_scenario(args: &RunArgs) -> Result<(Scenario, Option<File>), Failure> {
     let (path, overrides) = (args.scenario.as_deref(), args.options.overrides());
     if !scenario::is_standard_input(path) {
-        return Ok((scenario::load(path, &overrides)?, None));
+        return Ok((scenario::load(path, args.demo(), &overrides)?, None));
     }
     let mut file = tempfile::tempfile()?;
     io::copy(&mut io::stdin().lock(), &mut file)?;
@@ -99,6 +106,43 @@ fn read_scenario(args: &RunArgs) -> Result<(Scenario, Option<File>), Failure> {
     let scenario = Scenario::read_from(&file, Path::new(scenario::STANDARD_INPUT), &overrides)?;
     file.rewind()?;
     Ok((scenario, Some(file)))
+}
+
+/// The file in which plugins find the scenario's load.
+enum LoadFile<'a> {
+    Scenario(&'a Path),
+    /// A copy of a scenario that is in no file.
+    Copy(NamedTempFile),
+}
+
+impl<'a> LoadFile<'a> {
+    fn new(args: &'a RunArgs, input: Option<&File>) -> io::Result<Self> {
+        if let (Some(path), None) = (&args.scenario, input) {
+            return Ok(Self::Scenario(path));
+        }
+        let mut copy = NamedTempFile::with_suffix(".yaml")?;
+        match input {
+            Some(mut input) => {
+                io::copy(&mut input, &mut copy)?;
+                input.rewind()?;
+            }
+            None => copy.write_all(args.demo().text().as_bytes())?,
+        }
+        Ok(Self::Copy(copy))
+    }
+
+    fn path(&self) -> &Path {
+        match self {
+            Self::Scenario(path) => path,
+            Self::Copy(file) => file.path(),
+        }
+    }
+}
+
+impl RunArgs {
+    fn demo(&self) -> Demo {
+        if self.unmanaged { Demo::Unmanaged } else { Demo::Managed }
+    }
 }
 
 fn print_summary(scenario: &Scenario, args: &RunArgs) {
@@ -197,16 +241,22 @@ fn this_program() -> Result<Command, Failure> {
     Ok(Command::new(path))
 }
 
-fn engine_command(scenario: Option<&Path>, options: &EngineOptions) -> Result<Command, Failure> {
+fn engine_command(args: &RunArgs) -> Result<Command, Failure> {
     let mut command = this_program()?;
-    command.arg("engine").args(scenario).args(options.to_args());
+    command.arg("engine").args(&args.scenario).args(args.options.to_args());
+    if args.scenario.is_none() && args.demo() == Demo::Managed {
+        command.arg("--managed-demo");
+    }
     Ok(command)
 }
 
-fn viewer_command(fleet: &FleetName, lights: &[LightEntry]) -> Result<Command, Failure> {
+fn viewer_command(fleet: &FleetName, scenario: &Scenario) -> Result<Command, Failure> {
     let mut command = this_program()?;
     command.args(["viewer", "--fleet", &fleet.to_string()]);
-    for LightEntry { x, y, z, colour: [red, green, blue] } in lights {
+    if scenario.plugins.iter().any(|plugin| plugin.name == FLEET_MANAGER) {
+        command.args(["--colour", "activity"]);
+    }
+    for LightEntry { x, y, z, colour: [red, green, blue] } in &scenario.lights {
         command.args(["--light", &format!("{x},{y},{z},{red},{green},{blue}")]);
     }
     Ok(command)
@@ -247,7 +297,7 @@ mod tests {
         let graph = include_str!("../graphs/square.yaml");
         let scenario =
             Scenario::from_texts(&text, graph, Path::new("test"), &Overrides::default()).expect("a valid scenario");
-        let command = viewer_command(&"lit".parse().expect("a name"), &scenario.lights).expect("a command");
+        let command = viewer_command(&"lit".parse().expect("a name"), &scenario).expect("a command");
         let arguments: Vec<_> = command.get_args().map(|argument| argument.to_string_lossy().into_owned()).collect();
         let expected = ["viewer", "--fleet", "lit", "--light", "-1.5,2,3,1,1,1", "--light", "4,500,6,1,0.5,0.25"];
         assert_eq!(arguments, expected);

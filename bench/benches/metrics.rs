@@ -37,7 +37,7 @@ fn aggregate(criterion: &mut Criterion) {
 }
 
 fn write_page(criterion: &mut Criterion) {
-    let snapshot = Aggregator::default().snapshot(FleetName::default(), Collisions::default(), Vec::new(), 0);
+    let snapshot = Aggregator::default().snapshot(FleetName::default(), Collisions::default(), None, Vec::new(), 0);
     criterion.bench_function("page", |bencher| {
         bencher.iter(|| page(black_box(&snapshot), &ExporterState::default(), Format::Prometheus))
     });

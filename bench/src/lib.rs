@@ -49,6 +49,7 @@ impl World {
             max_acceleration,
             max_rotation_speed: 0.0,
             max_rotation_acceleration: f32::INFINITY,
+            battery: None,
         };
         let config = FleetConfig {
             types: vec![robot_type],

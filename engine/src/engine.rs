@@ -50,6 +50,8 @@ struct Simulation {
     last_tick: Option<u64>,
     digest: Option<Digest>,
     disturbances: Schedule,
+    /// The tick from which on the column `battery` is published again.
+    batteries_due: u64,
 }
 
 impl Engine {
@@ -94,6 +96,7 @@ impl Engine {
             last_tick: options.ticks,
             digest: options.digest.then(Digest::default),
             disturbances,
+            batteries_due: 0,
             scenario,
             fleet,
             routes,

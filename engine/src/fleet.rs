@@ -1,8 +1,9 @@
 //! The state of all robots as private columns, and everything that changes it: spawns, orders and time.
 //!
-//! The parts of a fleet (`ahead`, `impairment`, `orders`, `release`, `spawn`) are methods of [`Fleet`] by topic.
+//! The parts of a fleet (`ahead`, `batteries`, `impairment`, `orders`, `release`, `spawn`) are methods of [`Fleet`] by topic.
 
 mod ahead;
+mod batteries;
 mod columns;
 mod graph_size;
 mod impairment;
@@ -21,6 +22,8 @@ use regatta_plugin::frame::{BYTES_PER_LINE, ColumnsMut, RobotState, WORDS_PER_LI
 use regatta_plugin::world::Shape;
 
 pub use self::ahead::Ahead;
+use self::batteries::Batteries;
+pub use self::batteries::Battery;
 use self::columns::FleetColumns;
 pub use self::graph_size::check_size;
 use self::impairment::Impairment;
@@ -53,6 +56,8 @@ pub struct RobotType {
     pub max_rotation_speed: f32,
     /// Radians per second squared, > 0; infinity if the rotation speed changes at once.
     pub max_rotation_acceleration: f32,
+    /// `None` if it never needs charging.
+    pub battery: Option<Battery>,
 }
 
 /// The error of setting up a fleet.
@@ -150,6 +155,8 @@ pub struct Fleet {
     most_robots: u32,
     /// Robots that stall or are broken.
     impairments: BTreeMap<u32, Impairment>,
+    /// `None` if no type has a battery.
+    batteries: Option<Batteries>,
     /// None if a step runs on the calling thread alone.
     pool: Option<StepPool>,
 }
@@ -172,6 +179,7 @@ impl Fleet {
             0 | 1 => None,
             _ => Some(StepPool::new(threads).ok_or(FleetError::Threads(threads))?),
         };
+        let batteries = Batteries::new(&types, &graph, (tick_period, seed));
         let legs = LegTable::new(graph, tracks)?;
         let oriented = limits.iter().any(KinematicLimits::can_turn)
             || legs.graph().edges().iter().any(|edge| edge.orientation != Orientation::Tangential);
@@ -188,6 +196,7 @@ impl Fleet {
             free: BTreeSet::new(),
             most_robots,
             impairments: BTreeMap::new(),
+            batteries,
             pool,
         })
     }

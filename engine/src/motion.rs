@@ -49,7 +49,7 @@ pub(crate) use leg_table::{LegTable, TooManyPieces};
 pub(crate) use pieces::{MAX_PIECES, PieceColumn, PieceIndex};
 pub(crate) use profile::{KinematicLimits, UNLIMITED};
 pub use routes::Repeat;
-pub(crate) use routes::{Plans, Route, RouteCursor};
+pub(crate) use routes::{Plans, Route, RouteCursor, mix};
 pub(crate) use rows::{HeadingRows, LimitRows, Rows, leg_of, split_frame};
 pub(crate) use speed_variation::SpeedVariation;
 pub(crate) use time_step::TimeStep;

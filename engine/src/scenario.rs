@@ -1,5 +1,6 @@
 //! Scenarios: a route graph, the robots on it and their routes, the tick rate, and the plugins to start.
 
+mod battery;
 mod count;
 mod explain;
 mod made_up;
@@ -14,6 +15,7 @@ use std::time::Duration;
 
 use crate::fleet::{Repeat, RobotType};
 use crate::graph::{GraphError, Leg, NodeIndex, ReadOptions, RouteGraph};
+pub use battery::{BatteryEntry, ChargeEntry};
 pub use count::{ParseRobotCountError, RobotCount};
 pub use explain::YamlProblem;
 pub use made_up::made_up_scenario;

@@ -3,7 +3,7 @@
 use proptest::prelude::*;
 use regatta_engine::graph::components::Components;
 use regatta_engine::graph::generate::{Grid, Warehouse};
-use regatta_engine::graph::{self, NodeIndex, ReadOptions, RouteGraph};
+use regatta_engine::graph::{self, NodeIndex, ReadOptions, Role, RouteGraph};
 
 #[track_caller]
 fn parse(text: &str) -> RouteGraph {
@@ -74,6 +74,10 @@ proptest! {
         let text = warehouse.generate().unwrap();
         prop_assert_eq!(&text, &warehouse.generate().unwrap());
         assert_drivable(&parse(&text));
+        let with_chargers = parse(&warehouse.generate_with_chargers().unwrap());
+        assert_drivable(&with_chargers);
+        let chargers = with_chargers.nodes().iter().filter(|node| node.role == Role::Charge).count();
+        prop_assert_eq!(chargers as u32, 2 * rows * (bays / 3));
     }
 
     #[test]

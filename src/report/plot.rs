@@ -73,6 +73,15 @@ pub fn scaling(durations: &[Series], costs: &[Series]) -> Result<String, Failure
     )
 }
 
+/// Draws the throughput of the fleet manager over the fleet size on the left, and what a cycle takes on the right.
+pub fn management(goals: &[Series], cycles: &[Series]) -> Result<String, Failure> {
+    let titles = |caption, y| Titles { caption, x: "robots", y };
+    side_by_side(
+        |area| linear_chart(area, &titles("Throughput", "goals a second"), goals),
+        |area| linear_chart(area, &titles("A cycle of the manager", "milliseconds"), cycles),
+    )
+}
+
 fn side_by_side(
     left: impl FnOnce(&Area<'_>) -> Result<(), Failure>,
     right: impl FnOnce(&Area<'_>) -> Result<(), Failure>,

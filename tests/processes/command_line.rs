@@ -147,7 +147,18 @@ fn run_prints_a_line_per_second_and_ends_after_its_time_limit() {
     let text = String::from_utf8_lossy(&output.stdout).into_owned();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     assert!(text.lines().filter(|line| line.contains("rtf")).count() >= 2, "{text}");
-    assert!(text.contains("worst edges"), "the demo's collision checker prints a summary at the end: {text}");
+    assert!(text.contains(" 0 contacts"), "the demo's fleet manager keeps robots apart: {text}");
+    assert!(text.contains("orders"), "it prints what it has done at the end: {text}");
+}
+
+#[test]
+fn the_unmanaged_demo_has_contacts() {
+    let name = unique("run-unmanaged").to_string();
+    let args = ["run", "--unmanaged", "--for", "3s", "--fleet", &name];
+    let output = regatta().args(args).output().expect("regatta starts");
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(output.status.success() && text.contains("worst edges") && !text.contains(" 0 contacts"), "{text}");
+    assert!(error_line(&["run", "--unmanaged", "graphs/thirty.yaml"]).contains("--unmanaged"));
 }
 
 #[test]

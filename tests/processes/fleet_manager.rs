@@ -86,19 +86,38 @@ fn a_killed_manager_goes_on_where_it_was() {
     let store = ["--store", store.to_str().expect("a path")];
     let first = manager(&fleet, folder.path(), &store);
     let mut engine = regatta();
-    engine.arg("engine").arg(scenario).args(["--speed", "20", "--fleet"]).arg(fleet.to_string());
+    engine.arg("engine").arg(scenario).args(["--speed", "10", "--fleet"]).arg(fleet.to_string());
     let engine = Process::start(&mut engine);
-    wait_until(&fleet, 120.0);
+    wait_until(&fleet, 90.0);
     first.signal(Signal::KILL);
     drop(first);
-    wait_until(&fleet, 150.0);
+    wait_until(&fleet, 110.0);
     let second = manager(&fleet, folder.path(), &store);
-    wait_until(&fleet, 400.0);
+    wait_until(&fleet, 280.0);
     let summary = text(&second.interrupt());
     let verdict = validator.interrupt();
     assert!(engine.interrupt().status.success());
     assert!(verdict.status.success(), "{}\n{summary}", text(&verdict));
     assert!(finished(&summary) > 80, "{summary}");
+}
+
+#[test]
+fn robots_with_small_batteries_charge_in_time() {
+    let fleet = unique("managed-charging");
+    let name = fleet.to_string();
+    let scenario = graphs("warehouse-charging.yaml");
+    let mut manager = regatta();
+    manager.args(["plugin", "fleet-manager", "--summary", "--fleet", &name, "--load"]).arg(&scenario);
+    let (manager, validator) = (Process::start(&mut manager), validator(&fleet));
+    let mut engine = regatta();
+    // An hour, in which every battery lasts for forty minutes of driving at most.
+    engine.arg("engine").arg(scenario).args(["--rate", "20", "--ticks", "72000", "--speed", "max", "--fleet", &name]);
+    engine.args(["--lockstep", "fleet-manager", "--lockstep", "validator"]);
+    let engine = Process::start(&mut engine).finish();
+    assert!(engine.status.success(), "{}", text(&engine));
+    let (summary, verdict) = (text(&manager.interrupt()), validator.interrupt());
+    assert!(verdict.status.success(), "{}\n{summary}", text(&verdict));
+    assert!(finished(&summary) > 600, "{summary}");
 }
 
 /// Waits until a fleet has reached a simulated time in seconds.

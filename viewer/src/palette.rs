@@ -6,6 +6,7 @@ use core::str::FromStr;
 
 use glam::Vec3;
 use regatta_plugin::ColumnName;
+use regatta_plugin::activity::Activity;
 use regatta_plugin::frame::RobotState;
 
 /// The number of colours of a ramp, and the most colours of a set of categories.
@@ -171,6 +172,7 @@ impl Colouring {
                 Scale::Ramp { low, high, unit: "m/s" }
             }
             Self::Column(name) if name.to_string() == "collision" => collisions(theme),
+            Self::Column(name) if name.to_string() == "activity" => activities(theme),
             Self::Column(_) => {
                 let (low, high) = range.unwrap_or((0.0, 1.0));
                 Scale::Ramp { low, high, unit: "" }
@@ -195,6 +197,22 @@ fn states(theme: Theme) -> Scale {
         (RobotState::Broken, broken),
     ];
     Scale::Categories(states.map(|(state, colour)| (format!("{state:?}").to_lowercase(), colour)).to_vec())
+}
+
+fn activities(theme: Theme) -> Scale {
+    let is_dark = theme == Theme::Dark;
+    let colour = |activity: Activity| match activity {
+        Activity::Idle => Rgb(if is_dark { 0x7d8995 } else { 0x8a96a1 }),
+        Activity::ToPick if is_dark => SKY_BLUE,
+        Activity::ToPick => BLUE,
+        Activity::Carrying => GREEN,
+        Activity::Handling => YELLOW,
+        Activity::Waiting => ORANGE,
+        Activity::Parked => Rgb(if is_dark { 0x8a6d3b } else { 0xa08558 }),
+        Activity::Charging => PURPLE,
+        Activity::OutOfService => VERMILLION,
+    };
+    Scale::Categories(Activity::ALL.map(|activity| (activity.name().to_owned(), colour(activity))).to_vec())
 }
 
 fn collisions(theme: Theme) -> Scale {

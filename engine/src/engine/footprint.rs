@@ -75,6 +75,7 @@ mod tests {
             max_acceleration: 1.0,
             max_rotation_speed: 0.0,
             max_rotation_acceleration: 1.0,
+            battery: None,
         }
     }
 

@@ -101,6 +101,19 @@ impl Simulation {
         }
         Ok(session.unless_full(published)?)
     }
+
+    /// Publishes the charge of each robot's battery as a column, from time to time, if robots have batteries.
+    pub(super) fn publish_batteries(&mut self, session: &mut Session) -> Result<(), EngineError> {
+        let Some(charges) = self.fleet.battery_charges() else { return Ok(()) };
+        let tick = session.tick();
+        self.batteries_due = tick + self.ticks_per_second();
+        let published = session.ports().publish_column("battery", tick, &charges);
+        Ok(session.unless_full(published)?)
+    }
+
+    fn ticks_per_second(&self) -> u64 {
+        (1.0 / self.scenario.tick_period.as_secs_f64()).round().max(1.0) as u64
+    }
 }
 
 /// SplitMix64's finaliser (Steele, Lea, Flood: Fast splittable pseudorandom number generators, 2014).
@@ -165,6 +178,7 @@ fn edge_record(edge: &Edge, length: f32, texts: &mut Texts) -> EdgeRecord {
 }
 
 fn robot_type_record(robot_type: &RobotType) -> RobotTypeRecord {
+    let battery = robot_type.battery.unwrap_or_default();
     RobotTypeRecord {
         name: RobotTypeRecord::padded_name(&robot_type.name),
         shape: robot_type.shape as u32,
@@ -172,9 +186,12 @@ fn robot_type_record(robot_type: &RobotType) -> RobotTypeRecord {
         width: robot_type.width,
         max_speed: robot_type.max_speed,
         max_acceleration: robot_type.max_acceleration,
-        // Robots of the engine don't turn on the spot.
         max_rotation_speed: robot_type.max_rotation_speed,
         max_rotation_acceleration: robot_type.max_rotation_acceleration,
+        battery_capacity: battery.capacity,
+        drain_moving: battery.drain_moving,
+        drain_standing: battery.drain_standing,
+        charge_rate: battery.charge_rate,
     }
 }
 

@@ -13,6 +13,7 @@ impl Producer for Simulation {
     fn start(&mut self, session: &mut Session) -> Result<(), EngineError> {
         self.publish_world(session)?;
         self.publish_types(session)?;
+        self.publish_batteries(session)?;
         self.write_frame(session, true)
     }
 
@@ -25,9 +26,13 @@ impl Producer for Simulation {
         self.events.set_wanted(session.ports().has_event_readers());
         self.take_orders(session)?;
         self.disturbances.carry_out(session.tick(), &mut self.fleet, &mut self.events);
+        self.fleet.drain_batteries(session.tick(), &mut self.events);
         if let Some(mut frame) = self.loan_if_due(session)? {
             self.fleet.step(Some(frame.columns_mut()), &mut self.events);
             self.publish_events(session)?;
+            if session.tick() >= self.batteries_due {
+                self.publish_batteries(session)?;
+            }
             self.send(session, frame, true)
         } else {
             self.fleet.step(None, &mut self.events);
@@ -71,6 +76,7 @@ impl Producer for Simulation {
         }
         // Their events belong to the next tick.
         self.publish_types(session)?;
+        self.publish_batteries(session)?;
         Ok(Ok(()))
     }
 }

@@ -116,6 +116,7 @@ mod tests {
             max_acceleration: f32::INFINITY,
             max_rotation_speed: 0.0,
             max_rotation_acceleration: f32::INFINITY,
+            battery: None,
         }
     }
 

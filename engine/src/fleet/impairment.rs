@@ -1,6 +1,6 @@
-//! Robots that stall or are broken: they stop as for a hold, keep their routes, and go on afterwards.
+//! Robots that stall, are broken or have a flat battery: they stop as for a hold, keep their routes, and go on afterwards.
 
-use regatta_plugin::event::EventKind;
+use regatta_plugin::event::{BreakdownCause, EventKind, EventRecord};
 use regatta_plugin::frame::RobotState;
 
 use super::{EventBuffer, Fleet, Route};
@@ -10,6 +10,7 @@ use super::{EventBuffer, Fleet, Route};
 pub(super) struct Impairment {
     is_stalled: bool,
     is_broken: bool,
+    is_flat: bool,
     /// Whether it is held, too.
     pub is_held: bool,
 }
@@ -17,7 +18,7 @@ pub(super) struct Impairment {
 impl Fleet {
     /// Makes a robot stall until it [recovers](Self::recover). Nothing happens to a robot that isn't there.
     pub fn stall(&mut self, robot: u32, events: &mut EventBuffer) {
-        self.impair(robot, EventKind::Stalled, events, |impairment| &mut impairment.is_stalled);
+        self.impair(robot, event(EventKind::Stalled, robot), events, |impairment| &mut impairment.is_stalled);
     }
 
     /// Ends a stall.
@@ -27,7 +28,7 @@ impl Fleet {
 
     /// Makes a robot break down until it is [repaired](Self::repair). Nothing happens to a robot that isn't there.
     pub fn break_down(&mut self, robot: u32, events: &mut EventBuffer) {
-        self.impair(robot, EventKind::BrokenDown, events, |impairment| &mut impairment.is_broken);
+        self.impair(robot, event(EventKind::BrokenDown, robot), events, |impairment| &mut impairment.is_broken);
     }
 
     /// Repairs a robot that is broken.
@@ -35,10 +36,27 @@ impl Fleet {
         self.restore(robot, EventKind::Repaired, events, |impairment| &mut impairment.is_broken);
     }
 
+    /// Stops a robot because its battery is flat. It is broken until it has [energy](Self::end_flat) again.
+    pub(super) fn run_flat(&mut self, robot: u32, events: &mut EventBuffer) {
+        let detail = BreakdownCause::FlatBattery as u32;
+        let event = EventRecord { detail, ..event(EventKind::BrokenDown, robot) };
+        self.impair(robot, event, events, |impairment| &mut impairment.is_flat);
+    }
+
+    /// Lets a robot go on that was flat.
+    pub(super) fn end_flat(&mut self, robot: u32, events: &mut EventBuffer) {
+        self.restore(robot, EventKind::Repaired, events, |impairment| &mut impairment.is_flat);
+    }
+
+    /// Whether a robot is broken because its battery is flat.
+    pub(super) fn is_flat(&self, robot: u32) -> bool {
+        self.impairments.get(&robot).is_some_and(|impairment| impairment.is_flat)
+    }
+
     fn impair(
         &mut self,
         robot: u32,
-        event: EventKind,
+        event: EventRecord,
         events: &mut EventBuffer,
         flag: fn(&mut Impairment) -> &mut bool,
     ) {
@@ -50,7 +68,7 @@ impl Fleet {
         }
         let state = impairment.state();
         self.keep_idle(row);
-        events.push(event, robot, 0);
+        events.push_record(event);
         self.motion.impair(&mut self.columns.all_rows(), row, state);
     }
 
@@ -67,7 +85,7 @@ impl Fleet {
         }
         let impairment = *impairment;
         events.push(event, robot, 0);
-        if impairment.is_stalled || impairment.is_broken {
+        if impairment.is_stalled || impairment.is_broken || impairment.is_flat {
             return self.motion.impair(&mut self.columns.all_rows(), row, impairment.state());
         }
         self.impairments.remove(&robot);
@@ -102,6 +120,10 @@ impl Fleet {
 
 impl Impairment {
     fn state(self) -> RobotState {
-        if self.is_broken { RobotState::Broken } else { RobotState::Stalled }
+        if self.is_broken || self.is_flat { RobotState::Broken } else { RobotState::Stalled }
     }
+}
+
+fn event(kind: EventKind, robot: u32) -> EventRecord {
+    EventRecord { kind: kind as u32, robot, ..EventRecord::default() }
 }

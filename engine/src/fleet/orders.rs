@@ -181,7 +181,10 @@ impl Fleet {
             Action::Hold { row } => self.hold(row, events),
             Action::Resume { row } => self.resume(row, events),
             Action::Break { robot } => self.break_down(robot, events),
-            Action::Repair { robot } => self.repair(robot, events),
+            Action::Repair { robot } => {
+                self.repair(robot, events);
+                self.change_battery(robot, events);
+            }
             Action::Remove { robot } => self.remove_row(robot, order.token, events),
             Action::Nothing | Action::Spawn { .. } => {}
         }

@@ -57,6 +57,9 @@ impl Fleet {
         let row = robot as usize;
         self.columns.set_robot_type(row, robot_type, self.types[usize::from(robot_type)].max_acceleration);
         self.columns.route[row] = self.route(source);
+        if let Some(batteries) = &mut self.batteries {
+            batteries.begin(robot, robot_type);
+        }
         self.motion.place(&mut self.columns.all_rows(), row, start.piece, start.edge, start.w);
         events.push_record(EventRecord { token, kind: EventKind::Spawned as u32, robot, ..EventRecord::default() });
         if self.columns.route[row] != Route::PARKED {

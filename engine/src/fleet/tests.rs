@@ -1,5 +1,6 @@
 //! Tests of whole fleets: ticks, orders and frames.
 
+mod batteries;
 mod drive;
 mod equality;
 mod impairment;

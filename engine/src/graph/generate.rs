@@ -79,17 +79,32 @@ impl Warehouse {
     /// # Errors
     /// If a number is out of range, or the graph would be too large.
     pub fn generate(&self) -> Result<String, GenerateError> {
+        self.text(false)
+    }
+
+    /// Does what [`generate`](Self::generate) does, and adds chargers in bays beside the ring road: for each row of racks one
+    /// for every three bays on either side. Robots drive through a charging bay, past nobody.
+    ///
+    /// # Errors
+    /// As [`generate`](Self::generate).
+    pub fn generate_with_chargers(&self) -> Result<String, GenerateError> {
+        self.text(true)
+    }
+
+    fn text(&self, has_chargers: bool) -> Result<String, GenerateError> {
         in_range("aisles", self.aisles, 1, 10_000)?;
         in_range("rows", self.rows, 1, 10_000)?;
         in_range("bays", self.bays, 1, 1000)?;
         let Self { aisles, rows, bays } = *self;
-        let command = format!("regatta graph generate warehouse --aisles {aisles} --rows {rows} --bays {bays}");
+        let chargers = if has_chargers { " --chargers" } else { "" };
+        let command =
+            format!("regatta graph generate warehouse --aisles {aisles} --rows {rows} --bays {bays}{chargers}");
         let edges = |n: u32| u64::from(n);
         check_edge_count(edges(aisles) * edges(rows) * (edges(bays) + 7) + 10 * (edges(aisles) + edges(rows)))?;
-        to_yaml(&command, &self.layout())
+        to_yaml(&command, &self.layout(has_chargers))
     }
 
-    fn layout(&self) -> StreetLayout {
+    fn layout(&self, has_chargers: bool) -> StreetLayout {
         const AISLE_PITCH: i64 = 6000;
         const BAY_LENGTH: i64 = 2700;
         let intersection_radius = 2200;
@@ -105,7 +120,7 @@ impl Warehouse {
         let cross_aisle = |number| Street { at: block * i64::from(number), speed: 1500, ..ring };
         let columns = ring_around(self.aisles + 2, AISLE_PITCH, Street { stops: self.bays, ..ring }, aisle);
         let rows = ring_around(self.rows + 1, block, ring, cross_aisle);
-        StreetLayout { columns, rows, carriageway_gap: 1600, intersection_radius, turn_speed: 800 }
+        StreetLayout { columns, rows, carriageway_gap: 1600, intersection_radius, turn_speed: 800, has_chargers }
     }
 }
 
@@ -141,7 +156,8 @@ impl Grid {
             (rows[0].directions, columns[1].directions) = (Directions::Ascending, Directions::Ascending);
             (rows[1].directions, columns[0].directions) = (Directions::Descending, Directions::Descending);
         }
-        StreetLayout { columns, rows, carriageway_gap: 2000, intersection_radius: 3500, turn_speed: 1000 }
+        let has_chargers = false;
+        StreetLayout { columns, rows, carriageway_gap: 2000, intersection_radius: 3500, turn_speed: 1000, has_chargers }
     }
 }
 

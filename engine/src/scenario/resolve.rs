@@ -9,6 +9,7 @@ use std::time::Duration;
 use regatta_plugin::FleetName;
 use regatta_plugin::world::Shape;
 
+use super::battery::battery;
 use super::suggest::did_you_mean;
 use super::yaml::{
     Disturbances, LegName, LightEntry, NodeEntry, NodeKey, PluginCommand, PluginEntry, RepeatEntry, RobotGroupEntry,
@@ -215,6 +216,7 @@ fn default_robot_type() -> RobotType {
         max_acceleration: f32::INFINITY,
         max_rotation_speed: 0.0,
         max_rotation_acceleration: f32::INFINITY,
+        battery: None,
     }
 }
 
@@ -248,6 +250,7 @@ fn robot_type(entry: RobotTypeEntry) -> Result<RobotType, String> {
             return Err(format!("{}: the length of a circle is its diameter; leave width out", entry.name));
         }
     };
+    let battery = entry.battery.map(battery).transpose().map_err(|message| format!("{}: {message}", entry.name))?;
     Ok(RobotType {
         name: entry.name,
         shape,
@@ -257,6 +260,7 @@ fn robot_type(entry: RobotTypeEntry) -> Result<RobotType, String> {
         max_acceleration,
         max_rotation_speed,
         max_rotation_acceleration,
+        battery,
     })
 }
 

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 use serde::{Deserialize, Deserializer, de};
 
-use super::RobotCount;
+use super::{BatteryEntry, RobotCount};
 
 /// A scenario file.
 #[derive(Clone, Debug, Deserialize)]
@@ -134,6 +134,8 @@ pub struct RobotTypeEntry {
     pub max_rotation_speed: Option<f32>,
     /// Radians per second squared; by default the rotation speed changes instantly.
     pub max_rotation_acceleration: Option<f32>,
+    /// The battery; by default it has none and never needs charging.
+    pub battery: Option<BatteryEntry>,
 }
 
 /// The footprint of a robot type.

@@ -65,4 +65,4 @@ pub use producer::{produce, produce_from};
 pub use records::frame::Frame;
 pub use records::name::{ColumnName, FleetName, MAX_NAME_BYTES, NameError};
 pub use records::world::World;
-pub use records::{column, contact, control, event, frame, order, order_log, route, sequence, task, world};
+pub use records::{activity, column, contact, control, event, frame, order, order_log, route, sequence, task, world};

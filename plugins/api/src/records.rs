@@ -4,6 +4,7 @@
 //! mean something on one host only. A change here is a change of the contract: raise [`frame::CONTRACT_VERSION`] and
 //! write `plugins/python/regatta/layout.json` again (see `tests/layout.rs`).
 
+pub mod activity;
 pub mod column;
 pub mod contact;
 pub mod control;

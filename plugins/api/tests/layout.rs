@@ -17,7 +17,7 @@ use regatta_plugin::contact::{
     ContactChange, ContactEvent, ContactEventHeader, ContactHeader, ContactLevel, ContactRecord,
 };
 use regatta_plugin::control::{ControlKind, ControlRequest, ControlResponse};
-use regatta_plugin::event::{EventHeader, EventKind, EventRecord, Refusal};
+use regatta_plugin::event::{BreakdownCause, EventHeader, EventKind, EventRecord, Refusal};
 use regatta_plugin::frame::{CONTRACT_VERSION, ClockState, FrameHeader, NO_EDGE, RobotState};
 use regatta_plugin::order::{OrderHeader, OrderKind, OrderRecord};
 use regatta_plugin::order_log::OrderLogHeader;
@@ -71,7 +71,7 @@ fn all_records() -> Map<String, Value> {
             level, zone, orientation, orientation_angle, reserved }
         CurveRecord { control_points }
         RobotTypeRecord { name, shape, length, width, max_speed, max_acceleration, max_rotation_speed,
-            max_rotation_acceleration }
+            max_rotation_acceleration, battery_capacity, drain_moving, drain_standing, charge_rate }
         ColumnHeader { run_id, tick, sequence, robots, reserved }
         OrderHeader { sender }
         OrderRecord { token, kind, robot, legs, id, reverse, released, robot_type, s }
@@ -106,6 +106,7 @@ fn all_enums() -> Map<String, Value> {
             Repair }
         EventKind { ReachedNode, RouteDone, WaitingForRelease, Held, Resumed, Accepted, Refused, Spawned, Removed, Faulted,
             Stalled, Recovered, BrokenDown, Repaired }
+        BreakdownCause { Unknown, FlatBattery }
         Refusal { UnknownRobot, UnknownEdge, UnknownNode, UnknownRobotType, NotConnected, NoReverse, MalformedRoute,
             DistanceOutOfRange, FleetFull, MalformedOrder, NotSteerable, NotAhead }
         TaskKind { Created, Stop, Assigned, Withdrawn, Arrived, Handled, Finished, Failed, Cancelled }

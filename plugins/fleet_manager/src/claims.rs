@@ -46,6 +46,8 @@ pub struct Claims {
     /// By robot.
     stretches: Vec<VecDeque<Stretch>>,
     footprints: Vec<u16>,
+    /// By robot: how often its claim has changed.
+    versions: Vec<u64>,
     /// Whether nothing conflicts with anything.
     is_free: bool,
 }
@@ -65,6 +67,11 @@ impl Claims {
         self.stretches.get(robot as usize).unwrap_or(NONE)
     }
 
+    /// A number that changes whenever a robot's claim does.
+    pub fn version(&self, robot: u32) -> u64 {
+        self.versions.get(robot as usize).copied().unwrap_or(0)
+    }
+
     /// The end of a robot's claim: where its base ends.
     pub fn end(&self, robot: u32) -> Option<&Stretch> {
         self.of(robot).back()
@@ -81,6 +88,7 @@ impl Claims {
         let count = self.stretches.len().max(robot as usize + 1);
         self.stretches.resize_with(count, VecDeque::new);
         self.footprints.resize(count, 0);
+        self.versions.resize(count, 0);
         self.footprints[robot as usize] = footprint as u16;
         self.push(roads, robot, stretch);
     }
@@ -88,7 +96,7 @@ impl Claims {
     /// Gives all back that a robot holds.
     pub fn release(&mut self, robot: u32) {
         while let Some(stretch) = self.stretches.get_mut(robot as usize).and_then(VecDeque::pop_back) {
-            self.holders[stretch.track as usize].retain(|holder| holder.robot != robot);
+            self.drop_holder(stretch.track, robot);
         }
     }
 
@@ -118,7 +126,7 @@ impl Claims {
         let Some(index) = self.of(robot).iter().position(|stretch| stretch.track == track) else { return false };
         for _ in 0..index {
             if let Some(stretch) = self.stretches[robot as usize].pop_front() {
-                self.holders[stretch.track as usize].retain(|holder| holder.robot != robot);
+                self.drop_holder(stretch.track, robot);
             }
         }
         let stretch = self.stretches[robot as usize][0];
@@ -136,7 +144,7 @@ impl Claims {
     pub fn roll_back(&mut self, roads: &Roads, robot: u32, stretches: usize, to: f32) {
         while self.of(robot).len() > stretches.max(1) {
             if let Some(stretch) = self.stretches[robot as usize].pop_back() {
-                self.holders[stretch.track as usize].retain(|holder| holder.robot != robot);
+                self.drop_holder(stretch.track, robot);
             }
         }
         if let Some(last) = self.end(robot).copied() {
@@ -157,6 +165,44 @@ impl Claims {
         if self.is_free {
             return Reach { metres: span[1], blocker: None };
         }
+        self.reach_past(roads, footprint, track, leg, span, |other| other != robot)
+    }
+
+    /// Whether a robot of any footprint that drives along all of a leg touches none of these robots' claims.
+    pub fn lets_pass(&self, roads: &Roads, leg: Leg, robots: &[u32]) -> bool {
+        let length = roads.edge(leg.edge()).length;
+        (0..roads.footprints().len()).all(|footprint| {
+            let span = [0.0, length];
+            let counts = |other: u32| robots.contains(&other);
+            self.reach_past(roads, footprint, leg.edge(), Some(leg), span, counts).metres >= length
+        })
+    }
+
+    /// The edges on which some robots may be in the way of others, in ascending order.
+    pub fn tracks_near(&self, roads: &Roads, robots: &[u32]) -> Vec<u32> {
+        let mut tracks: Vec<u32> = Vec::new();
+        for stretch in robots.iter().flat_map(|&robot| self.of(robot)) {
+            tracks.push(stretch.track);
+            for (own, other) in (0..roads.footprints().len()).flat_map(|own| (0..=own).map(move |other| (own, other))) {
+                tracks.extend(roads.conflicts().of(own, other, stretch.track).map(|(track, _)| track));
+            }
+        }
+        tracks.retain(|track| (*track as usize) < roads.edges().len());
+        tracks.sort_unstable();
+        tracks.dedup();
+        tracks
+    }
+
+    /// Returns how far a robot may go past the claims of others, of those that count.
+    fn reach_past(
+        &self,
+        roads: &Roads,
+        footprint: usize,
+        track: u32,
+        leg: Option<Leg>,
+        span: [f32; 2],
+        counts: impl Fn(u32) -> bool + Copy,
+    ) -> Reach {
         let length = roads.conflicts().length(track);
         let view = View { length, reverse: leg.is_some_and(Leg::is_reverse), from: span[0] };
         let mut reach = Reach { metres: span[1], blocker: None };
@@ -165,13 +211,13 @@ impl Claims {
                 reach = Reach { metres, blocker: Some(blocker) };
             }
         };
-        for holder in self.others(robot, track) {
+        for holder in self.others(counts, track) {
             let separation = roads.conflicts().table(footprint, holder.footprint.into()).separation(track);
             limit(view.same_track(separation, holder), holder.robot);
         }
         for other in 0..roads.footprints().len() {
             for (track, relation) in roads.conflicts().of(footprint, other, track) {
-                for holder in self.others(robot, track).filter(|holder| usize::from(holder.footprint) == other) {
+                for holder in self.others(counts, track).filter(|holder| usize::from(holder.footprint) == other) {
                     limit(view.limit(relation, roads.conflicts().length(track), holder), holder.robot);
                 }
             }
@@ -187,17 +233,24 @@ impl Claims {
         reach.blocker.filter(|_| reach.metres < stretch.to)
     }
 
-    fn others(&self, robot: u32, track: u32) -> impl Iterator<Item = &Holder> {
-        self.holders[track as usize].iter().filter(move |holder| holder.robot != robot)
+    fn others(&self, counts: impl Fn(u32) -> bool, track: u32) -> impl Iterator<Item = &Holder> {
+        self.holders[track as usize].iter().filter(move |holder| counts(holder.robot))
+    }
+
+    fn drop_holder(&mut self, track: u32, robot: u32) {
+        self.versions[robot as usize] += 1;
+        self.holders[track as usize].retain(|holder| holder.robot != robot);
     }
 
     fn push(&mut self, roads: &Roads, robot: u32, stretch: Stretch) {
+        self.versions[robot as usize] += 1;
         self.stretches[robot as usize].push_back(stretch);
         let holder = self.holder(roads, robot, &stretch);
         self.holders[stretch.track as usize].push(holder);
     }
 
     fn replace(&mut self, roads: &Roads, robot: u32, index: usize, stretch: Stretch) {
+        self.versions[robot as usize] += 1;
         self.stretches[robot as usize][index] = stretch;
         let holder = self.holder(roads, robot, &stretch);
         let held = self.holders[stretch.track as usize].iter_mut().find(|held| held.robot == robot);

@@ -5,18 +5,26 @@
 //! | [`plugin`] | the plugin: frames in, orders and the task log out |
 //! | [`roads`] | the legs of a world, and which stretches get in each other's way |
 //! | [`claims`] | which robot alone may be where |
+//! | [`traffic`] | what planners see: who is where, and how far a robot could drive |
 //! | [`planner`] | which way robots go |
 //! | [`steering`] | sends robots to nodes, without one ever touching another |
+//! | [`charging`] | who goes to which charger, and when |
 //! | [`manager`] | gives tasks to robots, and steers them |
 //! | [`tasks`] | transport orders: where they come from, which robot gets them |
 
+pub mod charging;
 pub mod claims;
+mod columns;
 pub mod manager;
+#[cfg(test)]
+mod model;
 pub mod planner;
 pub mod plugin;
 pub mod roads;
+mod run_figures;
 pub mod steering;
 mod task_log;
 pub mod tasks;
+pub mod traffic;
 
-pub use plugin::{Cli, run_from};
+pub use plugin::{Cli, PlannerKind, run_from, run_with};

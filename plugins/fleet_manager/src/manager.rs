@@ -2,14 +2,19 @@
 //!
 //! A cycle is a function of what came before, of the frame and of the requests: in lockstep a run repeats bit by bit.
 
+mod activity;
+mod charge;
+
 use std::sync::Arc;
 
 use regatta_plugin::frame::{Columns, NO_EDGE, RobotState};
 
-use crate::planner::DrivingTimes;
+use crate::charging::Charging;
+use crate::planner::{DrivingTimes, Planner};
 use crate::roads::Roads;
-use crate::steering::{Command, Seen, Settings, Steering};
-use crate::tasks::{Candidate, Next, Stop, TaskBook};
+use crate::steering::{Command, Settings, Steering};
+use crate::tasks::{Candidate, Next, Order, State, Stop, TaskBook, TaskId};
+use crate::traffic::Seen;
 
 /// What a robot is about.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -28,23 +33,34 @@ pub struct Manager {
     steering: Steering,
     tasks: TaskBook,
     times: DrivingTimes,
+    charging: Charging,
     /// By robot.
     errands: Vec<Errand>,
     present: Vec<u32>,
     candidates: Vec<Candidate>,
+    /// Closures of roads when orders that can't be reached were looked at.
+    closures: u64,
 }
 
 impl Manager {
     /// Makes the manager of a fleet on some roads.
-    pub fn new(roads: Arc<Roads>, settings: Settings, tasks: TaskBook) -> Self {
+    pub fn new(roads: Arc<Roads>, planner: Box<dyn Planner>, settings: Settings, tasks: TaskBook) -> Self {
         Self {
             times: DrivingTimes::new(&roads),
-            steering: Steering::new(roads, settings),
+            steering: Steering::new(roads, planner, settings),
             tasks,
+            charging: Charging::default(),
             errands: Vec::new(),
             present: Vec::new(),
             candidates: Vec::new(),
+            closures: 0,
         }
+    }
+
+    /// Manages the batteries of robots, too.
+    #[must_use]
+    pub fn with_charging(self, charging: Charging) -> Self {
+        Self { charging, ..self }
     }
 
     /// The steering.
@@ -68,9 +84,11 @@ impl Manager {
     }
 
     /// Takes a frame at a simulated time in seconds; returns what to order. `robot_types` has an index for each robot, or is
-    /// empty if all are of the first type.
-    pub fn cycle(&mut self, now_secs: f64, columns: &Columns<'_>, robot_types: &[f32]) -> &[Command] {
+    /// empty if all are of the first type; `charges` likewise in per cent, empty if no robot has a battery.
+    pub fn cycle(&mut self, now_secs: f64, columns: &Columns<'_>, robot_types: &[f32], charges: &[f32]) -> &[Command] {
         self.see(columns, robot_types);
+        self.charging.see(columns.state.len(), charges, robot_types);
+        self.times.begin();
         self.tasks.generate_until(now_secs, self.present.len());
         for robot in self.tasks.take_requests(now_secs) {
             self.halt(robot);
@@ -78,7 +96,9 @@ impl Manager {
         for index in 0..self.present.len() {
             self.serve(self.present[index], now_secs);
         }
+        self.reopen(now_secs);
         if self.steering.is_ready() {
+            self.charge(now_secs, columns.state);
             self.assign(now_secs);
         }
         self.steering.step(now_secs)
@@ -112,6 +132,7 @@ impl Manager {
             return;
         }
         self.steering.lose(robot);
+        self.charging.lose(robot);
         self.errands[robot as usize] = Errand::None;
         if self.tasks.task_of(robot).is_some() && self.tasks.withdraw(robot, self.steering.now()).is_err() {
             self.tasks.failed(robot, self.steering.now(), "the robot was removed");
@@ -145,10 +166,36 @@ impl Manager {
         }
     }
 
-    /// Gives a task up to whose next stop no way leads.
+    /// Gives the orders of robots that are out of service to others, unless they have begun, and tries orders again that
+    /// couldn't be reached before roads were closed or opened.
+    fn reopen(&mut self, now_secs: f64) {
+        for index in 0..self.present.len() {
+            let robot = self.present[index];
+            if self.steering.is_out_of_service(robot) && self.tasks.withdraw(robot, now_secs).is_ok() {
+                self.halt(robot);
+            }
+        }
+        if self.closures != self.steering.closures() {
+            self.closures = self.steering.closures();
+            let lost = |order: &&Order| order.state() == State::Unroutable;
+            let lost: Vec<TaskId> = self.tasks.open_orders().filter(lost).map(Order::id).collect();
+            for task in lost {
+                self.tasks.reopen(task, now_secs);
+            }
+        }
+    }
+
+    /// Gives a task up to whose next stop no way leads. Where closures have cut off the robot and not the stop, another robot
+    /// may carry it out; a robot that has begun it waits until the way is open again.
     fn give_up(&mut self, robot: u32, now_secs: f64) {
+        let node = self.steering.base_end_node(robot);
+        let is_cut_off = node.is_some_and(|node| self.steering.is_cut_off(node));
+        if is_cut_off && self.tasks.is_bound(robot) {
+            return;
+        }
         self.halt(robot);
         match self.tasks.withdraw(robot, now_secs) {
+            Ok(_) if is_cut_off => {}
             Ok(task) => {
                 self.tasks.unroutable(task, now_secs, "no way leads to its stop");
             }
@@ -158,29 +205,53 @@ impl Manager {
         }
     }
 
+    /// Assigns orders. In most cycles no robot is free, and nothing is looked up.
     fn assign(&mut self, now_secs: f64) {
         let roads = self.steering.roads().clone();
-        self.candidates.clear();
-        for &robot in &self.present {
-            if !self.tasks.is_bound(robot)
-                && let Some(node) = self.steering.base_end_node(robot)
-            {
-                self.candidates.push(Candidate { robot, position: roads.position(node) });
-            }
+        let is_anew = self.tasks.is_reassignment_due(now_secs);
+        self.find_candidates(is_anew);
+        if self.candidates.is_empty() && !is_anew {
+            return;
         }
-        self.times.begin();
-        for order in self.tasks.open_orders() {
+        let mut prepare = |order: &Order| {
             if let Some(stop) = order.content().stops().get(order.handled_stops()) {
                 self.times.prepare(&roads, stop.node);
             }
+        };
+        match is_anew {
+            true => self.tasks.open_orders().for_each(&mut prepare),
+            false => self.tasks.waiting_orders().for_each(&mut prepare),
         }
-        let (steering, times) = (&self.steering, &self.times);
-        let secs = |robot: u32, node: u32| times.between(&roads, steering.base_end_node(robot)?, node);
+        let after = self.after_first_stops();
+        let (steering, times, charging) = (&self.steering, &self.times, &self.charging);
+        let secs = |robot: u32, node: u32| {
+            let secs = times.between(&roads, steering.base_end_node(robot)?, node)?;
+            after.get(&node).is_none_or(|rest| rest.is_affordable(charging, robot, secs)).then_some(secs)
+        };
         let changes = self.tasks.assign(now_secs, &self.candidates, &secs);
         changes.withdrawn.into_iter().for_each(|(_, robot)| self.halt(robot));
         for (_, robot) in changes.assigned {
             if let Some(stop) = self.tasks.current_stop(robot) {
                 self.send(robot, stop.node);
+            }
+        }
+    }
+
+    /// Finds the robots that may get an order, or if orders are assigned anew, another one.
+    fn find_candidates(&mut self, is_anew: bool) {
+        self.candidates.clear();
+        for &robot in &self.present {
+            let is_free = match is_anew {
+                true => !self.tasks.is_bound(robot),
+                false => self.errands[robot as usize] == Errand::None,
+            };
+            if is_free
+                && !self.steering.is_out_of_service(robot)
+                && self.charging.may_work(robot)
+                && let Some(node) = self.steering.base_end_node(robot)
+                && !self.steering.is_cut_off(node)
+            {
+                self.candidates.push(Candidate { robot, position: self.steering.roads().position(node) });
             }
         }
     }

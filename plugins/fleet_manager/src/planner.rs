@@ -1,9 +1,64 @@
 //! Planners: which way robots go, and who goes first.
+//!
+//! A planner is free to decide as it likes: robots get only space that nobody else claims, whatever it says.
 
-mod congestion;
 mod driving_times;
+mod lanes;
+mod pibt;
 mod route;
+mod tea;
 
-pub use self::congestion::{Congestion, CongestionSettings};
+use std::fmt;
+
 pub use self::driving_times::DrivingTimes;
+pub use self::lanes::{CongestionSettings, Lanes, LanesSettings};
+pub use self::pibt::{Pibt, PibtSettings};
 pub use self::route::{Router, Search};
+pub use self::tea::{Tea, TeaSettings};
+use crate::roads::Leg;
+use crate::traffic::Traffic;
+
+/// Decides which way robots go, and who goes first.
+///
+/// The plans of a lockstep run must be a function of what the planner has seen: no time of day, no order of threads.
+pub trait Planner: fmt::Debug + Send {
+    /// Plans after a frame. A robot with [`needs_route`](crate::traffic::Robot::needs_route) stands still at the end of its
+    /// base until it gets a route, or is told unreachable.
+    fn plan(&mut self, traffic: &Traffic<'_>, plans: &mut Plans);
+
+    /// Figures of the run so far, by name, for logs and reports.
+    fn counts(&self) -> Vec<(&'static str, u64)> {
+        Vec::new()
+    }
+}
+
+/// What a planner has decided in a cycle.
+#[derive(Debug, Default)]
+pub struct Plans {
+    pub(crate) routes: Vec<(u32, Option<Vec<Leg>>)>,
+    pub(crate) precedences: Vec<(u32, f64)>,
+    pub(crate) holds: Vec<(u32, usize)>,
+}
+
+impl Plans {
+    /// Gives a robot a route: these legs, from the end of its base on, instead of those it had. No leg may be one of its base.
+    pub fn route(&mut self, robot: u32, legs: Vec<Leg>) {
+        self.routes.push((robot, Some(legs)));
+    }
+
+    /// Says that no way leads to a robot's goal.
+    pub fn unreachable(&mut self, robot: u32) {
+        self.routes.push((robot, None));
+    }
+
+    /// Sets when a robot's base is extended, in ascending order of the keys; the default key of a robot is the time at which it
+    /// was sent to its goal, in simulated seconds. Holds for this cycle.
+    pub fn precede(&mut self, robot: u32, key: f64) {
+        self.precedences.push((robot, key));
+    }
+
+    /// Lets a robot's base grow by this many legs at most. Holds for this cycle.
+    pub fn hold(&mut self, robot: u32, legs: usize) {
+        self.holds.push((robot, legs));
+    }
+}

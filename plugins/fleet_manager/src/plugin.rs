@@ -1,14 +1,17 @@
 //! The plugin: frames in, orders and the task log out.
 
+mod planner_kind;
+
 use std::collections::BTreeMap;
 use std::ffi::OsString;
 use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use clap::Parser;
 use regatta_plugin::event::EventKind;
+use regatta_plugin::frame::RobotState;
 use regatta_plugin::order::RouteLeg;
 use regatta_plugin::ports::tasks::TaskPublisher;
 use regatta_plugin::task::TaskRecord;
@@ -17,11 +20,19 @@ use regatta_plugin::{
     World, tell, usage_line,
 };
 
+pub use self::planner_kind::PlannerKind;
+use crate::charging::{Charging, ChargingSettings};
+use crate::columns::ManagerColumns;
 use crate::manager::Manager;
+use crate::planner::Planner;
 use crate::roads::{Leg, Roads};
+use crate::run_figures::RunFigures;
 use crate::steering::{Command, Settings};
 use crate::task_log::TaskLog;
-use crate::tasks::{Places, TaskBook, TaskSettings};
+use crate::tasks::{InTurn, Places, TaskBook, TaskSettings};
+
+/// Makes a planner for the roads of a world.
+type PlannerFactory = Box<dyn FnMut(&Roads) -> Box<dyn Planner>>;
 
 /// The command line of `regatta plugin fleet-manager`.
 #[derive(Clone, Debug, Parser)]
@@ -42,6 +53,15 @@ pub struct Cli {
     /// A file with the token that HTTP requests must have; addresses other than loopback need one
     #[arg(long, value_name = "FILE")]
     pub token_file: Option<PathBuf>,
+    /// Who decides which way robots go
+    #[arg(long, value_name = "NAME", value_enum, default_value_t)]
+    pub planner: PlannerKind,
+    /// Let robots drive through each other: the bound of what any management can reach
+    #[arg(long, hide = true)]
+    pub no_conflicts: bool,
+    /// Give orders to robots in turn, wherever they are: then an endless load sends each robot to random nodes
+    #[arg(long, hide = true)]
+    pub in_turn: bool,
     /// At the end, write the figures to this file as JSON
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
@@ -58,8 +78,25 @@ pub struct Cli {
 /// # Errors
 /// Fails if an option is invalid, a file can't be used, the fleet has a manager already, or as [`regatta_plugin::run`] does.
 pub fn run_from<A: Into<OsString> + Clone>(args: impl IntoIterator<Item = A>) -> Result {
+    run(args, None)
+}
+
+/// As [`run_from`], with a planner of your own instead of one that the command line names. It is made anew for each world.
+///
+/// # Errors
+/// As [`run_from`].
+pub fn run_with<A, F, P>(args: impl IntoIterator<Item = A>, mut planner: F) -> Result
+where
+    A: Into<OsString> + Clone,
+    F: FnMut(&Roads) -> P + 'static,
+    P: Planner + 'static,
+{
+    run(args, Some(Box::new(move |roads: &Roads| Box::new(planner(roads)))))
+}
+
+fn run<A: Into<OsString> + Clone>(args: impl IntoIterator<Item = A>, planner: Option<PlannerFactory>) -> Result {
     match Cli::try_parse_from(args) {
-        Ok(cli) => cli.options.clone().run(FleetManager::new(cli), "fleet-manager"),
+        Ok(cli) => cli.options.clone().run(FleetManager::new(cli, planner), "fleet-manager"),
         Err(error) if !error.use_stderr() => Ok(error.print()?),
         Err(error) => Err(Error::new(format_args!("{}; --help lists the options", usage_line(&error)))),
     }
@@ -69,38 +106,34 @@ pub fn run_from<A: Into<OsString> + Clone>(args: impl IntoIterator<Item = A>) ->
 struct Ports {
     orders: Orders,
     tasks: TaskPublisher,
+    columns: ManagerColumns,
     types: ColumnReader,
+    batteries: ColumnReader,
 }
 
 /// The fleet manager.
 struct FleetManager {
     cli: Cli,
+    /// Makes a user's own planner.
+    own_planner: Option<PlannerFactory>,
     ports: Option<Ports>,
     manager: Option<Manager>,
     log: TaskLog,
     /// Robots by the tokens of orders that aren't answered yet.
     pending: BTreeMap<u64, u32>,
-    /// Simulated time of the last frame, in seconds, and robots in it.
-    now_secs: f64,
-    robots: usize,
-    cycles: u64,
-    spent: Duration,
-    longest: Duration,
+    figures: RunFigures,
 }
 
 impl FleetManager {
-    fn new(cli: Cli) -> Self {
+    fn new(cli: Cli, own_planner: Option<PlannerFactory>) -> Self {
         Self {
             cli,
+            own_planner,
             ports: None,
             manager: None,
             log: TaskLog::default(),
             pending: BTreeMap::new(),
-            now_secs: 0.0,
-            robots: 0,
-            cycles: 0,
-            spent: Duration::ZERO,
-            longest: Duration::ZERO,
+            figures: RunFigures::default(),
         }
     }
 
@@ -131,10 +164,16 @@ impl FleetManager {
         }
     }
 
-    fn publish_tasks(ports: &mut Ports, log: &mut TaskLog, manager: &mut Manager, frame: &Frame<'_>) -> Result {
+    fn publish_tasks(
+        ports: &mut Ports,
+        log: &mut TaskLog,
+        figures: &mut RunFigures,
+        manager: &mut Manager,
+        frame: &Frame<'_>,
+    ) -> Result {
         let places = manager.tasks().places().clone();
-        let records: Vec<TaskRecord> =
-            manager.tasks_mut().events().filter_map(|event| log.record(&event, &places)).collect();
+        let events = manager.tasks_mut().events().inspect(|event| figures.take(event));
+        let records: Vec<TaskRecord> = events.filter_map(|event| log.record(&event, &places)).collect();
         if !records.is_empty() {
             ports.tasks.publish(frame.run_id(), frame.tick(), 0, &records)?;
         }
@@ -144,20 +183,16 @@ impl FleetManager {
     /// Prints and writes the figures of the run.
     fn report(&self) -> Result {
         let Some(manager) = &self.manager else { return Ok(()) };
-        let figures = manager.tasks().figures(self.now_secs);
+        let (figures, run) = (manager.tasks().figures(self.figures.now_secs), &self.figures);
         if self.cli.summary {
-            let millis = |duration: Duration| duration.as_secs_f64() * 1e3;
-            tell!("{}", figures.markdown());
-            tell!(
-                "{} robots, {:.0} s; {:.2} ms a cycle, longest {:.1} ms",
-                self.robots,
-                self.now_secs,
-                millis(self.spent) / self.cycles.max(1) as f64,
-                millis(self.longest)
-            );
+            println!("{}", figures.markdown());
+            let (mean, longest) = (run.mean_cycle_ms(), run.longest_cycle_ms());
+            println!("{} robots, {:.0} s; {mean:.2} ms a cycle, longest {longest:.1} ms", run.robots, run.now_secs);
         }
         if let Some(path) = &self.cli.json {
-            let text = format!("{:#}\n", figures.json());
+            let mut json = figures.json();
+            json["run"] = run.json();
+            let text = format!("{json:#}\n");
             std::fs::write(path, text).map_err(|error| {
                 Error::new(format_args!("can't write {} ({error}); choose another file with --json", path.display()))
             })?;
@@ -171,7 +206,9 @@ impl Plugin for FleetManager {
         self.ports = Some(Ports {
             orders: Orders::open_on(fleet)?,
             tasks: TaskPublisher::open_on(fleet)?,
+            columns: ManagerColumns::open_on(fleet)?,
             types: ColumnReader::open_on(fleet, "type")?,
+            batteries: ColumnReader::open_on(fleet, "battery")?,
         });
         Ok(())
     }
@@ -181,15 +218,26 @@ impl Plugin for FleetManager {
         // A store and an address are free again only when the book that has them is gone.
         self.manager = None;
         self.pending.clear();
+        let start = Instant::now();
         let roads = Arc::new(Roads::new(world));
         let places = Arc::new(Places::of(world));
-        let tasks = TaskBook::open(&self.task_settings(), places, world.run_id(), 0.0)
+        let mut tasks = TaskBook::open(&self.task_settings(), places, world.run_id(), 0.0)
             .map_err(|error| Error::new(format_args!("{error}")))?;
+        if self.cli.in_turn {
+            tasks.set_assigner(InTurn);
+        }
         self.log = TaskLog::new(tasks.open_orders(), tasks.places());
         if let Some(address) = tasks.http_address() {
             tell!("fleet-manager: orders at http://{address}");
         }
-        self.manager = Some(Manager::new(roads, Settings::default(), tasks));
+        let charging = Charging::new(world, ChargingSettings::default());
+        let (planner, settings) = match &mut self.own_planner {
+            Some(planner) => (planner(&roads), Settings::default()),
+            None => (self.cli.planner.planner(&roads), self.cli.planner.settings()),
+        };
+        let settings = Settings { conflicts: !self.cli.no_conflicts, ..settings };
+        self.manager = Some(Manager::new(roads, planner, settings, tasks).with_charging(charging));
+        self.figures = RunFigures::begin(start.elapsed());
         Ok(())
     }
 
@@ -198,23 +246,25 @@ impl Plugin for FleetManager {
         let start = Instant::now();
         ports.types.latest()?;
         let types = ports.types.current()?.map_or(&[][..], |types| types.values);
-        self.now_secs = frame.sim_time().as_secs_f64();
-        self.robots = frame.len();
+        ports.batteries.latest()?;
+        let charges = ports.batteries.current()?.filter(|charges| charges.header.run_id == frame.run_id());
+        let charges = charges.map_or(&[][..], |charges| charges.values);
+        let (now_secs, columns) = (frame.sim_time().as_secs_f64(), frame.columns());
+        self.figures.see(now_secs, frame.len(), |robot| columns.state[robot] != RobotState::Absent as u8);
         let roads = manager.steering().roads().clone();
-        let commands = manager.cycle(self.now_secs, &frame.columns(), types);
+        let commands = manager.cycle(now_secs, &columns, types, charges);
         Self::send(&mut ports.orders, &mut self.pending, commands, &roads)?;
-        Self::publish_tasks(ports, &mut self.log, manager, frame)?;
-        manager.tasks_mut().publish(self.now_secs);
-        let spent = start.elapsed();
-        self.cycles += 1;
-        self.spent += spent;
-        self.longest = self.longest.max(spent);
+        Self::publish_tasks(ports, &mut self.log, &mut self.figures, manager, frame)?;
+        ports.columns.publish(frame, manager)?;
+        manager.tasks_mut().publish(now_secs);
+        self.figures.end_cycle(start.elapsed());
         Ok(())
     }
 
     fn on_idle(&mut self, _has_producer: bool) -> Result {
         if let Some(ports) = &self.ports {
             ports.tasks.update();
+            ports.columns.update();
         }
         Ok(())
     }

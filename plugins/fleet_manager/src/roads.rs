@@ -4,10 +4,13 @@
 mod conflicts;
 mod path;
 mod rectangle;
+mod reservoirs;
 mod stops;
 mod sweep;
 #[cfg(test)]
 mod tests;
+
+use std::panic::resume_unwind;
 
 use regatta_plugin::World;
 use regatta_plugin::frame::NO_EDGE;
@@ -103,6 +106,8 @@ pub struct Roads {
     footprints: Vec<Footprint>,
     conflicts: Conflicts,
     stops: Vec<Stops>,
+    /// By edge.
+    reservoirs: Vec<bool>,
 }
 
 /// The largest difference in radians between the headings of consecutive legs that robots drive through without a turn on
@@ -112,7 +117,7 @@ pub const SMOOTH: f32 = 5.0 * core::f32::consts::PI / 180.0;
 impl Roads {
     /// Works the roads of a world out: samples every edge and tests which stretches touch.
     pub fn new(world: &World<'_>) -> Self {
-        let sweeps: Vec<Sweep> = world.edges().iter().map(|edge| Sweep::of_edge(edge, world.curves(edge))).collect();
+        let sweeps = sweeps(world);
         let edges: Vec<Road> = world.edges().iter().zip(&sweeps).map(|(edge, sweep)| road(edge, sweep)).collect();
         let (classes, footprints) = classes(world.robot_types());
         let (exits, exit_starts) = exits(&edges, world.nodes().len());
@@ -129,10 +134,12 @@ impl Roads {
             footprints,
             conflicts: Conflicts::default(),
             stops: Vec::new(),
+            reservoirs: Vec::new(),
         };
         let discs = if turns { roads.turning_nodes() } else { Vec::new() };
         roads.conflicts = Conflicts::new(&roads, &sweeps, &discs);
         roads.stops = (0..roads.footprints.len()).map(|footprint| Stops::new(&roads, footprint)).collect();
+        roads.reservoirs = reservoirs::reservoirs(&roads);
         roads
     }
 
@@ -179,6 +186,11 @@ impl Roads {
     /// Where robots with a footprint may stop.
     pub fn stops(&self, footprint: usize) -> &Stops {
         &self.stops[footprint]
+    }
+
+    /// Whether robots may queue on an edge without being in the way of those who drive elsewhere.
+    pub fn is_reservoir(&self, edge: u32) -> bool {
+        self.reservoirs[edge as usize]
     }
 
     /// The legs that leave a node.
@@ -243,6 +255,19 @@ impl Roads {
 pub fn angle_between(a: f32, b: f32) -> f32 {
     let difference = (a - b).rem_euclid(core::f32::consts::TAU);
     difference.min(core::f32::consts::TAU - difference)
+}
+
+/// Samples all edges, on all cores.
+fn sweeps(world: &World<'_>) -> Vec<Sweep> {
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    let chunk = world.edges().len().div_ceil(cores).max(1);
+    let sample = |edges: &[EdgeRecord]| -> Vec<Sweep> {
+        edges.iter().map(|edge| Sweep::of_edge(edge, world.curves(edge))).collect()
+    };
+    std::thread::scope(|scope| {
+        let parts: Vec<_> = world.edges().chunks(chunk).map(|edges| scope.spawn(move || sample(edges))).collect();
+        parts.into_iter().flat_map(|part| part.join().unwrap_or_else(|panic| resume_unwind(panic))).collect()
+    })
 }
 
 fn road(edge: &EdgeRecord, sweep: &Sweep) -> Road {

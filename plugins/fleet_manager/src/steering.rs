@@ -3,22 +3,24 @@
 //! Each cycle: what a frame shows gives claims back behind the robots; robots without a route get one; then bases are
 //! extended, as late as possible and one robot after the other, into space that nobody else claims.
 
+mod admission;
 mod adopt;
+mod closures;
 mod evict;
 mod grant;
 mod guard;
-mod recovery;
-mod robot;
 #[cfg(test)]
 mod tests;
 
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-pub use self::robot::{Robot, Seen};
+use self::admission::Admission;
+pub use self::admission::AdmissionSettings;
 use crate::claims::Claims;
-use crate::planner::{Congestion, CongestionSettings, Router, Search};
+use crate::planner::{Planner, Plans};
 use crate::roads::{Leg, Roads};
+use crate::traffic::{Robot, Traffic};
 
 /// An order to a robot.
 #[derive(Clone, Debug, PartialEq)]
@@ -53,16 +55,10 @@ pub struct Settings {
     pub latency_secs: f32,
     /// How far a base reaches at least beyond what a robot needs to brake, in metres.
     pub lead: f32,
-    /// How long a robot waits before its route is planned again, in seconds.
-    pub reroute_secs: f64,
-    /// The most routes that are planned in a cycle.
-    pub routes_per_cycle: usize,
     /// Whether robots that close a ring of waiters are held back.
     pub ring_guard: bool,
-    /// Whether rings of waiters are taken apart.
-    pub recovery: bool,
-    /// How delays influence routes.
-    pub congestion: CongestionSettings,
+    /// How many robots may be on the roads at a time.
+    pub admission: AdmissionSettings,
     /// Whether robots keep apart. Without it, throughput is the bound of what any management can reach.
     pub conflicts: bool,
 }
@@ -72,11 +68,8 @@ impl Default for Settings {
         Self {
             latency_secs: 0.2,
             lead: 0.5,
-            reroute_secs: 20.0,
-            routes_per_cycle: 64,
             ring_guard: true,
-            recovery: true,
-            congestion: CongestionSettings::default(),
+            admission: AdmissionSettings::default(),
             conflicts: true,
         }
     }
@@ -89,12 +82,21 @@ pub struct Steering {
     settings: Settings,
     claims: Claims,
     robots: Vec<Option<Robot>>,
-    congestion: Congestion,
-    router: Router,
+    /// By leg.
+    closed: Vec<bool>,
+    /// By node: whether closures have cut it off; empty without closures.
+    cut_off: Vec<bool>,
+    /// Robots that block roads, and the versions of their claims.
+    blockers: Vec<(u32, u64)>,
+    closures: u64,
+    admission: Admission,
+    planner: Box<dyn Planner>,
+    plans: Plans,
     commands: Vec<Command>,
     /// Simulated seconds.
     now: f64,
-    next_recovery: f64,
+    /// When idle robots in the way and closures are looked at again.
+    next_check: f64,
     /// Figures of the run.
     pub counts: Counts,
 }
@@ -106,27 +108,26 @@ pub struct Counts {
     pub grants: u64,
     /// Extensions that the ring guard refused.
     pub guarded: u64,
-    /// Rings of waiters that were found.
-    pub rings: u64,
-    /// Robots that were sent another way because of a ring.
-    pub detours: u64,
     /// Idle robots that were sent out of others' way.
     pub evictions: u64,
-    /// Routes that were planned.
-    pub routes: u64,
 }
 
 impl Steering {
     /// Makes the steering of a fleet without robots.
-    pub fn new(roads: Arc<Roads>, settings: Settings) -> Self {
+    pub fn new(roads: Arc<Roads>, planner: Box<dyn Planner>, settings: Settings) -> Self {
         Self {
             claims: Claims::new(&roads, settings.conflicts),
-            congestion: Congestion::new(&roads, settings.congestion),
-            router: Router::new(&roads),
+            admission: Admission::new(&roads, settings.admission),
+            closed: vec![false; 2 * roads.edges().len()],
+            cut_off: Vec::new(),
+            blockers: Vec::new(),
+            closures: 0,
+            planner,
+            plans: Plans::default(),
             robots: Vec::new(),
             commands: Vec::new(),
             now: 0.0,
-            next_recovery: 0.0,
+            next_check: 0.0,
             counts: Counts::default(),
             roads,
             settings,
@@ -150,10 +151,13 @@ impl Steering {
 
     /// Sends a robot to a node. It drives there by the way that takes the least time.
     pub fn send(&mut self, robot: u32, goal: u32) {
-        if let Some(state) = self.robots.get_mut(robot as usize).and_then(Option::as_mut) {
+        let now = self.now;
+        if let Some(state) = self.robot_mut(robot) {
             state.goal = Some(goal);
             state.needs_route = true;
             state.is_pinned = false;
+            state.is_fresh = true;
+            state.sent = now;
             state.is_evicted = false;
             state.is_unreachable = false;
         }
@@ -161,20 +165,20 @@ impl Steering {
 
     /// Leaves a robot without a goal: it stops at the end of its base, and may be sent out of others' way.
     pub fn halt(&mut self, robot: u32) {
-        let Some(state) = self.robots.get_mut(robot as usize).and_then(Option::as_mut) else { return };
+        let Some(state) = self.robot_mut(robot) else { return };
         state.goal = None;
         state.needs_route = false;
         state.is_pinned = false;
         state.is_evicted = false;
         state.blocker = None;
         state.waiting_since = f64::INFINITY;
-        state.horizon.drain(..).for_each(|leg| self.congestion.leave(leg.edge()));
+        state.horizon.clear();
     }
 
     /// Leaves a robot where it is: it has something to do there, and nobody may send it away.
     pub fn stay(&mut self, robot: u32) {
         self.halt(robot);
-        if let Some(state) = self.robots.get_mut(robot as usize).and_then(Option::as_mut) {
+        if let Some(state) = self.robot_mut(robot) {
             state.is_pinned = true;
         }
     }
@@ -187,8 +191,7 @@ impl Steering {
     /// The node at the end of a robot's base; `None` if it is unknown or not taken over yet.
     pub fn base_end_node(&self, robot: u32) -> Option<u32> {
         self.robot(robot).filter(|state| !state.is_adopted)?;
-        let (last, node) = self.base_end(robot);
-        last.map(|_| node)
+        self.traffic().base_end(robot).map(|(_, node)| node)
     }
 
     /// The simulated time of the last step, in seconds.
@@ -200,7 +203,7 @@ impl Steering {
     pub fn has_arrived(&self, robot: u32, goal: u32) -> bool {
         let Some(state) = self.robot(robot) else { return false };
         let Some(end) = self.claims.end(robot) else { return false };
-        let is_at_end = state.speed == 0.0 && self.left(robot) < 2e-3 && state.horizon.is_empty();
+        let is_at_end = state.speed == 0.0 && self.traffic().left(robot) < 2e-3 && state.horizon.is_empty();
         let at_node = end
             .leg
             .is_some_and(|leg| self.roads.end(leg) == goal && end.to >= self.roads.edge(leg.edge()).length - 2e-3);
@@ -209,9 +212,9 @@ impl Steering {
 
     /// Forgets a robot that is not there any more.
     pub fn lose(&mut self, robot: u32) {
-        let Some(state) = self.robots.get_mut(robot as usize).and_then(Option::take) else { return };
-        state.horizon.iter().for_each(|leg| self.congestion.leave(leg.edge()));
-        self.claims.release(robot);
+        if self.robots.get_mut(robot as usize).and_then(Option::take).is_some() {
+            self.claims.release(robot);
+        }
     }
 
     /// Plans and extends after a frame, at a simulated time in seconds. Returns what to order.
@@ -221,80 +224,60 @@ impl Steering {
         self.commands.clear();
         self.cancel_adopted();
         if self.is_ready() {
-            self.congestion.pass(passed);
             self.settle_evicted();
-            self.plan_routes();
+            if now >= self.next_check {
+                self.close_roads();
+            }
+            self.plan();
             self.extend_bases(passed as f32);
-            if now >= self.next_recovery {
-                self.next_recovery = now + 1.0;
+            if now >= self.next_check {
+                self.next_check = now + 1.0;
                 self.evict_idle();
-                self.recover();
             }
         }
         &self.commands
     }
 
-    /// Gives routes to robots that need one, those first that need it the longest.
-    fn plan_routes(&mut self) {
-        let reroute = self.now - self.settings.reroute_secs;
-        let mut due: Vec<(f64, u32)> = Vec::new();
-        for (robot, state) in (0..).zip(&self.robots) {
-            let Some(state) = state else { continue };
-            let waits = !state.horizon.is_empty() && state.waiting_since.max(state.planned) < reroute;
-            if state.goal.is_some() && !state.is_adopted && (state.needs_route || waits) {
-                due.push((state.planned, robot));
-            }
+    /// Lets the planner plan, and takes its plans over.
+    fn plan(&mut self) {
+        for state in self.robots.iter_mut().flatten() {
+            (state.most_legs, state.precedence) = (usize::MAX, state.sent);
         }
-        due.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        due.truncate(self.settings.routes_per_cycle);
-        due.into_iter().for_each(|(_, robot)| self.plan(robot));
+        let mut plans = std::mem::take(&mut self.plans);
+        // Not `self.traffic()`: the planner is borrowed beside it.
+        let Self { roads, claims, robots, closed, now, .. } = self;
+        self.planner.plan(&Traffic { roads, claims, robots, closed, now: *now }, &mut plans);
+        plans.routes.drain(..).for_each(|(robot, legs)| self.set_route(robot, legs));
+        for (robot, key) in plans.precedences.drain(..) {
+            self.robot_mut(robot).into_iter().for_each(|state| state.precedence = key);
+        }
+        for (robot, legs) in plans.holds.drain(..) {
+            self.robot_mut(robot).into_iter().for_each(|state| state.most_legs = legs);
+        }
+        self.plans = plans;
     }
 
-    /// Plans the route of a robot to its goal, from the end of its base.
-    fn plan(&mut self, robot: u32) {
-        let Some(state) = self.robot(robot) else { return };
-        let (Some(goal), (Some(last), start)) = (state.goal, self.base_end(robot)) else { return };
-        let class = state.class;
-        self.counts.routes += 1;
-        let found = if start == goal {
-            Some(Vec::new())
-        } else {
-            let congestion = &self.congestion;
-            let search = Search { last: Some(last), start, goal };
-            let delay = |leg: Leg| congestion.delay(leg.edge());
-            // Robots in reverse gear meet others head-on: only where nothing else leads to the goal.
-            let forward = |leg: Leg| (!leg.is_reverse()).then(|| delay(leg));
-            let found = self.router.route(&self.roads, &class, search, forward);
-            found.or_else(|| self.router.route(&self.roads, &class, search, |leg| Some(delay(leg))))
-        };
-        if let Some(state) = &mut self.robots[robot as usize] {
-            state.planned = self.now;
-            state.needs_route = false;
-            state.is_unreachable = found.is_none();
-        }
-        if let Some(legs) = found {
-            self.set_route(robot, legs);
-        }
-    }
-
-    fn set_route(&mut self, robot: u32, legs: Vec<Leg>) {
-        let Some(state) = &mut self.robots[robot as usize] else { return };
-        state.horizon.iter().for_each(|leg| self.congestion.leave(leg.edge()));
-        legs.iter().for_each(|leg| self.congestion.enter(leg.edge()));
+    fn set_route(&mut self, robot: u32, legs: Option<Vec<Leg>>) {
+        let now = self.now;
+        let Some(state) = self.robot_mut(robot) else { return };
+        state.planned = now;
+        state.needs_route = false;
+        state.is_unreachable = legs.is_none();
+        let Some(legs) = legs else { return };
+        state.blocked_by = None;
         state.horizon = VecDeque::from(legs.clone());
         if !legs.is_empty() {
             self.commands.push(Command::Route { robot, legs });
         }
     }
 
-    /// The last leg of a robot's base and the node at its end.
-    fn base_end(&self, robot: u32) -> (Option<Leg>, u32) {
-        let last = self.claims.of(robot).iter().rev().find_map(|stretch| stretch.leg);
-        (last, last.map_or(0, |leg| self.roads.end(leg)))
+    fn robot_mut(&mut self, robot: u32) -> Option<&mut Robot> {
+        self.robots.get_mut(robot as usize)?.as_mut()
     }
 
-    /// Metres from where a robot was last seen to the end of its base.
-    fn left(&self, robot: u32) -> f32 {
-        self.claims.of(robot).iter().map(|stretch| stretch.to - stretch.from).sum()
+    /// What planners see.
+    pub fn traffic(&self) -> Traffic<'_> {
+        let Self { roads, claims, robots, closed, now, .. } = self;
+        Traffic { roads, claims, robots, closed, now: *now }
     }
 }

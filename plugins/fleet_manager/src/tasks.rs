@@ -66,7 +66,7 @@ pub mod store;
 pub mod web;
 mod yaml;
 
-pub use assign::{Assigner, Candidate, Nearest, OpenTask, Problem};
+pub use assign::{Assigner, Candidate, InTurn, Nearest, OpenTask, Problem};
 pub use book::{Assignments, Next, TaskBook, Urgency};
 pub use client::{Client, ClientError};
 pub use desk::{Vehicle, WithdrawError};

@@ -7,12 +7,23 @@ use regatta_plugin::{FleetName, Frame};
 
 use crate::histogram::DurationRecorder;
 use crate::rhythm::RealTimeFactor;
-use crate::snapshot::{Collisions, IntervalStats, Process, Run, Snapshot, Totals};
+use crate::snapshot::{Collisions, IntervalStats, Process, Run, Snapshot, Totals, Work};
 use crate::state_counts::StateCounts;
 
 /// Returns the time of day, in nanoseconds since the Unix epoch: the clock of [`FrameHeader::wall_time_nanos`].
 pub fn wall_time_nanos() -> u64 {
     SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |time| time.as_nanos() as u64)
+}
+
+/// The simulated time of a run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RunClock {
+    /// Id of the run.
+    pub run_id: u64,
+    /// Number of ticks since the start.
+    pub tick: u64,
+    /// Simulated time of one tick, in seconds.
+    pub tick_secs: f64,
 }
 
 /// The aggregate of all frames that a reader has read.
@@ -68,8 +79,21 @@ impl Aggregator {
         self.last.as_ref().map(|last| (last.header.run_id, last.header.wall_time_nanos))
     }
 
+    /// Returns the simulated time of the newest frame, while there is a producer.
+    pub fn clock(&self) -> Option<RunClock> {
+        let header = self.last.as_ref()?.header;
+        Some(RunClock { run_id: header.run_id, tick: header.tick, tick_secs: seconds(header.tick_period_nanos) })
+    }
+
     /// Returns a snapshot at the wall time `now`, in nanoseconds.
-    pub fn snapshot(&self, fleet: FleetName, collisions: Collisions, processes: Vec<Process>, now: u64) -> Snapshot {
+    pub fn snapshot(
+        &self,
+        fleet: FleetName,
+        collisions: Collisions,
+        work: Option<Work>,
+        processes: Vec<Process>,
+        now: u64,
+    ) -> Snapshot {
         let totals = Totals {
             tick_cost: self.tick_cost.histogram,
             jitter: self.jitter.histogram,
@@ -77,7 +101,7 @@ impl Aggregator {
             ..self.totals
         };
         let run = self.last.as_ref().map(|last| run(last, self.real_time_factor.at(now)));
-        Snapshot { fleet, totals, run, collisions, processes }
+        Snapshot { fleet, totals, run, collisions, work, processes }
     }
 
     /// Returns the statistics of durations since the previous call.

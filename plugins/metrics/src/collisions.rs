@@ -6,14 +6,11 @@ use regatta_plugin::contact::{ContactHeader, ContactLevel, ContactRecord};
 use regatta_plugin::{ColumnReader, ContactReader, Participant, ReadError, Result};
 
 use crate::aggregator::Aggregator;
+use crate::received::Received;
 use crate::snapshot::{Collisions, RobotLevels};
 
 /// The largest number of pairs in the list. The totals count all.
 const MAX_LISTED: usize = 1000;
-
-/// The largest age of results relative to the newest frame, in nanoseconds of wall time. With older results, the
-/// checker has died or hangs.
-const MAX_AGE_NANOS: u64 = 2_000_000_000;
 
 /// A reader of the column `collision` and the contacts of a fleet.
 #[derive(Debug)]
@@ -22,20 +19,6 @@ pub struct CollisionReader {
     contacts: ContactReader,
     levels: Option<Received<RobotLevels>>,
     pairs: Option<Received<(ContactHeader, Arc<[ContactRecord]>)>>,
-}
-
-/// A value of a run, with the wall time in nanoseconds at which it was received.
-#[derive(Debug)]
-struct Received<T> {
-    run_id: u64,
-    received_nanos: u64,
-    value: T,
-}
-
-impl<T> Received<T> {
-    fn if_current(&self, (run_id, wall): (u64, u64)) -> Option<&T> {
-        (self.run_id == run_id && wall.saturating_sub(self.received_nanos) < MAX_AGE_NANOS).then_some(&self.value)
-    }
 }
 
 impl CollisionReader {

@@ -20,6 +20,7 @@ use crate::processes::ProcessMonitor;
 use crate::row::{header, row};
 use crate::server::{PageSource, Server};
 use crate::snapshot::{Collisions, IntervalStats, Snapshot};
+use crate::work::{WorkReader, WorkTally};
 
 /// Time between two rows of the CSV file.
 const ROW_PERIOD: Duration = Duration::from_secs(1);
@@ -81,7 +82,7 @@ impl Cli {
         if let Some(csv_file) = csv_file {
             write_rows(csv_file, Arc::clone(&shared))?;
         }
-        self.options.run(Exporter { shared, collisions: None }, "metrics")
+        self.options.run(Exporter { shared, collisions: None, work: None }, "metrics")
     }
 }
 
@@ -102,6 +103,7 @@ struct Shared {
 struct State {
     aggregator: Aggregator,
     collisions: Collisions,
+    work: WorkTally,
 }
 
 impl Shared {
@@ -109,7 +111,8 @@ impl Shared {
         // Processes that can't be listed are left out; `regatta doctor` reports why.
         let processes = self.processes.newest().unwrap_or_default();
         let state = self.state.lock();
-        state.aggregator.snapshot(self.fleet.clone(), state.collisions.clone(), processes, wall_time_nanos())
+        let (collisions, work) = (state.collisions.clone(), state.work.work(&state.aggregator));
+        state.aggregator.snapshot(self.fleet.clone(), collisions, work, processes, wall_time_nanos())
     }
 
     fn interval(&self) -> IntervalStats {
@@ -126,34 +129,40 @@ impl PageSource for Shared {
 struct Exporter {
     shared: Arc<Shared>,
     collisions: Option<CollisionReader>,
+    work: Option<WorkReader>,
 }
 
 impl Plugin for Exporter {
     fn on_start(&mut self, fleet: &Participant) -> Result {
         self.collisions = Some(CollisionReader::open_on(fleet)?);
+        self.work = Some(WorkReader::open_on(fleet)?);
         Ok(())
     }
 
     fn on_frame(&mut self, frame: &Frame<'_>) -> Result {
         let now = wall_time_nanos();
         self.shared.state.lock().aggregator.add_frame(frame, now);
-        self.read_collisions(now);
+        self.read_results(now);
         Ok(())
     }
 
     fn on_idle(&mut self, has_producer: bool) -> Result {
         self.shared.state.lock().aggregator.note_idle(has_producer);
-        self.read_collisions(wall_time_nanos());
+        self.read_results(wall_time_nanos());
         Ok(())
     }
 }
 
 impl Exporter {
-    fn read_collisions(&mut self, now: u64) {
+    /// Reads what other plugins publish about the fleet.
+    fn read_results(&mut self, now: u64) {
+        let State { aggregator, collisions, work } = &mut *self.shared.state.lock();
         if let Some(reader) = &mut self.collisions {
-            let mut state = self.shared.state.lock();
-            reader.update(&mut state.aggregator, now);
-            state.collisions = reader.collisions(state.aggregator.newest());
+            reader.update(aggregator, now);
+            *collisions = reader.collisions(aggregator.newest());
+        }
+        if let Some(reader) = &mut self.work {
+            reader.update(work, aggregator, now);
         }
     }
 }

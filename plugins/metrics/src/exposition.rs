@@ -5,6 +5,7 @@
 use std::fmt::Write as _;
 
 use crate::histogram::{BOUNDS, Histogram};
+use crate::task_times::TimeSummary;
 
 /// A text format.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -137,6 +138,17 @@ impl<'a> Exposition<'a> {
         self.sample(name, "_bucket", &[("le", "+Inf")], histogram.count.value());
         self.sample(name, "_sum", &[], histogram.sum);
         self.sample(name, "_count", &[], histogram.count.value());
+    }
+
+    /// Adds a family of one summary. Without times, it has no quantiles.
+    pub fn summary(&mut self, name: &str, help: &str, times: &TimeSummary) {
+        self.head(name, help, "summary");
+        if times.count > 0 {
+            self.sample(name, "", &[("quantile", "0.5")], times.p50);
+            self.sample(name, "", &[("quantile", "0.99")], times.p99);
+        }
+        self.sample(name, "_sum", &[], times.sum);
+        self.sample(name, "_count", &[], times.count.value());
     }
 
     /// Returns the label of a bucket. OpenMetrics has one spelling of each number, that of Go: 1e-05, 0.5, 1.0.

@@ -1,8 +1,8 @@
 //! Metrics of a fleet: for Prometheus, as CSV, and live in a terminal.
 //!
-//! Frames, the column `collision`, contacts and the fleet's processes are aggregated into a
-//! [`Snapshot`](snapshot::Snapshot). The exporter's page, a row of the CSV file and the screen of `regatta top` are
-//! three views of it.
+//! Frames, the column `collision`, contacts, the column `activity`, the task log and the fleet's processes are aggregated
+//! into a [`Snapshot`](snapshot::Snapshot). The exporter's page, a row of the CSV file and the screen of `regatta top`
+//! are three views of it.
 
 pub mod aggregator;
 pub mod collisions;
@@ -11,13 +11,17 @@ pub mod exposition;
 pub mod histogram;
 pub mod page;
 pub mod processes;
+mod received;
 pub mod rhythm;
 pub mod row;
 pub mod server;
 pub mod snapshot;
 pub mod state_counts;
+pub mod task_times;
+pub mod tasks;
 #[cfg(test)]
 mod testing;
 pub mod top;
+pub mod work;
 
 pub use exporter::run_from;

@@ -6,11 +6,13 @@
 use std::collections::BTreeMap;
 
 use regatta_plugin::RowCounts;
+use regatta_plugin::activity::Activity;
 use regatta_plugin::frame::{CONTRACT_VERSION, ClockState};
 
 use crate::exposition::{Exposition, Format};
-use crate::snapshot::{Collisions, Process, Run, Snapshot, Totals};
+use crate::snapshot::{Collisions, Process, Run, Snapshot, TaskFigures, Totals, Work};
 use crate::state_counts::STATE_NAMES;
+use crate::work::activity_key;
 
 /// The exporter's own state.
 #[derive(Clone, Copy, Debug, Default)]
@@ -30,6 +32,10 @@ pub fn page(snapshot: &Snapshot, exporter: &ExporterState, format: Format) -> St
     if let Some(run) = &snapshot.run {
         add_run(&mut page, run);
         add_collisions(&mut page, &snapshot.collisions, run);
+    }
+    if let Some(work) = &snapshot.work {
+        add_robots_at_work(&mut page, work);
+        add_tasks(&mut page, &work.tasks);
     }
     add_processes(&mut page, &snapshot.processes);
     if let Some(rows) = exporter.rows {
@@ -103,6 +109,41 @@ fn add_collisions(page: &mut Exposition<'_>, collisions: &Collisions, run: &Run)
         let lag = run.tick.saturating_sub(tick) as f64 * run.tick_period.as_secs_f64();
         page.one("regatta_collision_lag_seconds", help, lag);
     }
+}
+
+fn add_robots_at_work(page: &mut Exposition<'_>, work: &Work) {
+    let keys = Activity::ALL.map(activity_key);
+    let robots = keys.iter().zip(work.robots).map(|(key, robots)| ([("activity", &**key)], robots));
+    page.each("regatta_manager_robots", "Robots by what they are about, as the fleet manager sees it.", robots);
+}
+
+fn add_tasks(page: &mut Exposition<'_>, tasks: &TaskFigures) {
+    let help = "Transport tasks that were created, in the run since this exporter reads it.";
+    page.one("regatta_tasks_created_total", help, tasks.created);
+    let outcomes = [("finished", tasks.finished), ("failed", tasks.failed), ("cancelled", tasks.cancelled)];
+    let outcomes = outcomes.map(|(outcome, tasks)| ([("outcome", outcome)], tasks));
+    page.each("regatta_tasks_total", "Transport tasks that are over, by outcome, as above.", outcomes);
+    if let Some(open) = tasks.open {
+        page.one("regatta_tasks_open", "Transport tasks that are not over.", open);
+    }
+    if let Some(rate) = tasks.finished_per_second {
+        let help = "Transport tasks finished per second of simulated time, over its last hour.";
+        page.one("regatta_tasks_finished_per_second", help, rate);
+    }
+    let help = "Simulated time from the creation of a transport task to its end, of finished tasks.";
+    page.summary("regatta_task_service_seconds", help, &tasks.service);
+    let help = "Simulated time from the creation of a transport task to its first assignment to a robot.";
+    page.summary("regatta_task_waiting_seconds", help, &tasks.waiting);
+    for (name, help, times) in [
+        ("regatta_task_longest_service_seconds", "The longest of the service times.", &tasks.service),
+        ("regatta_task_longest_waiting_seconds", "The longest of the waiting times.", &tasks.waiting),
+    ] {
+        if times.count > 0 {
+            page.one(name, help, times.longest);
+        }
+    }
+    let help = "Ticks whose records of tasks are missing, in whole or in part.";
+    page.one("regatta_task_log_gaps_total", help, tasks.gaps);
 }
 
 fn add_processes(page: &mut Exposition<'_>, processes: &[Process]) {

@@ -3,11 +3,13 @@
 use std::fmt::Write;
 use std::time::Duration;
 
+use regatta_plugin::activity::Activity;
 use regatta_plugin::frame::ClockState;
 
 use crate::histogram::DurationStats;
-use crate::snapshot::{IntervalStats, Process, Run, Snapshot};
+use crate::snapshot::{IntervalStats, Process, Run, Snapshot, Work};
 use crate::state_counts::STATE_NAMES;
+use crate::work::activity_key;
 
 /// A cell of a row: its column's name with the unit, and its value if that is known.
 struct Cell {
@@ -48,6 +50,7 @@ fn cells(now: Duration, snapshot: Option<&Snapshot>, interval: &IntervalStats) -
         cells.extend(stats_cells(name, &stats));
     }
     cells.extend(collision_cells(snapshot));
+    cells.extend(work_cells(snapshot.and_then(|snapshot| snapshot.work.as_ref())));
     cells.extend(process_cells(snapshot.map(|snapshot| &snapshot.processes[..])));
     cells
 }
@@ -96,6 +99,23 @@ fn collision_cells(snapshot: Option<&Snapshot>) -> Vec<Cell> {
     ]
 }
 
+fn work_cells(work: Option<&Work>) -> Vec<Cell> {
+    let activity = |activity: Activity| {
+        let robots = work.map(|work| work.robots[activity as usize]);
+        cell(&format!("manager_robots_{}", activity_key(activity)), robots)
+    };
+    let tasks = work.map(|work| &work.tasks);
+    let mut cells = Activity::ALL.map(activity).into_iter().collect::<Vec<_>>();
+    cells.extend([
+        cell("tasks_created", tasks.map(|tasks| tasks.created)),
+        cell("tasks_finished", tasks.map(|tasks| tasks.finished)),
+        cell("tasks_failed", tasks.map(|tasks| tasks.failed)),
+        cell("tasks_cancelled", tasks.map(|tasks| tasks.cancelled)),
+        cell("tasks_open", tasks.and_then(|tasks| tasks.open)),
+    ]);
+    cells
+}
+
 fn process_cells(processes: Option<&[Process]>) -> Vec<Cell> {
     // Not `sum`, which returns -0 for none.
     let sum = |value: fn(&Process) -> f64| processes.map(|all| all.iter().map(value).fold(0.0, |sum, one| sum + one));
@@ -135,6 +155,10 @@ mod tests {
         assert_eq!(value("robots_driving"), run.state_counts.by_state[1].to_string());
         assert_eq!(value("late_ticks"), run.late_ticks.to_string());
         assert_eq!(value("tick_cost_max_seconds"), "", "nothing was measured");
+        assert_eq!(
+            (value("manager_robots_to_pick"), value("tasks_finished"), value("tasks_open")),
+            ("201", "4321", "58")
+        );
         assert_eq!(value("processes"), snapshot.processes.len().to_string());
         let alone = Snapshot { processes: Vec::new(), ..testing::without_engine() };
         let row = super::row(Duration::ZERO, &alone, &IntervalStats::default());

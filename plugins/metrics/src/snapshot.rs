@@ -4,11 +4,13 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use regatta_plugin::FleetName;
+use regatta_plugin::activity::Activity;
 use regatta_plugin::contact::{ContactHeader, ContactRecord};
 use regatta_plugin::frame::ClockState;
 
 use crate::histogram::{DurationStats, Histogram};
 use crate::state_counts::StateCounts;
+use crate::task_times::TimeSummary;
 
 /// The state of a fleet at one moment.
 #[derive(Clone, Debug)]
@@ -21,6 +23,8 @@ pub struct Snapshot {
     pub run: Option<Run>,
     /// Results of a collision checker for that run.
     pub collisions: Collisions,
+    /// Work of a fleet manager for that run; `None` while none publishes.
+    pub work: Option<Work>,
     /// Processes that participate in the fleet.
     pub processes: Vec<Process>,
 }
@@ -98,6 +102,38 @@ impl Collisions {
         let ticks = [self.robots.map(|robots| robots.tick), self.pairs.map(|pairs| pairs.tick)];
         ticks.into_iter().flatten().max()
     }
+}
+
+/// The work of a fleet manager in the newest run.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Work {
+    /// Number of robots of each activity, in the order of [`Activity::ALL`].
+    pub robots: [u64; Activity::ALL.len()],
+    /// Figures of its tasks.
+    pub tasks: TaskFigures,
+}
+
+/// Figures of transport tasks, from the task log of a run since this reader began to read it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct TaskFigures {
+    /// Number of tasks that were created.
+    pub created: u64,
+    /// Number of tasks that were finished.
+    pub finished: u64,
+    /// Number of tasks that were given up.
+    pub failed: u64,
+    /// Number of tasks that were cancelled.
+    pub cancelled: u64,
+    /// Number of tasks that are not over; `None` unless the whole log of the run was read.
+    pub open: Option<u64>,
+    /// Tasks finished per second of simulated time, over its last hour; `None` in the first minute.
+    pub finished_per_second: Option<f64>,
+    /// Simulated time from the creation of a task to its end, of finished tasks.
+    pub service: TimeSummary,
+    /// Simulated time from the creation of a task to its first assignment to a robot.
+    pub waiting: TimeSummary,
+    /// Number of ticks whose records are missing, in whole or in part.
+    pub gaps: u64,
 }
 
 /// A process that participates in a fleet.

@@ -7,8 +7,9 @@ use regatta_plugin::contact::{ContactHeader, ContactRecord};
 use regatta_plugin::frame::ClockState;
 
 use crate::histogram::DurationRecorder;
-use crate::snapshot::{Collisions, Process, RobotLevels, Run, Snapshot, Totals};
+use crate::snapshot::{Collisions, Process, RobotLevels, Run, Snapshot, TaskFigures, Totals, Work};
 use crate::state_counts::StateCounts;
+use crate::task_times::TimeSummary;
 
 /// Returns the snapshot of a fleet with all values known.
 pub fn snapshot() -> Snapshot {
@@ -38,6 +39,7 @@ pub fn snapshot() -> Snapshot {
             state_counts: StateCounts { by_state: [100, 812, 44, 33, 11, 0, 0, 0], speed_sum: 1_234.5 },
         }),
         collisions: collisions(12, 30),
+        work: Some(work()),
         ..without_engine()
     }
 }
@@ -58,6 +60,7 @@ pub fn without_engine() -> Snapshot {
         totals: Totals::default(),
         run: None,
         collisions: Collisions::default(),
+        work: None,
         processes: vec![process("metrics", 4_242, 0.01), process("engine", 4_000_000, 0.123)],
     }
 }
@@ -86,5 +89,23 @@ pub fn collisions(touching: u32, possible: u32) -> Collisions {
             ..ContactHeader::default()
         }),
         list: (0..touching + possible).map(pair).collect(),
+    }
+}
+
+/// Returns the work of a fleet manager.
+pub fn work() -> Work {
+    Work {
+        robots: [44, 201, 614, 30, 90, 5, 10, 6],
+        tasks: TaskFigures {
+            created: 4_389,
+            finished: 4_321,
+            failed: 3,
+            cancelled: 7,
+            open: Some(58),
+            finished_per_second: Some(0.125),
+            service: TimeSummary { count: 4_000, sum: 244_000.0, p50: 55.0, p99: 120.0, longest: 300.0 },
+            waiting: TimeSummary { count: 4_050, sum: 34_020.0, p50: 6.0, p99: 40.0, longest: 96.0 },
+            gaps: 2,
+        },
     }
 }

@@ -11,6 +11,7 @@ mod section;
 mod terminal;
 mod theme;
 mod view;
+mod work;
 
 use std::time::{Duration, Instant};
 
@@ -20,6 +21,7 @@ use regatta_plugin::{FleetName, Participant, Result, Subscriber, Termination};
 use crate::aggregator::{Aggregator, wall_time_nanos};
 use crate::collisions::CollisionReader;
 use crate::processes::ProcessMonitor;
+use crate::work::{WorkReader, WorkTally};
 use commands::{Command, CommandQueue};
 use history::SLOT;
 use terminal::TerminalGuard;
@@ -67,6 +69,8 @@ struct Reader {
     fleet: FleetName,
     frames: Subscriber,
     collisions: CollisionReader,
+    work: WorkReader,
+    tally: WorkTally,
     processes: ProcessMonitor,
     aggregator: Aggregator,
     /// End of the current slot of the history.
@@ -82,6 +86,8 @@ impl Reader {
             fleet: fleet.clone(),
             frames: Subscriber::open_on(&participant)?,
             collisions: CollisionReader::open_on(&participant)?,
+            work: WorkReader::open_on(&participant)?,
+            tally: WorkTally::default(),
             processes: ProcessMonitor::start(fleet)?,
             aggregator: Aggregator::default(),
             slot_end: Instant::now() + SLOT,
@@ -103,6 +109,7 @@ impl Reader {
         }
         self.frames.release();
         self.collisions.update(&mut self.aggregator, now);
+        self.work.update(&mut self.tally, &mut self.aggregator, now);
         Ok(())
     }
 
@@ -114,7 +121,8 @@ impl Reader {
             Err(error) => (Vec::new(), Some(error)),
         };
         view.process_error = error;
-        view.snapshot = self.aggregator.snapshot(self.fleet.clone(), collisions, processes, wall_time_nanos());
+        let (fleet, work) = (self.fleet.clone(), self.tally.work(&self.aggregator));
+        view.snapshot = self.aggregator.snapshot(fleet, collisions, work, processes, wall_time_nanos());
         if Instant::now() >= self.slot_end {
             view.history.add(&self.aggregator.take_interval(), &view.snapshot);
             // After this process was stopped, no empty slots are added.

@@ -33,6 +33,7 @@ from regatta._contract import (
 )
 from regatta._control import Control, ControlResponse, RobotsByState
 from regatta._enums import (
+    BreakdownCause,
     ClockState,
     ContactChange,
     ContactLevel,
@@ -177,6 +178,7 @@ __all__ = [
     "CONTRACT_VERSION",
     "NO_EDGE",
     "NO_ROBOT",
+    "BreakdownCause",
     "ClockState",
     "ClosedError",
     "ColumnPublisher",

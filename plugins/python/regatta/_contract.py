@@ -183,6 +183,10 @@ class RobotTypeRecord(Record):
     max_acceleration: f32
     max_rotation_speed: f32
     max_rotation_acceleration: f32
+    battery_capacity: f32
+    drain_moving: f32
+    drain_standing: f32
+    charge_rate: f32
 
 
 @record

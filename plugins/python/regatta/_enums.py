@@ -106,9 +106,18 @@ class EventKind(IntEnum):
     RECOVERED = 12
     """The robot no longer stalls."""
     BROKEN_DOWN = 13
-    """The robot is broken."""
+    """The robot is broken; ``detail`` is a :class:`BreakdownCause`."""
     REPAIRED = 14
     """The robot is no longer broken."""
+
+
+class BreakdownCause(IntEnum):
+    """The cause of a breakdown."""
+
+    UNKNOWN = 0
+    """Not known."""
+    FLAT_BATTERY = 1
+    """Its battery is flat. It stays broken until it is repaired, which brings a full battery, or has been charged."""
 
 
 class Refusal(IntEnum):

@@ -95,7 +95,22 @@ def test_the_example_stop_in_zone_stops_robots(engine: Engine) -> None:
     example.end()
 
 
-@pytest.mark.parametrize("name", ["centre.py", "tint_by_speed.py", "stop_in_zone.py"])
+def test_the_example_own_manager_keeps_robots_apart(engine: Engine) -> None:
+    engine.start("--robots", "40", "--speed", "10", scenario="warehouse-managed.yaml")
+    fleet = regatta.join(engine.name, "test")
+    example = engine.example("own_manager.py")
+    frames = fleet.frames()
+    eventually("most robots drive", lambda: np.count_nonzero(next_frame(frames).speed) > 20 or None)
+    start = next_frame(frames).copy()
+    while (frame := next_frame(frames)).sim_time < start.sim_time + 60:
+        apart = np.hypot(*(np.subtract.outer(column, column) for column in (frame.x, frame.y)))
+        # Robots are 0.6 m wide: nearer than that, two centres can't be without a contact.
+        assert apart[~np.eye(len(frame), dtype=bool)].min() > 0.6
+    assert np.hypot(frame.x - start.x, frame.y - start.y).max() > 5.0
+    example.end()
+
+
+@pytest.mark.parametrize("name", ["centre.py", "own_manager.py", "stop_in_zone.py", "tint_by_speed.py"])
 def test_examples_have_a_help_text(name: str, engine: Engine) -> None:
     output = engine.example(name, "--help").finish()
     assert all(option in output for option in ("--fleet", "--rate", "--name", "--after"))

@@ -102,6 +102,10 @@ fn robot_type(robot_type: &regatta::RobotType) -> RobotTypeRecord {
         max_rotation_speed: robot_type.max_rotation_speed,
         // Recordings of contract version 4 and before don't have it.
         max_rotation_acceleration: robot_type.max_rotation_acceleration.unwrap_or(f32::INFINITY),
+        battery_capacity: robot_type.battery_capacity,
+        drain_moving: robot_type.drain_moving,
+        drain_standing: robot_type.drain_standing,
+        charge_rate: robot_type.charge_rate,
     }
 }
 
@@ -114,7 +118,7 @@ pub(crate) fn events(message: &[u8]) -> Result<(EventHeader, Vec<EventRecord>), 
         kind: event.kind as u32,
         robot: event.robot,
         id: event.id,
-        detail: event.detail as u32,
+        detail: (event.detail | event.cause) as u32,
     };
     Ok((header, events.events.iter().map(event).collect()))
 }

@@ -7,7 +7,7 @@ use bytemuck::Pod;
 use prost::Message;
 use prost::encoding::{WireType, encode_key, encode_varint};
 use regatta_plugin::contact::{ContactHeader, ContactRecord};
-use regatta_plugin::event::EventRecord;
+use regatta_plugin::event::{EventKind, EventRecord};
 use regatta_plugin::frame::FrameHeader;
 use regatta_plugin::order::OrderRecord;
 use regatta_plugin::task::TaskRecord;
@@ -153,6 +153,10 @@ fn robot_type(robot_type: &RobotTypeRecord) -> regatta::RobotType {
         max_acceleration: robot_type.max_acceleration,
         max_rotation_speed: robot_type.max_rotation_speed,
         max_rotation_acceleration: Some(robot_type.max_rotation_acceleration),
+        battery_capacity: robot_type.battery_capacity,
+        drain_moving: robot_type.drain_moving,
+        drain_standing: robot_type.drain_standing,
+        charge_rate: robot_type.charge_rate,
     }
 }
 
@@ -168,12 +172,15 @@ pub(crate) fn events(events: &Events<'_>) -> Vec<u8> {
 }
 
 fn event(event: &EventRecord) -> regatta::Event {
+    let is_breakdown = event.kind == EventKind::BrokenDown as u32;
+    let detail = event.detail as i32;
     regatta::Event {
         token: event.token,
         kind: event.kind as i32,
         robot: event.robot,
         id: event.id,
-        detail: event.detail as i32,
+        detail: if is_breakdown { 0 } else { detail },
+        cause: if is_breakdown { detail } else { 0 },
     }
 }
 

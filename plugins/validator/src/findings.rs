@@ -48,11 +48,13 @@ pub enum Kind {
     Idle,
     /// Records of a task that contradict each other.
     TaskOrder,
+    /// A robot stopped because its battery was flat.
+    FlatBattery,
 }
 
 impl Kind {
     /// All kinds, in the order of reports.
-    pub const ALL: [Self; 21] = [
+    pub const ALL: [Self; 22] = [
         Self::Contact,
         Self::OffGraph,
         Self::Heading,
@@ -74,6 +76,7 @@ impl Kind {
         Self::Unserved,
         Self::Idle,
         Self::TaskOrder,
+        Self::FlatBattery,
     ];
 
     /// The name, as options and reports have it.
@@ -100,6 +103,7 @@ impl Kind {
             Self::Unserved => "unserved",
             Self::Idle => "idle",
             Self::TaskOrder => "task-order",
+            Self::FlatBattery => "flat-battery",
         }
     }
 

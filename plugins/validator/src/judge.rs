@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use regatta_plugin::event::{EventHeader, EventKind, EventRecord};
+use regatta_plugin::event::{BreakdownCause, EventHeader, EventKind, EventRecord};
 use regatta_plugin::frame::{NO_EDGE, RobotState};
 use regatta_plugin::task::{TaskHeader, TaskRecord};
 use regatta_plugin::world::Shape;
@@ -108,15 +108,28 @@ impl Judge {
         self.types.extend(types.iter().map(|number| *number as u16));
     }
 
-    /// Takes the events of a tick. Only those matter that tell of robots which join or leave. `is_incomplete` says that
+    /// Takes the events of a tick. Only those matter that tell of robots which join or leave, or are flat. `is_incomplete` says that
     /// events before them, or some of them, were lost.
     pub fn take_events(&mut self, header: &EventHeader, events: &[EventRecord], is_incomplete: bool) {
         let at = (header.run_id, header.tick);
         if is_incomplete || header.dropped > 0 {
             self.placed.push_back((at, ANY_ROBOT));
         }
+        events.iter().filter(|event| is_flat(event)).for_each(|event| self.find_flat(header.tick, event.robot));
         let is_placed = |event: &&EventRecord| matches!(event.kind(), Some(EventKind::Spawned | EventKind::Removed));
         self.placed.extend(events.iter().filter(is_placed).map(|event| (at, event.robot)));
+    }
+
+    /// Finds that a robot's battery is flat.
+    fn find_flat(&mut self, tick: u64, robot: u32) {
+        let before = self.tracks.get(robot as usize).and_then(|track| track.before);
+        let seconds = tick as f64 * self.now.period;
+        self.findings.add(Kind::FlatBattery, || Finding {
+            robots: vec![robot],
+            edge: before.and_then(|row| Some(self.site.edge(row.edge)?.record.id)),
+            place: before.map(|row| [row.x, row.y]),
+            ..Finding::at(tick, seconds)
+        });
     }
 
     /// Forgets where robots were that have been placed anew by now. (Events can be there some frames before their tick's.)
@@ -186,7 +199,7 @@ impl Judge {
 
     fn judge_robots(&mut self, frame: &Frame<'_>, gap: Gap, ticks: u64) {
         self.tracks.resize(frame.len(), Track { idle_since: f64::INFINITY, ..Track::default() });
-        self.stands.begin_frame(frame.len(), ticks);
+        self.stands.begin_frame(frame.len(), frame.tick(), ticks);
         self.bodies.clear();
         let columns = frame.columns();
         for robot in 0..frame.len() {
@@ -311,6 +324,11 @@ impl Judge {
         self.report.set_findings(&self.findings);
         self.report
     }
+}
+
+/// Whether an event tells that a robot stops because its battery is flat.
+fn is_flat(event: &EventRecord) -> bool {
+    event.kind() == Some(EventKind::BrokenDown) && event.detail == BreakdownCause::FlatBattery as u32
 }
 
 #[cfg(test)]

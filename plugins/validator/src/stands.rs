@@ -45,12 +45,23 @@ pub(crate) struct Stands {
     robots: Vec<Robot>,
     /// The largest number of ticks between two frames of late, less one: what happens between them is not seen.
     unseen: u64,
+    /// The smallest number of ticks between two frames; 0 before there were two.
+    usual: u64,
+    /// The tick of the frame after the last gap: what happened before may not have been seen.
+    gap_end: u64,
 }
 
+/// Frames this many times as far apart as usual have a gap between them.
+const GAP: u64 = 4;
+
 impl Stands {
-    /// Begins a frame, `ticks` after the one before.
-    pub fn begin_frame(&mut self, robots: usize, ticks: u64) {
+    /// Begins the frame of a tick, `ticks` after the one before; 0 for the first.
+    pub fn begin_frame(&mut self, robots: usize, tick: u64, ticks: u64) {
         self.robots.resize(robots, Robot::default());
+        if ticks > 0 {
+            self.usual = if self.usual == 0 { ticks } else { self.usual.min(ticks) };
+            self.gap_end = if ticks > GAP * self.usual { tick } else { self.gap_end };
+        }
         self.unseen = ticks.saturating_sub(1).max(self.unseen.saturating_sub(1));
     }
 
@@ -83,6 +94,7 @@ impl Stands {
             return Presence::Moving;
         };
         match robot.stand(tick, self.unseen) {
+            _ if tick < self.gap_end => Presence::Unknown,
             Some(stand) => Presence::Stands(stand.place),
             None if robot.knows(tick) => Presence::Moving,
             None => Presence::Unknown,
@@ -92,7 +104,7 @@ impl Stands {
     /// Whether a robot didn't stand still from one tick to another, as far as that is known.
     pub fn moved(&self, robot: u32, from: u64, to: u64) -> bool {
         let Some(robot) = self.robots.get(robot as usize).filter(|robot| robot.is_there) else { return true };
-        if !robot.knows(from) {
+        if !robot.knows(from) || from < self.gap_end {
             return false;
         }
         let holds = |stand: &Stand| stand.from <= from + self.unseen && stand.until + self.unseen >= to;

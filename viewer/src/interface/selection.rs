@@ -2,6 +2,7 @@
 
 use egui::{RichText, Ui};
 use egui_plot::{Line, Plot};
+use regatta_plugin::activity::Activity;
 use regatta_plugin::contact::ContactLevel;
 use regatta_plugin::frame::{Frame, NO_EDGE, RobotState};
 use regatta_plugin::world::{NodeRole, Orientation};
@@ -57,7 +58,7 @@ impl Interface {
         if !model.values.is_empty() {
             heading(ui, theme, "columns");
             for (name, value) in model.values {
-                line(ui, theme, &name.to_string(), format!("{value:.3}"));
+                line(ui, theme, &name.to_string(), column_text(&name.to_string(), *value));
             }
         }
         heading(ui, theme, "last minute");
@@ -253,5 +254,16 @@ impl Interface {
                 }
             });
         }
+    }
+}
+
+/// Returns the text of a column's value. The fleet manager's columns hold ids and names; others hold numbers.
+fn column_text(column: &str, value: f32) -> String {
+    match column {
+        "activity" => Activity::from_value(value).map_or_else(|| "unknown".to_owned(), |it| it.name().to_owned()),
+        "waits-for" | "goal" if value.is_nan() => "none".to_owned(),
+        "waits-for" => format!("robot {value:.0}"),
+        "goal" => format!("node {value:.0}"),
+        _ => format!("{value:.3}"),
     }
 }

@@ -71,6 +71,7 @@ pub fn robot_type(max_speed: f32, max_acceleration: f32) -> RobotType {
         max_acceleration,
         max_rotation_speed: 0.0,
         max_rotation_acceleration: f32::INFINITY,
+        battery: None,
     }
 }
 

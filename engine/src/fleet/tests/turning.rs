@@ -31,6 +31,7 @@ fn turning_type(acceleration: f32, rotation_speed: f32, rotation_acceleration: f
     RobotType {
         max_rotation_speed: rotation_speed,
         max_rotation_acceleration: rotation_acceleration,
+        battery: None,
         ..robot_type(1.0, acceleration)
     }
 }

@@ -38,6 +38,8 @@ pub struct StreetLayout {
     pub intersection_radius: i64,
     /// The speed in a turn in millimetres per second.
     pub turn_speed: u32,
+    /// Whether there are chargers in bays beside the outermost columns.
+    pub has_chargers: bool,
 }
 
 /// Nodes and edges. The id of a node or an edge is its position in the list, from 1.
@@ -52,6 +54,8 @@ pub struct RoadNode {
     pub x: i64,
     pub y: i64,
     pub heading: Heading,
+    /// Whether it is a charger.
+    pub is_charger: bool,
 }
 
 pub struct RoadEdge {
@@ -164,7 +168,7 @@ impl StreetLayout {
         let is_dual = self.street(at, heading).directions == Directions::Both;
         let right = if is_dual { self.carriageway_gap / 2 } else { 0 };
         let (x, y) = (self.columns[at.0].at, self.rows[at.1].at);
-        RoadNode { x: x + ahead * dx + right * dy, y: y + ahead * dy - right * dx, heading }
+        RoadNode { x: x + ahead * dx + right * dy, y: y + ahead * dy - right * dx, heading, is_charger: false }
     }
 
     /// Adds the straight edges of a carriageway up to the next intersection.
@@ -182,13 +186,39 @@ impl StreetLayout {
         let (from, to) = (network.node(origin), network.node(last));
         let street = self.street(at, heading);
         let stops = i64::from(street.stops);
+        let mut nodes = vec![origin];
         for stop in 1..=stops {
             let between = |a: i64, b: i64| a + (b - a) * stop / stops;
-            let node = RoadNode { x: between(from.x, to.x), y: between(from.y, to.y), heading };
+            let node = RoadNode { x: between(from.x, to.x), y: between(from.y, to.y), ..from };
             let destination = if stop == stops { last } else { network.add_node(node) };
             let (speed, reverse) = (street.speed, street.reverse);
             network.edges.push(RoadEdge { origin, destination, handles: None, speed, reverse });
             origin = destination;
+            nodes.push(origin);
+        }
+        // Outermost, robots drive with the ring road on their left.
+        let is_outside = [(0, South), (self.columns.len() - 1, North)].contains(&(at.0, heading));
+        if self.has_chargers && is_outside {
+            nodes.windows(4).step_by(3).for_each(|stops| self.add_charger([stops[0], stops[3]], street.speed, network));
+        }
+    }
+
+    /// Adds a bay with a charger on the right of a carriageway, from one of its nodes to another.
+    fn add_charger(&self, [first, last]: [u32; 2], speed: u32, network: &mut RoadNetwork) {
+        let (from, to) = (network.node(first), network.node(last));
+        let ((dx, dy), gap) = (from.heading.vector(), self.carriageway_gap);
+        let beside = |part: i64| {
+            let between = |a: i64, b: i64| a + (b - a) * part / 3;
+            RoadNode { x: between(from.x, to.x) + gap * dy, y: between(from.y, to.y) - gap * dx, ..from }
+        };
+        let entry = network.add_node(beside(1));
+        let charger = network.add_node(RoadNode { is_charger: true, ..beside(2) });
+        let handle = ((to.x - from.x) * dx + (to.y - from.y) * dy) / 6;
+        let curved = Some((handle, handle));
+        for (origin, destination, handles) in [(first, entry, curved), (entry, charger, None), (charger, last, curved)]
+        {
+            let speed = if handles.is_some() { self.turn_speed } else { speed.min(1000) };
+            network.edges.push(RoadEdge { origin, destination, handles, speed, reverse: None });
         }
     }
 

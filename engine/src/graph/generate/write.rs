@@ -53,7 +53,8 @@ fn write_node(text: &mut String, id: u32, node: &RoadNode) -> fmt::Result {
         Heading::West => "3.141592653589793",
         Heading::South => "-1.5707963267948966",
     };
-    writeln!(text, "- {{Id: {id}, X: {}, Y: {}, Theta: {theta}}}", Metres(node.x), Metres(node.y))
+    let role = if node.is_charger { ", Role: charge" } else { "" };
+    writeln!(text, "- {{Id: {id}, X: {}, Y: {}, Theta: {theta}{role}}}", Metres(node.x), Metres(node.y))
 }
 
 /// A number of millimetres that is displayed in metres, without trailing zeros.

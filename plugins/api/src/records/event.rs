@@ -33,7 +33,7 @@ pub struct EventRecord {
     pub robot: u32,
     /// `ReachedNode`: the node's id. `Refused`: the id that the order named.
     pub id: u32,
-    /// `Refused`: a [`Refusal`].
+    /// `Refused`: a [`Refusal`]. `BrokenDown`: a [`BreakdownCause`].
     pub detail: u32,
 }
 
@@ -65,10 +65,21 @@ pub enum EventKind {
     Stalled = 11,
     /// A robot no longer stalls.
     Recovered = 12,
-    /// A robot is broken.
+    /// A robot is broken; `detail` is the cause.
     BrokenDown = 13,
     /// A robot is no longer broken.
     Repaired = 14,
+}
+
+/// The cause of a breakdown.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[repr(u32)]
+pub enum BreakdownCause {
+    /// Not known.
+    #[default]
+    Unknown = 0,
+    /// Its battery is flat. It stays broken until it is repaired, which brings a full battery, or until it has been charged.
+    FlatBattery = 1,
 }
 
 /// The reason why an order was refused.

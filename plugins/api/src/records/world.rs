@@ -161,6 +161,14 @@ pub struct RobotTypeRecord {
     pub max_rotation_speed: f32,
     /// Radians per second squared, of a turn on the spot; `f32::INFINITY` for no limit.
     pub max_rotation_acceleration: f32,
+    /// Watt-hours that its battery holds; 0 if it has none, and then so are the powers.
+    pub battery_capacity: f32,
+    /// Watts that it takes from its battery while it moves.
+    pub drain_moving: f32,
+    /// Watts that it takes from its battery while it stands.
+    pub drain_standing: f32,
+    /// Watts by which the charge of its battery grows while it stands idle at a node with the role `charge`.
+    pub charge_rate: f32,
 }
 
 /// The longest name of a robot type, in bytes.
@@ -247,8 +255,8 @@ impl CurveRecord {
 }
 
 impl RobotTypeRecord {
-    /// Returns a rectangular type without limits of speed and acceleration, which can't turn on the spot. Length and width
-    /// are in metres; the name is cut to [`MAX_TYPE_NAME_BYTES`].
+    /// Returns a rectangular type without a battery and without limits of speed and acceleration, which can't turn on the
+    /// spot. Length and width are in metres; the name is cut to [`MAX_TYPE_NAME_BYTES`].
     pub fn new(name: &str, length: f32, width: f32) -> Self {
         Self {
             name: Self::padded_name(name),
@@ -259,6 +267,10 @@ impl RobotTypeRecord {
             max_acceleration: f32::INFINITY,
             max_rotation_speed: 0.0,
             max_rotation_acceleration: f32::INFINITY,
+            battery_capacity: 0.0,
+            drain_moving: 0.0,
+            drain_standing: 0.0,
+            charge_rate: 0.0,
         }
     }
 
@@ -297,7 +309,7 @@ mod tests {
     #[test]
     fn records_have_their_sizes() {
         let sizes = [size_of::<NodeRecord>(), size_of::<EdgeRecord>(), size_of::<CurveRecord>()];
-        assert_eq!((sizes, size_of::<RobotTypeRecord>()), ([32, 64, 32], 64));
+        assert_eq!((sizes, size_of::<RobotTypeRecord>()), ([32, 64, 32], 80));
     }
 
     #[test]

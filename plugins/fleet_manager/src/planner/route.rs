@@ -34,6 +34,8 @@ pub struct Router {
     search: u32,
     open: BinaryHeap<(Reverse<Cost>, u32)>,
     fastest: f32,
+    /// Legs that the last search looked at.
+    looked_at: usize,
 }
 
 /// A cost in the order of numbers; costs are never NaN.
@@ -74,6 +76,7 @@ impl Router {
         mut cost: impl FnMut(Leg) -> Option<f32>,
     ) -> Option<Vec<Leg>> {
         self.search += 1;
+        self.looked_at = 0;
         self.open.clear();
         let goal = roads.position(search.goal);
         let fastest = self.fastest.min(class.max_speed);
@@ -89,6 +92,7 @@ impl Router {
                 continue;
             }
             self.stamp[leg.index()] = 2 * self.search + 1;
+            self.looked_at += 1;
             let node = roads.end(leg);
             if node == search.goal {
                 return Some(self.legs_to(leg));
@@ -96,6 +100,11 @@ impl Router {
             self.expand(roads, class, (Some(leg), index, node, so_far), &estimate, &mut cost);
         }
         None
+    }
+
+    /// The number of legs that the last search looked at.
+    pub fn looked_at(&self) -> usize {
+        self.looked_at
     }
 
     fn expand(

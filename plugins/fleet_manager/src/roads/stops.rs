@@ -67,6 +67,11 @@ impl Stops {
         (place <= length).then_some(place)
     }
 
+    /// Metres of an edge that aren't open.
+    pub fn closed_length(&self, edge: u32) -> f32 {
+        self.closed(edge).iter().map(|[low, high]| high - low).sum()
+    }
+
     fn closed(&self, edge: u32) -> &[[f32; 2]] {
         &self.closed[self.starts[edge as usize] as usize..self.starts[edge as usize + 1] as usize]
     }

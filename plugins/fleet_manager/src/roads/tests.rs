@@ -161,3 +161,22 @@ fn robots_wait_before_a_crossing_and_not_in_it() {
     let behind = roads.stops(0).next_open(Leg::new(0, true), 10.0, 5.0);
     assert!(behind.is_some_and(|place| place > 10.0 - own[0]), "{behind:?}, in reverse gear");
 }
+
+/// An aisle of three edges between two streets of short edges, joined by corners.
+#[test]
+fn aisles_are_reservoirs_and_junctions_are_not() {
+    let mut world = WorldData { robot_types: vec![RobotTypeRecord::new("", 0.9, 0.6)], ..WorldData::default() };
+    let places = [[0.0, 0.0], [2.0, 0.0], [4.0, 0.0], [2.0, 4.0], [2.0, 8.0], [2.0, 12.0], [0.0, 12.0], [4.0, 12.0]];
+    for (id, [x, y]) in (0..).zip(places) {
+        world.nodes.push(NodeRecord { id, x, y, ..NodeRecord::default() });
+    }
+    for (id, (origin, destination)) in (0..).zip([(0, 1), (1, 2), (1, 3), (3, 4), (4, 5), (6, 5), (5, 7)]) {
+        let [from, to] = [origin, destination].map(|node: u32| places[node as usize]);
+        let length = (to[0] - from[0]).hypot(to[1] - from[1]);
+        let edge = EdgeRecord { id, origin, destination, length, velocity_forward: 1.0, ..EdgeRecord::default() };
+        world.add_edge(edge, [CurveRecord::straight(from, to)]);
+    }
+    let roads = Roads::new(&world.view(1, 1));
+    let reservoirs: Vec<u32> = (0..7).filter(|edge| roads.is_reservoir(*edge)).collect();
+    assert_eq!(reservoirs, [2, 3, 4]);
+}

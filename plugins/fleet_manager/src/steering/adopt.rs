@@ -3,9 +3,10 @@
 
 use regatta_plugin::frame::RobotState;
 
-use super::{Command, Robot, Seen, Steering};
+use super::{Command, Steering};
 use crate::claims::Stretch;
 use crate::roads::Leg;
+use crate::traffic::{Robot, Seen};
 
 /// How long to wait for the effect of a cancellation before it is sent again, in seconds.
 const REPEAT_SECS: f64 = 1.0;
@@ -21,8 +22,9 @@ impl Steering {
         if self.robots[robot as usize].is_none() && !self.meet(robot, seen) {
             return;
         }
+        let now = self.now;
         let Some(state) = &mut self.robots[robot as usize] else { return };
-        state.see(seen);
+        state.see(seen, now);
         let is_adopted = state.is_adopted;
         if is_adopted && seen.state == RobotState::Idle && seen.speed == 0.0 {
             return self.take_over(robot, seen);
@@ -30,6 +32,7 @@ impl Steering {
         let Some(edge) = seen.edge else { return };
         if !self.advance(robot, edge, seen.s) {
             self.adopt(robot);
+            self.robot_mut(robot).into_iter().for_each(|state| state.is_lost = true);
             self.claim_edge(robot, edge);
         }
     }
@@ -50,7 +53,7 @@ impl Steering {
         state.is_adopted = true;
         state.cancel_at = self.now;
         state.needs_route = true;
-        state.horizon.drain(..).for_each(|leg| self.congestion.leave(leg.edge()));
+        state.horizon.clear();
     }
 
     /// Takes back what was granted to a robot and refused: the robot is stopped, and claims only where it then stands.
@@ -72,7 +75,7 @@ impl Steering {
     fn take_over(&mut self, robot: u32, seen: &Seen) {
         let Some((leg, place)) = self.locate(seen) else { return };
         let Some(state) = &mut self.robots[robot as usize] else { return };
-        state.is_adopted = false;
+        (state.is_adopted, state.is_lost) = (false, false);
         let stance = Stretch { track: leg.edge(), leg: Some(leg), from: place, to: place };
         self.claims.seize(&self.roads, robot, state.class.footprint, stance);
     }
@@ -95,9 +98,9 @@ impl Steering {
         into.or_else(|| self.roads.exits(node).first().map(|&leg| (leg, 0.0)))
     }
 
-    /// Whether every robot stands or is steered: before that, none is sent anywhere.
+    /// Whether every robot stands, or stays within what it claims: before that, none is sent anywhere.
     pub fn is_ready(&self) -> bool {
-        !self.robots.iter().flatten().any(|state| state.is_adopted && state.speed > 0.0)
+        !self.robots.iter().flatten().any(|state| state.is_lost && state.speed > 0.0)
     }
 
     /// Orders the robots to stop that are to be taken over.

@@ -21,7 +21,9 @@ impl Steering {
                 continue;
             }
             let Some(blocker) = state.blocker else { continue };
-            let is_idle = self.robot(blocker).is_some_and(|other| other.goal.is_none() && !other.is_pinned);
+            let is_idle = self
+                .robot(blocker)
+                .is_some_and(|other| other.goal.is_none() && !other.is_pinned && other.stuck_since.is_infinite());
             if is_idle && let Some(goal) = self.refuge(blocker, robot) {
                 self.counts.evictions += 1;
                 self.send(blocker, goal);
@@ -45,11 +47,11 @@ impl Steering {
     /// Finds the nearest node where an idle robot is not in the way of the one who waits for it, nor of anybody who is
     /// there already.
     fn refuge(&self, idle: u32, waiting: u32) -> Option<u32> {
-        let (last, start) = self.base_end(idle);
+        let (last, start) = self.traffic().base_end(idle)?;
         let state = self.robot(idle)?;
         let footprint = state.class.footprint;
         let route: Vec<u32> = self.robot(waiting)?.horizon.iter().take(LEGS_AHEAD).map(|leg| leg.edge()).collect();
-        let mut seen: Vec<Leg> = last.into_iter().collect();
+        let mut seen: Vec<Leg> = vec![last];
         let mut open: VecDeque<Leg> = self.roads.exits(start).iter().copied().collect();
         while let Some(leg) = open.pop_front() {
             if leg.is_reverse() || seen.contains(&leg) || seen.len() > MOST_LEGS {

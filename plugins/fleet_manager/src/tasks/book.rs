@@ -118,6 +118,11 @@ impl TaskBook {
         self.open.values()
     }
 
+    /// The orders that wait for a robot, in ascending order of their numbers.
+    pub fn waiting_orders(&self) -> impl Iterator<Item = &Order> {
+        self.waiting.iter().filter_map(|task| self.open.get(task))
+    }
+
     /// Returns the order that a robot has.
     pub fn task_of(&self, robot: u32) -> Option<TaskId> {
         self.by_robot.get(&robot).copied()
@@ -238,7 +243,8 @@ impl TaskBook {
         let closed = std::mem::take(&mut self.closed);
         let vehicles = std::mem::take(&mut self.changed_vehicles);
         let done = std::mem::take(&mut self.replies);
-        let is_figures_time = now_secs >= self.next_figures_secs && self.office.is_some();
+        let has_reader = self.office.as_ref().is_some_and(|office| office.wants_figures());
+        let is_figures_time = has_reader && now_secs >= self.next_figures_secs;
         let figures = is_figures_time.then(|| self.figures(now_secs));
         let Some(office) = &mut self.office else { return };
         if is_figures_time {

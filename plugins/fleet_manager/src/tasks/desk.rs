@@ -69,6 +69,8 @@ pub(super) trait Office: Send {
     fn requests(&mut self) -> Vec<Request>;
     /// Passes an update on, without waiting.
     fn publish(&mut self, update: Update);
+    /// Whether somebody reads the figures: they take time.
+    fn wants_figures(&self) -> bool;
     /// Whether everything that was published is kept.
     fn is_saved(&self) -> bool;
     /// The address of the web API.

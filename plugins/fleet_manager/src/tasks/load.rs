@@ -202,11 +202,12 @@ impl<'places> Groups<'places> {
         Ok(Self { named: pairs.into_iter().map(read).collect::<Result<_, _>>()?, places })
     }
 
-    /// Returns the nodes that a field names, or those of the role, or all if none has it.
+    /// Returns the nodes that a field names, or those of the role, or all if none has it; but no chargers.
     fn find(&self, field: Option<Value>, role: NodeRole) -> Result<Vec<u32>, InputError> {
         let Some(field) = field else {
             let nodes = self.with_role(role);
-            return Ok(if nodes.is_empty() || role == NodeRole::None { self.places.nodes(|_| true) } else { nodes });
+            let any = || self.places.nodes(|place| place.role != NodeRole::Charge);
+            return Ok(if nodes.is_empty() || role == NodeRole::None { any() } else { nodes });
         };
         let name = field.text()?;
         let role = NodeRole::ALL.into_iter().find(|role| role.name() == name).map(|role| self.with_role(role));

@@ -71,6 +71,10 @@ impl Office for Threads {
         }
     }
 
+    fn wants_figures(&self) -> bool {
+        self.updates.is_some()
+    }
+
     fn is_saved(&self) -> bool {
         self.store.as_ref().is_none_or(Writer::is_saved)
     }

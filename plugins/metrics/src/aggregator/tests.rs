@@ -54,7 +54,7 @@ impl Producer {
 
     fn snapshot(&self) -> Snapshot {
         let now = self.header.wall_time_nanos + MILLISECOND;
-        self.aggregator.snapshot(FleetName::default(), Collisions::default(), Vec::new(), now)
+        self.aggregator.snapshot(FleetName::default(), Collisions::default(), None, Vec::new(), now)
     }
 
     fn totals(&self) -> Totals {
@@ -224,7 +224,7 @@ proptest! {
             let lines = vec![Line::default(); frame_lines(1)];
             let frame = Frame::new(&producer.header, &lines).expect("a frame");
             producer.aggregator.add_frame(&frame, wall / 2);
-            producer.aggregator.snapshot(FleetName::default(), Collisions::default(), Vec::new(), wall / 3);
+            producer.aggregator.snapshot(FleetName::default(), Collisions::default(), None, Vec::new(), wall / 3);
             producer.aggregator.take_interval();
         }
     }

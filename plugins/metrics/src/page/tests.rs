@@ -79,6 +79,21 @@ fn values_equal_those_of_the_snapshot() {
         "regatta_collision_robots{fleet=\"default\",level=\"possible\"} 55",
         "regatta_collisions_total{fleet=\"default\",level=\"touching\"} 77",
         "regatta_collision_lag_seconds{fleet=\"default\"} 0.01",
+        "regatta_manager_robots{fleet=\"default\",activity=\"carrying\"} 614",
+        "regatta_manager_robots{fleet=\"default\",activity=\"to_pick\"} 201",
+        "regatta_manager_robots{fleet=\"default\",activity=\"out_of_service\"} 6",
+        "regatta_tasks_created_total{fleet=\"default\"} 4389",
+        "regatta_tasks_total{fleet=\"default\",outcome=\"finished\"} 4321",
+        "regatta_tasks_total{fleet=\"default\",outcome=\"failed\"} 3",
+        "regatta_tasks_total{fleet=\"default\",outcome=\"cancelled\"} 7",
+        "regatta_tasks_open{fleet=\"default\"} 58",
+        "regatta_tasks_finished_per_second{fleet=\"default\"} 0.125",
+        "regatta_task_service_seconds{fleet=\"default\",quantile=\"0.99\"} 120",
+        "regatta_task_service_seconds_sum{fleet=\"default\"} 244000",
+        "regatta_task_waiting_seconds{fleet=\"default\",quantile=\"0.5\"} 6",
+        "regatta_task_waiting_seconds_count{fleet=\"default\"} 4050",
+        "regatta_task_longest_service_seconds{fleet=\"default\"} 300",
+        "regatta_task_log_gaps_total{fleet=\"default\"} 2",
         "regatta_frames_skipped_total{fleet=\"default\"} 6",
         "regatta_process_cpu_seconds_total{fleet=\"default\",name=\"engine\"} 12.5",
         "regatta_tick_cost_seconds_bucket{fleet=\"default\",le=\"0.0001\"} 10",
@@ -99,7 +114,20 @@ fn values_equal_those_of_the_snapshot() {
 fn unknown_values_are_left_out() {
     let text = page(&testing::without_engine(), &ExporterState::default(), Format::Prometheus);
     assert!(text.contains("regatta_up{fleet=\"default\"} 0\n"), "{text}");
-    for absent in ["regatta_robots", "regatta_ticks", "regatta_collision", "regatta_csv"] {
+    for absent in
+        ["regatta_robots", "regatta_ticks", "regatta_collision", "regatta_manager", "regatta_task", "regatta_csv"]
+    {
+        assert!(!text.contains(absent), "{absent} in\n{text}");
+    }
+}
+
+#[test]
+fn times_of_no_task_have_neither_quantiles_nor_a_longest() {
+    let mut snapshot = testing::snapshot();
+    snapshot.work = Some(Work::default());
+    let text = page(&snapshot, &EXPORTER, Format::Prometheus);
+    assert!(text.contains("regatta_task_service_seconds_count{fleet=\"default\"} 0\n"), "{text}");
+    for absent in ["quantile=", "regatta_task_longest", "regatta_tasks_open", "regatta_tasks_finished_per_second"] {
         assert!(!text.contains(absent), "{absent} in\n{text}");
     }
 }
@@ -141,7 +169,7 @@ fn the_page_in_open_metrics_has_the_same_samples() {
         let ending = match *kind {
             "counter" => "_total",
             "info" => "_info",
-            "histogram" => "_count",
+            "histogram" | "summary" => "_count",
             _ => "",
         };
         assert!(!name.ends_with("_total") && text.contains(&format!("\n{name}{ending}{{")), "{name} is a {kind}");

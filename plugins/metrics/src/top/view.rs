@@ -31,6 +31,7 @@ impl View {
             totals: Totals::default(),
             run: None,
             collisions: Collisions::default(),
+            work: None,
             processes: Vec::new(),
         };
         let history = History::default();

@@ -117,7 +117,8 @@ fn a_column_whose_length_differs_from_the_frame_is_rejected() {
 
 #[test]
 fn events_and_orders_are_decoded_as_they_were_encoded() {
-    let records = [EventRecord { token: 1, kind: 7, robot: 2, id: 3, detail: 5 }, EventRecord::default()];
+    let flat = EventRecord { kind: 13, robot: 4, detail: 1, ..EventRecord::default() };
+    let records = [EventRecord { token: 1, kind: 7, robot: 2, id: 3, detail: 5 }, flat, EventRecord::default()];
     let header = EventHeader { run_id: 1, tick: 40, dropped: 2, sequence: 9 };
     let message = encode::events(&Events { header: &header, records: &records, missed: 4 });
     let (decoded, events) = decode::events(&message).unwrap();
@@ -186,7 +187,11 @@ fn world() -> WorldData {
         [line([0.0; 2], [2.0, 0.0]), line([2.0, 0.0], [2.0, 3.0])],
     );
     world.add_edge(EdgeRecord { id: 8, ..edge }, [line([0.0; 2], [1.0, 1.0])]);
-    world.robot_types = vec![RobotTypeRecord { max_rotation_speed: 0.5, ..RobotTypeRecord::new("tug", 1.2, 0.8) }];
+    world.robot_types = vec![RobotTypeRecord {
+        max_rotation_speed: 0.5,
+        battery_capacity: 90.0,
+        ..RobotTypeRecord::new("tug", 1.2, 0.8)
+    }];
     world
 }
 

@@ -247,7 +247,7 @@ fn recording_of_messages(folder: &Path) -> PathBuf {
     let edge = |id| regatta::Edge { id, ..regatta::Edge::default() };
     let world = regatta::World { run_id: 1, edges: vec![edge(70), edge(71)], ..regatta::World::default() };
     out.write(&Topic::World, at(0), &world.encode_to_vec()).unwrap();
-    let event = |kind, robot, id, detail| regatta::Event { token: 5, kind, robot, id, detail };
+    let event = |kind, robot, id, detail| regatta::Event { token: 5, kind, robot, id, detail, cause: 0 };
     let events = vec![event(1, 3, 12, 0), event(7, 4, 99, 2), event(2, 3, 0, 0)];
     let events = regatta::Events { run_id: 1, tick: 2, events, ..regatta::Events::default() };
     out.write(&Topic::Events, at(2), &events.encode_to_vec()).unwrap();

@@ -179,6 +179,17 @@ pub struct RobotType {
     /// Of turns on the spot, in radians per second squared; infinity for no limit.
     #[prost(float, optional, tag = "8")]
     pub max_rotation_acceleration: ::core::option::Option<f32>,
+    /// Watt-hours; 0 if it has no battery.
+    #[prost(float, tag = "9")]
+    pub battery_capacity: f32,
+    /// Watts that it takes while it moves, and while it stands.
+    #[prost(float, tag = "10")]
+    pub drain_moving: f32,
+    #[prost(float, tag = "11")]
+    pub drain_standing: f32,
+    /// Watts by which its charge grows at a charger.
+    #[prost(float, tag = "12")]
+    pub charge_rate: f32,
 }
 /// The events of one tick.
 #[derive(Clone, PartialEq, ::prost::Message)]
@@ -211,6 +222,9 @@ pub struct Event {
     /// REFUSED: the reason.
     #[prost(enumeration = "Refusal", tag = "5")]
     pub detail: i32,
+    /// BROKEN_DOWN: the cause.
+    #[prost(enumeration = "BreakdownCause", tag = "6")]
+    pub cause: i32,
 }
 /// The orders that took effect or were refused in one tick.
 #[derive(Clone, PartialEq, ::prost::Message)]
@@ -598,6 +612,32 @@ impl Shape {
         match value {
             "RECTANGLE" => Some(Self::Rectangle),
             "CIRCLE" => Some(Self::Circle),
+            _ => None,
+        }
+    }
+}
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, ::prost::Enumeration)]
+#[repr(i32)]
+pub enum BreakdownCause {
+    CauseUnknown = 0,
+    FlatBattery = 1,
+}
+impl BreakdownCause {
+    /// String value of the enum field names used in the ProtoBuf definition.
+    ///
+    /// The values are not transformed in any way and thus are considered stable
+    /// (if the ProtoBuf definition does not change) and safe for programmatic use.
+    pub fn as_str_name(&self) -> &'static str {
+        match self {
+            Self::CauseUnknown => "CAUSE_UNKNOWN",
+            Self::FlatBattery => "FLAT_BATTERY",
+        }
+    }
+    /// Creates an enum from field names used in the ProtoBuf definition.
+    pub fn from_str_name(value: &str) -> ::core::option::Option<Self> {
+        match value {
+            "CAUSE_UNKNOWN" => Some(Self::CauseUnknown),
+            "FLAT_BATTERY" => Some(Self::FlatBattery),
             _ => None,
         }
     }

@@ -1,6 +1,6 @@
 //! Synthetic runs: a clean one without findings, and one for each fault, planted.
 
-use regatta_plugin::event::{EventKind, EventRecord};
+use regatta_plugin::event::{BreakdownCause, EventKind, EventRecord};
 use regatta_plugin::frame::{ColumnsMut, FrameHeader, Line, NO_EDGE, RobotState, frame_lines, stride_lines};
 use regatta_plugin::task::{StopAction, TaskHeader, TaskKind, TaskRecord};
 use regatta_plugin::world::{CurveRecord, EdgeRecord, NodeRecord, RobotTypeRecord, WorldData};
@@ -161,6 +161,18 @@ fn a_robot_that_was_spawned_elsewhere_has_not_jumped() {
     judge.take_events(&header(5), &[], true);
     show(&mut judge, 5, &[on(0, 2.0, 0.0)]);
     assert_eq!(found(judge), [], "a robot that the events, or lost ones, may have placed");
+}
+
+#[test]
+fn a_robot_with_a_flat_battery_is_found_and_one_that_breaks_otherwise_is_not() {
+    let mut judge = judge();
+    show(&mut judge, 0, &[on(0, 5.0, 0.0)]);
+    let broken = EventRecord { kind: EventKind::BrokenDown as u32, ..EventRecord::default() };
+    let flat = EventRecord { detail: BreakdownCause::FlatBattery as u32, ..broken };
+    let header = EventHeader { run_id: 7, tick: 1, ..EventHeader::default() };
+    judge.take_events(&header, &[broken, flat], false);
+    show(&mut judge, 1, &[Row { state: RobotState::Broken, ..on(0, 5.0, 0.0) }]);
+    assert_eq!(found(judge), [(Kind::FlatBattery, 1)]);
 }
 
 #[test]

@@ -167,7 +167,8 @@ impl<'sample> World<'sample> {
 
 /// Returns the first `count` records of a section, which has the lines for them.
 fn records<T: Pod>(section: &[Line], count: usize) -> &[T] {
-    &bytemuck::cast_slice(section)[..count]
+    // The records need not fill the last line.
+    bytemuck::cast_slice(&bytemuck::cast_slice::<_, u8>(section)[..count * size_of::<T>()])
 }
 
 #[cfg(test)]

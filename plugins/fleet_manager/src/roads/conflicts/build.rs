@@ -1,6 +1,8 @@
 //! Finds the pairs of a conflict table: tracks near each other by a grid, then stretch by stretch.
 
-use super::super::{Footprint, Rectangle, Roads, Sweep, SweptBox};
+use std::panic::resume_unwind;
+
+use super::super::{Footprint, Leg, Rectangle, Roads, Sweep, SweptBox};
 use super::grid::Grid;
 use super::{ConflictTable, Pair, RESOLUTION, Relation};
 
@@ -8,8 +10,34 @@ use super::{ConflictTable, Pair, RESOLUTION, Relation};
 struct Swept<'a> {
     boxes: &'a [SweptBox],
     rectangles: Vec<Rectangle>,
-    /// Low and high corner of everything.
-    bounds: [[f32; 2]; 2],
+    /// Of each [`GROUP`] rectangles: a circle around them, so that most pairs are never looked at.
+    circles: Vec<Circle>,
+}
+
+/// Rectangles that share a circle.
+const GROUP: usize = 8;
+
+#[derive(Clone, Copy)]
+struct Circle {
+    centre: [f32; 2],
+    radius: f32,
+}
+
+impl Circle {
+    /// Returns a circle around rectangles.
+    fn around(rectangles: &[Rectangle]) -> Self {
+        let middle = rectangles[rectangles.len() / 2].centre;
+        let reach = |rectangle: &Rectangle| distance(middle, rectangle.centre) + rectangle.radius();
+        Self { centre: middle, radius: rectangles.iter().map(reach).fold(0.0, f32::max) }
+    }
+
+    fn touches(&self, other: &Self) -> bool {
+        distance(self.centre, other.centre) <= self.radius + other.radius
+    }
+}
+
+fn distance(a: [f32; 2], b: [f32; 2]) -> f32 {
+    ((a[0] - b[0]) * (a[0] - b[0]) + (a[1] - b[1]) * (a[1] - b[1])).sqrt()
 }
 
 /// Everything that finding pairs needs.
@@ -54,7 +82,8 @@ pub fn tables(roads: &Roads, sweeps: &[Sweep], discs: &[u32], lengths: &[f32]) -
     let sweep = |footprint: &Footprint| boxes.iter().map(|boxes| Swept::new(boxes, footprint)).collect();
     let swept: Vec<Vec<Swept<'_>>> = roads.footprints().iter().map(sweep).collect();
     let longest = roads.footprints().iter().map(|footprint| 2.0 * footprint.half[0]).fold(0.0, f32::max);
-    let ahead = (0..roads.edges().len() as u32).map(|edge| edges_ahead(roads, edge, AHEAD * longest)).collect();
+    let ahead = (0..roads.edges().len() as u32).map(|edge| edges_ahead(roads, sweeps, edge, AHEAD * longest));
+    let ahead = ahead.collect();
     let finder = Finder { roads, sweeps, lengths, ahead, swept };
     let count = roads.footprints().len();
     (0..count * count).map(|pair| finder.table(pair / count, pair % count)).collect()
@@ -63,26 +92,12 @@ pub fn tables(roads: &Roads, sweeps: &[Sweep], discs: &[u32], lengths: &[f32]) -
 impl<'a> Swept<'a> {
     fn new(boxes: &'a [SweptBox], footprint: &Footprint) -> Self {
         let rectangles: Vec<_> = boxes.iter().map(|part| part.rectangle(footprint)).collect();
-        let mut bounds = [[f32::INFINITY; 2], [f32::NEG_INFINITY; 2]];
-        for rectangle in &rectangles {
-            let radius = rectangle.radius();
-            for axis in [0, 1] {
-                bounds[0][axis] = bounds[0][axis].min(rectangle.centre[axis] - radius);
-                bounds[1][axis] = bounds[1][axis].max(rectangle.centre[axis] + radius);
-            }
-        }
-        Self { boxes, rectangles, bounds }
+        let circles = rectangles.chunks(GROUP).map(Circle::around).collect();
+        Self { boxes, rectangles, circles }
     }
 
     fn length(&self) -> f32 {
         self.boxes.last().map_or(0.0, |last| last.s[1])
-    }
-
-    /// Whether a circle around a point may reach it.
-    fn is_near(&self, point: [f32; 2], radius: f32) -> bool {
-        [0, 1]
-            .iter()
-            .all(|&axis| point[axis] + radius >= self.bounds[0][axis] && point[axis] - radius <= self.bounds[1][axis])
     }
 }
 
@@ -101,7 +116,10 @@ impl Finder<'_> {
                 scope.spawn(move || self.find(own, other, grid, first..(first + chunk).min(tracks)))
             };
             let workers: Vec<_> = (0..tracks).step_by(chunk as usize).map(work).collect();
-            workers.into_iter().flat_map(|worker| worker.join().unwrap_or_default()).collect::<Vec<Found>>()
+            workers
+                .into_iter()
+                .flat_map(|worker| worker.join().unwrap_or_else(|panic| resume_unwind(panic)))
+                .collect::<Vec<Found>>()
         });
         let separations = self.separations([own, other], tracks, &found);
         let pairs = found.iter().flat_map(|found| self.pairs(own == other, found, &separations)).collect();
@@ -202,12 +220,27 @@ fn seen_from_other(relation: Relation) -> Relation {
     }
 }
 
+/// The largest turn between edges that are driven both ways on which robots follow each other, in radians. Beyond a sharper one
+/// a robot is out of the way of those behind it sooner than the distance along the road says.
+const SHARP: f32 = core::f32::consts::FRAC_PI_4;
+
 /// Returns the edges that an edge leads into within some metres of its end, forward, with the metres in between.
-fn edges_ahead(roads: &Roads, edge: u32, metres: f32) -> Vec<(u32, f32)> {
+fn edges_ahead(roads: &Roads, sweeps: &[Sweep], edge: u32, metres: f32) -> Vec<(u32, f32)> {
+    let is_two_way = |edge: u32| {
+        let road = roads.edge(edge);
+        roads.exits(road.destination).iter().any(|&back| back.edge() != edge && roads.end(back) == road.origin)
+    };
+    let turn = |from: u32, to: u32| {
+        super::super::angle_between(sweeps[from as usize].headings()[1], sweeps[to as usize].headings()[0])
+    };
     let mut ahead: Vec<(u32, f32)> = Vec::new();
-    let mut open = vec![(roads.edge(edge).destination, 0.0)];
-    while let Some((node, between)) = open.pop() {
-        for leg in roads.exits(node).iter().filter(|leg| !leg.is_reverse()) {
+    let mut open = vec![(edge, 0.0)];
+    while let Some((last, between)) = open.pop() {
+        let is_followed = |leg: &&Leg| {
+            let is_sharp = turn(last, leg.edge()) > SHARP && is_two_way(last) && is_two_way(leg.edge());
+            !leg.is_reverse() && !is_sharp
+        };
+        for leg in roads.exits(roads.edge(last).destination).iter().filter(is_followed) {
             let known = ahead.iter_mut().find(|(known, _)| *known == leg.edge());
             match known {
                 Some((_, nearest)) if *nearest <= between => continue,
@@ -216,7 +249,7 @@ fn edges_ahead(roads: &Roads, edge: u32, metres: f32) -> Vec<(u32, f32)> {
             }
             let length = roads.edge(leg.edge()).length;
             if between + length < metres {
-                open.push((roads.end(*leg), between + length));
+                open.push((leg.edge(), between + length));
             }
         }
     }
@@ -226,21 +259,30 @@ fn edges_ahead(roads: &Roads, edge: u32, metres: f32) -> Vec<(u32, f32)> {
 /// Finds where robots on two tracks touch; `None` if they never do.
 fn touching(a: &Swept<'_>, b: &Swept<'_>) -> Option<Touching> {
     let mut all = Touching::NONE;
-    let (length_a, length_b) = (a.length(), b.length());
-    for (part, rectangle) in a.boxes.iter().zip(&a.rectangles) {
-        let radius = rectangle.radius();
-        if !b.is_near(rectangle.centre, radius) {
-            continue;
-        }
-        for (other_part, other) in b.boxes.iter().zip(&b.rectangles) {
-            let offset = [0, 1].map(|axis| other.centre[axis] - rectangle.centre[axis]);
-            let reach = radius + other.radius();
-            if offset[0] * offset[0] + offset[1] * offset[1] <= reach * reach && rectangle.touches(other) {
-                all.add(part.s, other_part.s, [length_a, length_b]);
+    for (i, circle) in a.circles.iter().enumerate() {
+        for (j, other) in b.circles.iter().enumerate() {
+            if circle.touches(other) {
+                touching_groups([a, b], [i, j], &mut all);
             }
         }
     }
     (all.own[0] <= all.own[1]).then_some(all)
+}
+
+/// Adds where robots within a group of stretches each touch.
+fn touching_groups([a, b]: [&Swept<'_>; 2], groups: [usize; 2], all: &mut Touching) {
+    let lengths = [a.length(), b.length()];
+    let [of_a, of_b] = groups.map(|group| GROUP * group);
+    for (part, rectangle) in a.boxes.iter().zip(&a.rectangles).skip(of_a).take(GROUP) {
+        let radius = rectangle.radius();
+        for (other_part, other) in b.boxes.iter().zip(&b.rectangles).skip(of_b).take(GROUP) {
+            let offset = [0, 1].map(|axis| other.centre[axis] - rectangle.centre[axis]);
+            let reach = radius + other.radius();
+            if offset[0] * offset[0] + offset[1] * offset[1] <= reach * reach && rectangle.touches(other) {
+                all.add(part.s, other_part.s, lengths);
+            }
+        }
+    }
 }
 
 impl Touching {

@@ -107,3 +107,13 @@ fn robots_keep_their_orders_in_a_problem_that_is_too_large_to_be_solved_at_once(
     assert!(pairs.iter().all(|(task, robot)| task.0 == u64::from(*robot) + 1), "{pairs:?}");
     assert_eq!(pairs.len(), count as usize);
 }
+
+#[test]
+fn in_turn_nobody_loses_an_order_and_the_waiting_ones_are_given_by_number() {
+    let mut tasks = tasks(&[0.0; 3]);
+    tasks[1].robot = Some(0);
+    let driving_secs = |_: u32, _: u32| None;
+    let problem = Problem { now_secs: 0.0, tasks: &tasks, robots: &robots(3), driving_secs: &driving_secs };
+    let pairs = InTurn.assign(&problem);
+    assert_eq!(pairs, [(TaskId(2), 0), (TaskId(1), 1), (TaskId(3), 2)]);
+}

@@ -37,6 +37,12 @@ impl TaskBook {
         self.urgency = urgency;
     }
 
+    /// Whether the next [`assign`](Self::assign) also assigns orders anew that have a robot, but that it hasn't begun. If not,
+    /// only robots without an order can get one.
+    pub fn is_reassignment_due(&self, now_secs: f64) -> bool {
+        now_secs >= self.next_reassignment_secs
+    }
+
     /// Assigns waiting orders to robots. `available` are the robots that may get an order or another one; those that are
     /// at a stop, or have begun their order, are ignored. Every few seconds orders that aren't begun are assigned anew.
     /// `driving_secs` returns how long a robot drives to a node, in seconds; `None` if it can't.
@@ -46,7 +52,7 @@ impl TaskBook {
         available: &[Candidate],
         driving_secs: &dyn Fn(u32, u32) -> Option<f64>,
     ) -> Assignments {
-        let is_reassignment = now_secs >= self.next_reassignment_secs;
+        let is_reassignment = self.is_reassignment_due(now_secs);
         if is_reassignment {
             self.next_reassignment_secs = now_secs + self.urgency.reassignment_secs;
         }

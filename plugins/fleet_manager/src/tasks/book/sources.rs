@@ -14,6 +14,9 @@ pub(in crate::tasks) struct Known {
     pub(in crate::tasks) run: u64,
 }
 
+/// How many orders that can't be carried out an endless load replaces by others, for each robot.
+const MOST_LOST: usize = 10;
+
 impl TaskBook {
     /// Adds the orders of a file. Those without a name get one of their line.
     ///
@@ -74,7 +77,11 @@ impl TaskBook {
             arrivals.extend(self.timetable.pop().map(|(secs, order)| (secs, None, order)));
         }
         for (index, generator) in self.generators.iter_mut().enumerate() {
-            let mut open = self.made_by.values().filter(|maker| **maker == index).count();
+            // Orders that can't be carried out now don't keep robots busy; but they must not become ever more.
+            let is_lost = |task| self.open.get(task).is_some_and(|order: &Order| order.state == State::Unroutable);
+            let made = || self.made_by.iter().filter(|(_, maker)| **maker == index);
+            let lost = made().filter(|(task, _)| is_lost(*task)).count();
+            let mut open = made().count() - lost.min(MOST_LOST * robots);
             while let Some((secs, order)) = generator.next(now_secs, robots, open) {
                 arrivals.push((secs, Some(index), order));
                 open += 1;

@@ -233,3 +233,14 @@ fn a_run_repeats_bit_by_bit() {
     };
     assert_eq!(run(), run());
 }
+
+#[test]
+fn an_endless_load_replaces_orders_that_cannot_be_carried_out() {
+    let mut book = book("[]");
+    book.add_load(&Load::parse("load: {endless: 2}", &places()).expect("a load"));
+    book.generate_until(0.0, 2);
+    assert_eq!(book.open_orders().count(), 2);
+    assert!(book.unroutable(TaskId(1), 1.0, "closed"));
+    book.generate_until(1.0, 2);
+    assert_eq!(book.open_orders().count(), 3);
+}

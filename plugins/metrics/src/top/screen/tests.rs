@@ -50,6 +50,11 @@ fn everything_is_visible_at_80_by_24() {
     );
     shows(&screen, &["late ticks", "2.00 ms", "mean speed", "1.23 m/s", "98.77 km", "12,345"]);
     shows(&screen, &["12 touching, 30 possible", "touching", "0 10000", "0.0, -1.5", "0.8", "4.6 s"]);
+    shows(
+        &screen,
+        &["tasks", "58 open, 4,321 finished, 450 an hour", "614 carrying  201 to pick  30 handling  90 waiting"],
+    );
+    shows(&screen, &["service 61 55 120 300 s", "waiting 8.4 6.0 40 96 s", "(mean, p50, p99, longest)"]);
     shows(&screen, &["processes", "engine", "4000000", "12 %", "34 MB", "metrics"]);
     shows(&screen, &["space pause", "q quit"]);
 }
@@ -83,6 +88,14 @@ fn missing_parts_are_reported_with_advice() {
     unchecked.snapshot.collisions = testing::collisions(0, 0);
     shows(&drawn(&mut unchecked, 80, 24), &["0 touching, 0 possible", "No robots touch"]);
     shows(&drawn(&mut unchecked, 60, 12), &["too small"]);
+}
+
+#[test]
+fn without_a_manager_the_collisions_have_its_room() {
+    let snapshot = Snapshot { work: None, ..testing::snapshot() };
+    let screen = drawn(&mut view(snapshot), 80, 24);
+    assert!(!screen.contains("tasks") && !screen.contains("waiting 8.4"), "{screen}");
+    shows(&screen, &["5 10005"]);
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! An estimate of the time that robots lose on each edge.
 
-use crate::roads::Roads;
+use crate::roads::{Leg, Roads};
 
 /// What the time that robots lose says about the time that another one will lose.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -47,14 +47,17 @@ impl Congestion {
         self.delay[edge as usize] += seconds;
     }
 
-    /// Records that a robot's route leads along an edge.
-    pub fn enter(&mut self, edge: u32) {
-        self.load[edge as usize] += 1;
+    /// Counts the robots whose routes lead along each edge anew.
+    pub fn count<'a>(&mut self, legs: impl Iterator<Item = &'a Leg>) {
+        self.load.fill(0);
+        legs.for_each(|leg| self.load[leg.edge() as usize] += 1);
     }
 
-    /// Records that a robot's route doesn't lead along an edge any more.
-    pub fn leave(&mut self, edge: u32) {
-        self.load[edge as usize] = self.load[edge as usize].saturating_sub(1);
+    /// Records that a robot gets another route.
+    pub fn replace<'a>(&mut self, before: impl Iterator<Item = &'a Leg>, after: &[Leg]) {
+        let load = &mut self.load;
+        before.for_each(|leg| load[leg.edge() as usize] = load[leg.edge() as usize].saturating_sub(1));
+        after.iter().for_each(|leg| load[leg.edge() as usize] += 1);
     }
 
     /// The expected delay of a robot that takes an edge, in seconds.

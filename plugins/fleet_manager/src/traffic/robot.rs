@@ -36,35 +36,63 @@ pub struct Robot {
     pub speed: f32,
     /// Who was in the way when its base was to be extended.
     pub blocker: Option<u32>,
+    /// On which edge.
+    pub blocked_on: Option<u32>,
+    /// Since when it is held, broken or faulted, in simulated seconds; infinity if it isn't.
+    pub stuck_since: f64,
     /// Since when it wants to drive on and can't, in simulated seconds; infinity if it drives or has nowhere to go.
     pub waiting_since: f64,
-    pub(super) needs_route: bool,
+    /// Whether it waits until it is admitted to the roads.
+    pub is_held: bool,
+    /// Who was in the way on which edge, and the version of its claim: until that changes, it is still in the way.
+    pub(crate) blocked_by: Option<((u32, u32), u64)>,
+    /// When it was sent to its goal, in simulated seconds.
+    pub(crate) sent: f64,
+    /// Whether it hasn't driven since it was sent to its goal.
+    pub(crate) is_fresh: bool,
+    /// By how many legs its base may grow in this cycle.
+    pub(crate) most_legs: usize,
+    /// Who is extended first in this cycle, in ascending order.
+    pub(crate) precedence: f64,
+    /// Whether it was sent to a goal, and has no route to it yet.
+    pub needs_route: bool,
     /// When its route was planned, in simulated seconds.
-    pub(super) planned: f64,
+    pub planned: f64,
     /// Whether it is to be stopped and taken over.
-    pub(super) is_adopted: bool,
+    pub is_adopted: bool,
+    /// Whether it may drive beyond what it claims, until it stands.
+    pub(crate) is_lost: bool,
     /// When it is ordered to stop, then.
-    pub(super) cancel_at: f64,
+    pub(crate) cancel_at: f64,
     /// Whether it has something to do where it stands.
-    pub(super) is_pinned: bool,
+    pub(crate) is_pinned: bool,
     /// Whether it is only on its way out of others' way.
-    pub(super) is_evicted: bool,
+    pub(crate) is_evicted: bool,
     /// Whether no way leads to its goal.
-    pub(super) is_unreachable: bool,
+    pub(crate) is_unreachable: bool,
 }
 
 impl Robot {
-    pub(super) fn new(class: RobotClass, seen: &Seen, now: f64) -> Self {
+    pub(crate) fn new(class: RobotClass, seen: &Seen, now: f64) -> Self {
         Self {
             class,
             goal: None,
             horizon: VecDeque::new(),
             speed: seen.speed,
             blocker: None,
+            blocked_on: None,
+            most_legs: usize::MAX,
+            precedence: now,
             waiting_since: f64::INFINITY,
+            stuck_since: f64::INFINITY,
+            is_held: false,
+            blocked_by: None,
+            sent: now,
+            is_fresh: true,
             needs_route: false,
             planned: now,
             is_adopted: true,
+            is_lost: true,
             cancel_at: now,
             is_pinned: false,
             is_evicted: false,
@@ -72,12 +100,14 @@ impl Robot {
         }
     }
 
-    pub(super) fn see(&mut self, seen: &Seen) {
+    pub(crate) fn see(&mut self, seen: &Seen, now: f64) {
         self.speed = seen.speed;
+        let is_stuck = matches!(seen.state, RobotState::Held | RobotState::Broken | RobotState::Faulted);
+        self.stuck_since = if is_stuck { self.stuck_since.min(now) } else { f64::INFINITY };
     }
 
     /// Metres that it needs to stop from its present speed.
-    pub(super) fn braking_distance(&self) -> f32 {
+    pub(crate) fn braking_distance(&self) -> f32 {
         0.5 * self.speed * self.speed / self.class.max_acceleration
     }
 }

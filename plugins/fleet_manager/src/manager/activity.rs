@@ -1,0 +1,36 @@
+//! What robots are about, for columns.
+
+use regatta_plugin::activity::Activity;
+
+use super::{Errand, Manager};
+
+impl Manager {
+    /// What a robot is about.
+    pub fn activity(&self, robot: u32) -> Activity {
+        let Some(state) = self.steering.robot(robot) else { return Activity::Idle };
+        let order = self.tasks.task_of(robot).and_then(|task| self.tasks.order(task));
+        match self.errands.get(robot as usize) {
+            _ if self.steering.is_out_of_service(robot) => Activity::OutOfService,
+            Some(Errand::Handling(_)) => Activity::Handling,
+            _ if state.is_held => Activity::Parked,
+            _ if state.waiting_since.is_finite() => Activity::Waiting,
+            _ if self.charging.goal(robot).is_some() => Activity::Charging,
+            _ => match order {
+                Some(order) if order.handled_stops() > 0 => Activity::Carrying,
+                Some(_) => Activity::ToPick,
+                None => Activity::Idle,
+            },
+        }
+    }
+
+    /// The robot that a robot waits for.
+    pub fn waits_for(&self, robot: u32) -> Option<u32> {
+        self.steering.robot(robot).filter(|state| state.waiting_since.is_finite())?.blocker
+    }
+
+    /// The id of the node to which a robot was sent.
+    pub fn goal_id(&self, robot: u32) -> Option<u32> {
+        let goal = self.steering.robot(robot)?.goal?;
+        Some(self.steering.roads().node_id(goal))
+    }
+}

@@ -1,0 +1,230 @@
+//! A kinematic model of a fleet, for tests: robots that are late, slow and stall at random. None may ever touch another.
+
+mod body;
+pub mod worlds;
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use parking_lot::Mutex;
+use regatta_plugin::frame::RobotState;
+use regatta_plugin::world::WorldData;
+
+use self::body::{Body, Outlines};
+use crate::planner::{Planner, Plans};
+use crate::roads::{Leg, Rectangle, Roads};
+use crate::steering::{Command, Settings, Steering};
+use crate::traffic::{Seen, Traffic};
+
+/// Simulated seconds of a cycle.
+pub const TICK_SECS: f32 = 0.1;
+/// When robots break down, in ticks.
+const BREAKDOWN: u32 = 100;
+
+/// A source of random numbers that tests can repeat.
+pub struct Random(pub u64);
+
+impl Random {
+    /// A number below `count`.
+    pub fn below(&mut self, count: u32) -> u32 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        ((self.0 >> 33) % u64::from(count)) as u32
+    }
+}
+
+/// How long a planner has taken.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Spent {
+    pub cycles: u32,
+    pub sum: Duration,
+    pub longest: Duration,
+}
+
+/// A planner whose time is taken.
+#[derive(Debug)]
+struct Timed(Box<dyn Planner>, Measured);
+
+/// The time that a planner has taken, and its figures.
+type Measured = Arc<Mutex<(Spent, Vec<(&'static str, u64)>)>>;
+
+impl Planner for Timed {
+    fn plan(&mut self, traffic: &Traffic<'_>, plans: &mut Plans) {
+        let start = Instant::now();
+        self.0.plan(traffic, plans);
+        let passed = start.elapsed();
+        let (spent, counts) = &mut *self.1.lock();
+        *spent = Spent { cycles: spent.cycles + 1, sum: spent.sum + passed, longest: spent.longest.max(passed) };
+        *counts = self.0.counts();
+    }
+}
+
+/// A fleet that drives to random goals.
+pub struct Model {
+    pub roads: Arc<Roads>,
+    pub steering: Steering,
+    outlines: Outlines,
+    bodies: Vec<Body>,
+    pub goals: Vec<Option<u32>>,
+    /// Nodes that robots are sent to.
+    pub stops: Vec<u32>,
+    random: Random,
+    /// Of 1,000 robots, how many stall in a tick, for up to eight seconds.
+    pub stalls: u32,
+    /// How many robots break down after [`BREAKDOWN`].
+    pub broken: usize,
+    tick: u32,
+    sent: Vec<u32>,
+    /// By robot.
+    pub arrivals: Vec<u32>,
+    /// The longest time from goal to goal, in ticks.
+    pub longest: u32,
+    measured: Measured,
+}
+
+impl Model {
+    /// Puts robots on legs, at a distance from where these are entered.
+    pub fn new(
+        world: &WorldData,
+        starts: &[(Leg, f32)],
+        seed: u64,
+        settings: Settings,
+        planner: impl FnOnce(&Roads) -> Box<dyn Planner>,
+    ) -> Self {
+        let view = world.view(1, 1);
+        let roads = Arc::new(Roads::new(&view));
+        let measured = Measured::default();
+        let timed = Timed(planner(&roads), Arc::clone(&measured));
+        let outlines = Outlines::new(&view);
+        let bodies: Vec<Body> = starts.iter().map(|&(leg, place)| Body::new(&outlines, leg, place)).collect();
+        let count = bodies.len();
+        Self {
+            steering: Steering::new(roads.clone(), Box::new(timed), settings),
+            stops: (0..roads.nodes()).filter(|&node| roads.arrival(node).is_some()).collect(),
+            roads,
+            outlines,
+            bodies,
+            goals: vec![None; count],
+            random: Random(seed),
+            stalls: 0,
+            broken: 0,
+            tick: 0,
+            sent: vec![0; count],
+            arrivals: vec![0; count],
+            longest: 0,
+            measured,
+        }
+    }
+
+    /// The time that the planner has taken.
+    pub fn spent(&self) -> Spent {
+        self.measured.lock().0
+    }
+
+    /// The planner's figures.
+    pub fn counts(&self) -> Vec<(&'static str, u64)> {
+        self.measured.lock().1.clone()
+    }
+
+    /// Goals in all.
+    pub fn total(&self) -> u32 {
+        self.arrivals.iter().sum()
+    }
+
+    /// Drives for some ticks: who has arrived gets another goal.
+    ///
+    /// # Panics
+    /// If two robots touch.
+    pub fn run(&mut self, ticks: u32) {
+        for _ in 0..ticks {
+            self.cycle();
+            self.check();
+        }
+    }
+
+    fn cycle(&mut self) {
+        for (robot, body) in (0..).zip(&self.bodies) {
+            let mut seen = body.seen(&self.outlines, &self.roads);
+            if self.is_broken(robot as usize) {
+                (seen.state, seen.speed) = (RobotState::Broken, 0.0);
+            }
+            self.steering.see(robot, &seen);
+        }
+        for robot in 0..self.bodies.len() {
+            self.send(robot);
+        }
+        for command in self.steering.step(f64::from(self.tick) * f64::from(TICK_SECS)) {
+            let (Command::Route { robot, .. } | Command::Release { robot, .. } | Command::Cancel { robot }) = command;
+            self.bodies[*robot as usize].obey(command);
+        }
+        let broken = if self.tick >= BREAKDOWN { self.broken } else { 0 };
+        for body in self.bodies.iter_mut().skip(broken) {
+            if self.stalls > 0 && self.random.below(1_000) < self.stalls {
+                body.stalled = self.random.below(80);
+            }
+            body.drive(&self.outlines, &self.roads, 0.7 + 0.3 * self.random.below(2) as f32);
+        }
+        self.tick += 1;
+    }
+
+    fn send(&mut self, robot: usize) {
+        let goal = self.goals[robot];
+        let has_arrived = goal.is_some_and(|goal| self.steering.has_arrived(robot as u32, goal));
+        if goal.is_some() && !has_arrived && !self.steering.is_unreachable(robot as u32) {
+            return;
+        }
+        if has_arrived {
+            self.arrivals[robot] += 1;
+            self.longest = self.longest.max(self.tick - self.sent[robot]);
+        }
+        self.sent[robot] = self.tick;
+        let goal = self.stops[self.random.below(self.stops.len() as u32) as usize];
+        self.goals[robot] = Some(goal);
+        self.steering.send(robot as u32, goal);
+    }
+
+    fn is_broken(&self, robot: usize) -> bool {
+        robot < self.broken && self.tick >= BREAKDOWN
+    }
+
+    /// The longest time from goal to goal, or since the last one, in simulated seconds.
+    pub fn longest_secs(&self) -> f32 {
+        let open = self.sent.iter().map(|&sent| self.tick - sent).max().unwrap_or(0);
+        TICK_SECS * self.longest.max(open) as f32
+    }
+
+    fn check(&self) {
+        let outlines: Vec<Rectangle> = self.bodies.iter().map(|body| body.outline(&self.outlines)).collect();
+        for (a, b) in (0..outlines.len()).flat_map(|a| (0..a).map(move |b| (a, b))) {
+            let touch = outlines[a].touches(&outlines[b]);
+            assert!(!touch, "tick {}: {a} {:?} and {b} {:?}", self.tick, self.bodies[a], self.bodies[b]);
+        }
+    }
+}
+
+/// The places where robots can stand at the start: the ends of edges, no two of which touch, in random order.
+pub fn places(world: &WorldData, count: usize, seed: u64) -> Vec<(Leg, f32)> {
+    let view = world.view(1, 1);
+    let roads = Roads::new(&view);
+    let outlines = Outlines::new(&view);
+    let mut edges: Vec<u32> = (0..roads.edges().len() as u32).collect();
+    let mut random = Random(seed);
+    (1..edges.len()).rev().for_each(|index| edges.swap(index, random.below(index as u32 + 1) as usize));
+    let mut taken: Vec<Rectangle> = Vec::new();
+    let mut starts = Vec::new();
+    for edge in edges {
+        let (leg, length) = (Leg::new(edge, false), roads.edge(edge).length);
+        let mut outline = outlines.at(leg, length);
+        outline.half = outline.half.map(|half| half + 0.05);
+        if starts.len() < count && taken.iter().all(|other| !other.touches(&outline)) {
+            taken.push(outline);
+            starts.push((leg, length));
+        }
+    }
+    assert_eq!(starts.len(), count, "so many robots don't fit");
+    starts
+}
+
+/// What a frame shows of a robot that stands or drives on an edge.
+fn seen(edge: u32, s: f32, speed: f32, position: [f32; 2]) -> Seen {
+    Seen { robot_type: 0, edge: Some(edge), s, speed, position, state: RobotState::Idle }
+}

@@ -1,0 +1,191 @@
+//! The planner `lanes`, for roads whose lanes are driven one way.
+//!
+//! Robots take the way that costs the least time, with the time added that others have lost on it lately. Rings of robots that
+//! wait for each other are taken apart by sending one of them another way.
+
+mod congestion;
+mod detours;
+
+use std::panic::resume_unwind;
+
+use self::congestion::Congestion;
+pub use self::congestion::CongestionSettings;
+use super::{Planner, Plans, Router, Search};
+use crate::roads::{Leg, Roads};
+use crate::traffic::Traffic;
+
+/// What can be set.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LanesSettings {
+    /// How long a robot waits before its route is planned again, in seconds.
+    pub reroute_secs: f64,
+    /// How many legs searches may look at in a cycle before further ones are put off to the next.
+    pub legs_per_cycle: usize,
+    /// Whether rings of waiters are taken apart.
+    pub detours: bool,
+    /// How delays influence routes.
+    pub congestion: CongestionSettings,
+}
+
+impl Default for LanesSettings {
+    fn default() -> Self {
+        let congestion = CongestionSettings::default();
+        Self { reroute_secs: 5.0, legs_per_cycle: 400_000, detours: true, congestion }
+    }
+}
+
+/// The routes that are searched side by side, without knowing of each other. It doesn't depend on the number of threads:
+/// neither do the routes.
+const BATCH: usize = 16;
+/// Searches on fewer edges take less time than it takes to start a thread.
+const FEWEST_EDGES: usize = 10_000;
+/// How often the robots on the way to each edge are counted, in seconds.
+const COUNT_SECS: f64 = 1.0;
+
+/// The planner.
+#[derive(Debug)]
+pub struct Lanes {
+    settings: LanesSettings,
+    congestion: Congestion,
+    /// One for each thread.
+    routers: Vec<Router>,
+    last: f64,
+    next_count: f64,
+    next_rings: f64,
+    routes: u64,
+    rings: u64,
+    detours: u64,
+}
+
+/// A route that is to be planned.
+#[derive(Clone, Copy)]
+struct Due {
+    /// When the last one was planned, in simulated seconds.
+    planned: f64,
+    robot: u32,
+}
+
+impl Lanes {
+    /// Makes the planner for some roads.
+    pub fn new(roads: &Roads, settings: LanesSettings) -> Self {
+        let cores = std::thread::available_parallelism().map_or(1, usize::from).min(BATCH);
+        let threads = if roads.edges().len() < FEWEST_EDGES { 1 } else { cores };
+        Self {
+            congestion: Congestion::new(roads, settings.congestion),
+            routers: (0..threads).map(|_| Router::new(roads)).collect(),
+            settings,
+            last: 0.0,
+            next_count: 0.0,
+            next_rings: 0.0,
+            routes: 0,
+            rings: 0,
+            detours: 0,
+        }
+    }
+
+    /// Takes in who loses time where, and who wants to go where.
+    fn observe(&mut self, traffic: &Traffic<'_>) {
+        let passed = traffic.now - self.last;
+        self.last = traffic.now;
+        self.congestion.pass(passed);
+        for (_, state) in traffic.robots() {
+            if let Some(edge) = state.blocked_on.filter(|_| state.waiting_since.is_finite()) {
+                self.congestion.lose(edge, passed as f32);
+            }
+        }
+        if traffic.now >= self.next_count {
+            self.next_count = traffic.now + COUNT_SECS;
+            self.congestion.count(traffic.robots().flat_map(|(_, state)| &state.horizon));
+        }
+    }
+
+    /// Plans routes for robots that need one, those first that need it the longest.
+    fn plan_routes(&mut self, traffic: &Traffic<'_>, plans: &mut Plans) {
+        let mut looked_at = 0;
+        for batch in self.due(traffic).chunks(BATCH) {
+            for (due, (legs, cost)) in batch.iter().zip(self.search(traffic, batch)) {
+                looked_at += cost;
+                self.routes += 1;
+                match legs {
+                    Some(legs) => {
+                        let before = traffic.robot(due.robot).map(|state| &state.horizon);
+                        self.congestion.replace(before.into_iter().flatten(), &legs);
+                        plans.route(due.robot, legs);
+                    }
+                    None => plans.unreachable(due.robot),
+                }
+            }
+            if looked_at >= self.settings.legs_per_cycle {
+                return;
+            }
+        }
+    }
+
+    /// The robots that need a route, in the order in which they get one: who has none comes before who waits.
+    fn due(&self, traffic: &Traffic<'_>) -> Vec<Due> {
+        let reroute = traffic.now - self.settings.reroute_secs;
+        let mut due: Vec<(bool, Due)> = Vec::new();
+        for (robot, state) in traffic.robots() {
+            let waits = !state.is_held && !state.horizon.is_empty() && state.waiting_since.max(state.planned) < reroute;
+            if state.goal.is_some() && !state.is_adopted && (state.needs_route || waits) {
+                due.push((!state.needs_route, Due { planned: state.planned, robot }));
+            }
+        }
+        // The sort is stable: among equals, robots come in the order of their ids.
+        due.sort_by(|(a, x), (b, y)| a.cmp(b).then(x.planned.total_cmp(&y.planned)));
+        due.into_iter().map(|(_, due)| due).collect()
+    }
+
+    /// Searches the routes of some robots; with each comes the number of legs that were looked at.
+    fn search(&mut self, traffic: &Traffic<'_>, batch: &[Due]) -> Vec<(Option<Vec<Leg>>, usize)> {
+        let congestion = &self.congestion;
+        let share = batch.len().div_ceil(self.routers.len());
+        if let [router] = self.routers.as_mut_slice() {
+            return batch.iter().map(|due| route(router, congestion, traffic, due.robot)).collect();
+        }
+        std::thread::scope(|scope| {
+            let parts = self.routers.iter_mut().zip(batch.chunks(share));
+            let threads: Vec<_> = parts
+                .map(|(router, part)| {
+                    scope.spawn(move || {
+                        part.iter().map(|due| route(router, congestion, traffic, due.robot)).collect::<Vec<_>>()
+                    })
+                })
+                .collect();
+            // A panic goes on: routes must not go to other robots than they were searched for.
+            threads.into_iter().flat_map(|thread| thread.join().unwrap_or_else(|panic| resume_unwind(panic))).collect()
+        })
+    }
+}
+
+impl Planner for Lanes {
+    fn plan(&mut self, traffic: &Traffic<'_>, plans: &mut Plans) {
+        self.observe(traffic);
+        self.plan_routes(traffic, plans);
+        self.take_rings_apart(traffic, plans);
+    }
+
+    fn counts(&self) -> Vec<(&'static str, u64)> {
+        vec![("routes", self.routes), ("rings", self.rings), ("detours", self.detours)]
+    }
+}
+
+/// Returns the route of a robot to its goal, from the end of its base, and the number of legs that were looked at.
+fn route(router: &mut Router, congestion: &Congestion, traffic: &Traffic<'_>, robot: u32) -> (Option<Vec<Leg>>, usize) {
+    let (Some(state), Some((last, start))) = (traffic.robot(robot), traffic.base_end(robot)) else { return (None, 0) };
+    let Some(goal) = state.goal else { return (None, 0) };
+    if start == goal {
+        return (Some(Vec::new()), 0);
+    }
+    let search = Search { last: Some(last), start, goal };
+    let delay = |leg: Leg| (!traffic.is_closed(leg)).then(|| congestion.delay(leg.edge()));
+    // Robots in reverse gear meet others head-on: only where nothing else leads to the goal.
+    let forward = |leg: Leg| delay(leg).filter(|_| !leg.is_reverse());
+    let found = router.route(traffic.roads, &state.class, search, forward);
+    let looked_at = router.looked_at();
+    if found.is_some() {
+        return (found, looked_at);
+    }
+    let found = router.route(traffic.roads, &state.class, search, delay);
+    (found, looked_at + router.looked_at())
+}

@@ -1,0 +1,65 @@
+//! Takes rings of waiting robots apart.
+
+use super::{Lanes, Search};
+use crate::planner::Plans;
+use crate::roads::Leg;
+use crate::traffic::Traffic;
+
+/// How long robots wait before a ring of them is taken apart, in seconds.
+const PATIENCE_SECS: f64 = 3.0;
+
+impl Lanes {
+    /// Finds rings of robots that wait for each other, and sends one of each another way.
+    pub(super) fn take_rings_apart(&mut self, traffic: &Traffic<'_>, plans: &mut Plans) {
+        if !self.settings.detours || traffic.now < self.next_rings {
+            return;
+        }
+        self.next_rings = traffic.now + 1.0;
+        let mut mark = vec![0_u32; traffic.robots.len()];
+        for robot in 0..traffic.robots.len() as u32 {
+            let mut current = robot;
+            while mark[current as usize] == 0 {
+                mark[current as usize] = robot + 1;
+                let Some(next) = traffic.waits_for(current, PATIENCE_SECS) else { break };
+                current = next;
+                if mark[current as usize] == robot + 1 {
+                    self.rings += 1;
+                    self.take_apart(current, traffic, plans);
+                    break;
+                }
+            }
+        }
+    }
+
+    /// Sends a robot of a ring another way: the first that can drive on there at once.
+    fn take_apart(&mut self, first: u32, traffic: &Traffic<'_>, plans: &mut Plans) {
+        let next_of = |robot: u32| traffic.waits_for(robot, PATIENCE_SECS);
+        let mut ring = vec![first];
+        while let Some(next) = ring.last().and_then(|&robot| next_of(robot)).filter(|&next| next != first) {
+            ring.push(next);
+        }
+        let since = |robot: u32| traffic.robot(robot).map_or(f64::INFINITY, |state| state.waiting_since);
+        ring.sort_unstable_by(|&a, &b| since(a).total_cmp(&since(b)).then(a.cmp(&b)));
+        let detour = ring.into_iter().find_map(|robot| Some((robot, self.detour(robot, traffic)?)));
+        if let Some((robot, legs)) = detour {
+            self.detours += 1;
+            plans.route(robot, legs);
+        }
+    }
+
+    /// Returns another way for a robot, if there is one on which it can drive at once.
+    fn detour(&mut self, robot: u32, traffic: &Traffic<'_>) -> Option<Vec<Leg>> {
+        let state = traffic.robot(robot)?;
+        let (last, start) = traffic.base_end(robot)?;
+        let (avoid, goal) = (*state.horizon.front()?, state.goal?);
+        let congestion = &self.congestion;
+        let is_closed = |leg: Leg| {
+            leg == avoid || leg.is_reverse() || traffic.is_closed(leg) || traffic.claims.holds(robot, leg.edge())
+        };
+        let search = Search { last: Some(last), start, goal };
+        let legs = self.routers[0].route(traffic.roads, &state.class, search, |leg| {
+            (!is_closed(leg)).then(|| congestion.delay(leg.edge()))
+        })?;
+        traffic.can_drive(robot, &legs).then_some(legs)
+    }
+}

@@ -1,0 +1,209 @@
+//! The planner `pibt`: priority inheritance with backtracking, for roads where opposing traffic shares one track.
+//!
+//! K. Okumura, M. Machida, X. Défago, Y. Tamura: Priority Inheritance with Backtracking for Iterative Multi-agent Path Finding,
+//! 2019 and 2022.
+//!
+//! Robots drive from place to place, one *hop* at a time: a place is the end of a leg where a standing robot is only in the way
+//! of edges that meet there. Whoever is near the end of its base chooses the next place by driving time; who has been under way
+//! the longest chooses first. A robot that stands where another one wants to go inherits its priority and has to choose at once,
+//! among the places that are left; if it finds none, the other one chooses again. A hop is ordered only when nobody's base ends
+//! at its place any more: nothing is decided before it has to be.
+
+mod hops;
+mod push;
+#[cfg(test)]
+mod tests;
+
+use std::collections::BTreeMap;
+
+use self::hops::{Hop, Hops};
+use self::push::Push;
+use super::{DrivingTimes, Planner, Plans};
+use crate::roads::{Leg, Roads};
+use crate::traffic::{Robot, Traffic};
+
+/// What can be set.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PibtSettings {
+    /// How many metres before the end of its base, beyond what it needs to brake, a robot chooses its next place.
+    pub ahead_metres: f32,
+    /// The time from a frame to the moment at which an order that answers it takes effect, in seconds.
+    pub latency_secs: f32,
+}
+
+impl Default for PibtSettings {
+    fn default() -> Self {
+        Self { ahead_metres: 0.6, latency_secs: 0.3 }
+    }
+}
+
+/// How long the robot of the highest priority may stand before it loses that, in seconds.
+const PATIENCE_SECS: f64 = 5.0;
+/// For how long, in seconds.
+const DEMOTED_SECS: f64 = 20.0;
+
+/// Where a robot is about to be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Stand {
+    /// At a place, or nearly: it may choose the next one.
+    Ready(u32),
+    /// On its way to a place.
+    Bound(u32),
+    /// Behind others that are bound for the same place: it has none.
+    Behind(u32),
+}
+
+/// The planner.
+#[derive(Debug)]
+pub struct Pibt {
+    settings: PibtSettings,
+    hops: Hops,
+    times: DrivingTimes,
+    /// By node: the robot whose base ends there, or leads there.
+    taken: Vec<Option<u32>>,
+    /// By robot.
+    stands: BTreeMap<u32, Stand>,
+    /// Who has the highest priority, its place, and since when both are so, in simulated seconds.
+    top: Option<(u32, u32, f64)>,
+    /// By robot: until when it has the lowest priority.
+    demoted: BTreeMap<u32, f64>,
+    hops_ordered: u64,
+    pushes: u64,
+    backtracks: u64,
+    demotions: u64,
+}
+
+impl Pibt {
+    /// Makes the planner for some roads.
+    pub fn new(roads: &Roads, settings: PibtSettings) -> Self {
+        Self {
+            settings,
+            hops: Hops::new(roads),
+            times: DrivingTimes::new(roads),
+            taken: vec![None; roads.nodes() as usize],
+            stands: BTreeMap::new(),
+            top: None,
+            demoted: BTreeMap::new(),
+            hops_ordered: 0,
+            pushes: 0,
+            backtracks: 0,
+            demotions: 0,
+        }
+    }
+
+    /// Finds where everybody is about to be.
+    fn observe(&mut self, traffic: &Traffic<'_>) {
+        self.taken.fill(None);
+        self.stands.clear();
+        self.times.begin();
+        let mut bases: Vec<(bool, Leg, f32, u32)> = Vec::new();
+        for (robot, state) in traffic.robots() {
+            state.goal.iter().for_each(|&goal| self.times.prepare(traffic.roads, goal));
+            let (Some((leg, _)), Some(end)) = (traffic.base_end(robot), traffic.claims.end(robot)) else { continue };
+            let is_short = end.to < traffic.roads.conflicts().length(end.track);
+            bases.push((is_short, leg, end.to, robot));
+        }
+        // Who is at a place has it; of those on the way to one, who is ahead.
+        bases.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.cmp(&b.1)).then(b.2.total_cmp(&a.2)));
+        for (is_short, leg, _, robot) in bases {
+            let Some(state) = traffic.robot(robot) else { continue };
+            let is_on_hop = is_short || !hops::is_place(traffic.roads, leg);
+            let last = state.horizon.back().filter(|_| is_on_hop);
+            let place = traffic.roads.end(*last.unwrap_or(&leg));
+            let stand = match self.taken[place as usize] {
+                Some(_) => Stand::Behind(place),
+                None if last.is_none() && !is_short && self.is_near(traffic, robot, state) => Stand::Ready(place),
+                None => Stand::Bound(place),
+            };
+            if !matches!(stand, Stand::Behind(_)) {
+                self.taken[place as usize] = Some(robot);
+            }
+            self.stands.insert(robot, stand);
+        }
+    }
+
+    /// Whether a robot is so near the end of its base that it would have to brake soon.
+    fn is_near(&self, traffic: &Traffic<'_>, robot: u32, state: &Robot) -> bool {
+        let PibtSettings { ahead_metres, latency_secs } = self.settings;
+        traffic.left(robot) < state.braking_distance() + state.speed * latency_secs + ahead_metres
+    }
+
+    /// Robots with goals: those first that were sent the longest ago.
+    fn ranks(&self, traffic: &Traffic<'_>) -> Vec<u32> {
+        let goals = traffic.robots().filter(|(_, state)| state.goal.is_some() && !state.is_adopted);
+        let is_demoted = |robot: u32| self.demoted.contains_key(&robot);
+        let mut ranks: Vec<(bool, f64, u32)> =
+            goals.map(|(robot, state)| (is_demoted(robot), state.sent, robot)).collect();
+        ranks.sort_unstable_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).then(a.2.cmp(&b.2)));
+        ranks.into_iter().map(|(_, _, robot)| robot).collect()
+    }
+
+    /// Takes its priority from the first robot for a while if it can't go on: all places around it are taken by robots that
+    /// could only leave by its own place.
+    fn demote(&mut self, traffic: &Traffic<'_>, first: Option<u32>) {
+        self.demoted.retain(|_, until| *until > traffic.now);
+        let Some((robot, Stand::Ready(place))) = first.and_then(|first| Some((first, *self.stands.get(&first)?)))
+        else {
+            self.top = None;
+            return;
+        };
+        match self.top {
+            Some((top, at, since)) if (top, at) == (robot, place) => {
+                let is_there = traffic.robot(robot).is_none_or(|state| state.goal == Some(place));
+                if traffic.now - since > PATIENCE_SECS && !is_there {
+                    self.demoted.insert(robot, traffic.now + DEMOTED_SECS);
+                    self.demotions += 1;
+                }
+            }
+            _ => self.top = Some((robot, place, traffic.now)),
+        }
+    }
+
+    /// Orders what was chosen.
+    fn order(&mut self, traffic: &Traffic<'_>, ranks: &[u32], chosen: &BTreeMap<u32, Hop>, plans: &mut Plans) {
+        for (rank, &robot) in ranks.iter().enumerate() {
+            let (Some(state), Some(&stand)) = (traffic.robot(robot), self.stands.get(&robot)) else { continue };
+            plans.precede(robot, rank as f64);
+            let legs: Vec<Leg> = match (stand, chosen.get(&robot)) {
+                (Stand::Bound(_) | Stand::Behind(_), _) => state.horizon.iter().copied().collect(),
+                // Who is there leaves first.
+                (Stand::Ready(_), Some(hop)) if self.may_go(traffic, hop.place) => hop.legs.clone(),
+                (Stand::Ready(_), _) => Vec::new(),
+            };
+            if state.needs_route || !state.horizon.iter().eq(&legs) {
+                self.hops_ordered += u64::from(!legs.is_empty());
+                plans.route(robot, legs);
+            }
+        }
+    }
+
+    /// Whether nobody's base ends at a place; idle robots only leave if somebody waits for them.
+    fn may_go(&self, traffic: &Traffic<'_>, place: u32) -> bool {
+        let Some(other) = self.taken[place as usize] else { return true };
+        traffic.robot(other).is_some_and(|state| state.goal.is_none() && !state.is_pinned)
+    }
+}
+
+impl Planner for Pibt {
+    fn plan(&mut self, traffic: &Traffic<'_>, plans: &mut Plans) {
+        self.observe(traffic);
+        let ranks = self.ranks(traffic);
+        self.demote(traffic, ranks.first().copied());
+        let mut push = Push::new(traffic, &self.hops, &self.times, &self.taken, &self.stands);
+        let unreachable: Vec<u32> = ranks.iter().copied().filter(|&robot| !push.start(robot)).collect();
+        self.pushes += push.pushes;
+        self.backtracks += push.backtracks;
+        let chosen = push.into_chosen();
+        self.order(traffic, &ranks, &chosen, plans);
+        unreachable.into_iter().for_each(|robot| plans.unreachable(robot));
+    }
+
+    fn counts(&self) -> Vec<(&'static str, u64)> {
+        vec![
+            ("hops", self.hops_ordered),
+            ("pushes", self.pushes),
+            ("backtracks", self.backtracks),
+            ("demotions", self.demotions),
+        ]
+    }
+}

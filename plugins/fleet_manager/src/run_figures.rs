@@ -1,0 +1,140 @@
+//! Figures of a run: what the manager's cycles cost, and when robots have finished something.
+
+use std::time::Duration;
+
+use serde_json::{Value, json};
+
+use crate::tasks::{Change, TaskEvent};
+
+/// The length of the periods whose finished stops are counted, in simulated seconds.
+const PERIOD_SECS: f64 = 10.0;
+
+/// The figures of a run so far.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct RunFigures {
+    /// Robots in the last frame.
+    pub(crate) robots: usize,
+    /// The simulated time of the last frame, in seconds.
+    pub(crate) now_secs: f64,
+    /// How long it took to work the roads out.
+    start: Duration,
+    cycles: u64,
+    spent: Duration,
+    longest: Duration,
+    /// The stops that were finished in each period.
+    stops: Vec<u32>,
+    /// By robot, when it has finished an order, or else when it came; infinite if it has left.
+    finished_secs: Vec<f64>,
+    longest_without_finish_secs: f64,
+}
+
+impl RunFigures {
+    /// Begins a run.
+    pub(crate) fn begin(start: Duration) -> Self {
+        Self { start, ..Self::default() }
+    }
+
+    /// Notes which robots a frame shows. `is_there` is called with each id.
+    pub(crate) fn see(&mut self, now_secs: f64, robots: usize, is_there: impl Fn(usize) -> bool) {
+        (self.now_secs, self.robots) = (now_secs, robots);
+        self.finished_secs.resize(robots, f64::INFINITY);
+        for (robot, finished) in self.finished_secs.iter_mut().enumerate() {
+            match is_there(robot) {
+                true => *finished = finished.min(now_secs),
+                false => *finished = f64::INFINITY,
+            }
+        }
+    }
+
+    /// Notes a change of a task.
+    pub(crate) fn take(&mut self, event: &TaskEvent) {
+        match event.change {
+            Change::Handled { .. } => {
+                let period = (event.secs / PERIOD_SECS) as usize;
+                self.stops.resize(self.stops.len().max(period + 1), 0);
+                self.stops[period] += 1;
+            }
+            Change::Finished { robot } => {
+                if let Some(finished) = self.finished_secs.get_mut(robot as usize) {
+                    self.longest_without_finish_secs = self.longest_without_finish_secs.max(event.secs - *finished);
+                    *finished = event.secs;
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// Notes what a cycle took.
+    pub(crate) fn end_cycle(&mut self, spent: Duration) {
+        self.cycles += 1;
+        self.spent += spent;
+        self.longest = self.longest.max(spent);
+    }
+
+    /// The mean of a cycle in milliseconds.
+    pub(crate) fn mean_cycle_ms(&self) -> f64 {
+        millis(self.spent) / self.cycles.max(1) as f64
+    }
+
+    /// The longest cycle in milliseconds.
+    pub(crate) fn longest_cycle_ms(&self) -> f64 {
+        millis(self.longest)
+    }
+
+    /// The longest time that a robot has been there without finishing an order, in seconds.
+    fn longest_without_finish_secs(&self) -> f64 {
+        let open = self.finished_secs.iter().map(|finished| self.now_secs - finished);
+        open.fold(self.longest_without_finish_secs, f64::max)
+    }
+
+    /// The figures as JSON.
+    pub(crate) fn json(&self) -> Value {
+        json!({
+            "robots": self.robots,
+            "start_ms": millis(self.start),
+            "cycles": self.cycles,
+            "mean_cycle_ms": self.mean_cycle_ms(),
+            "longest_cycle_ms": self.longest_cycle_ms(),
+            "longest_without_finish_secs": self.longest_without_finish_secs(),
+            "period_secs": PERIOD_SECS,
+            "stops_by_period": self.stops,
+        })
+    }
+}
+
+fn millis(duration: Duration) -> f64 {
+    duration.as_secs_f64() * 1e3
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::tasks::TaskId;
+
+    fn finished(secs: f64, robot: u32) -> TaskEvent {
+        TaskEvent { secs, task: TaskId(1), change: Change::Finished { robot } }
+    }
+
+    #[test]
+    fn the_robot_that_finishes_nothing_for_longest_counts() {
+        let mut figures = RunFigures::begin(Duration::ZERO);
+        figures.see(5.0, 2, |_| true);
+        figures.take(&finished(45.0, 0));
+        figures.see(60.0, 2, |_| true);
+        assert_eq!(figures.longest_without_finish_secs(), 55.0, "robot 1 has finished nothing since it came");
+        figures.see(90.0, 2, |robot| robot == 0);
+        assert_eq!(figures.longest_without_finish_secs(), 45.0, "robot 1 has left");
+        figures.take(&finished(95.0, 0));
+        figures.see(96.0, 2, |_| true);
+        assert_eq!(figures.longest_without_finish_secs(), 50.0);
+    }
+
+    #[test]
+    fn stops_are_counted_by_period() {
+        let mut figures = RunFigures::begin(Duration::ZERO);
+        for secs in [0.0, 9.9, 10.0, 35.0] {
+            figures.take(&TaskEvent { secs, task: TaskId(1), change: Change::Handled { robot: 0, stop: 0 } });
+        }
+        assert_eq!(figures.json()["stops_by_period"], json!([2, 1, 0, 1]));
+    }
+}

@@ -1,0 +1,187 @@
+//! Closures: what robots that can't drive block, and where nobody would come out again.
+
+use super::Steering;
+use crate::claims::Claims;
+use crate::roads::{Leg, Roads};
+
+/// How long a robot is held or broken before what it blocks is closed, in seconds.
+const CLOSE_AFTER_SECS: f64 = 10.0;
+
+impl Steering {
+    /// Whether a robot has been held or broken for so long that others are led round it.
+    pub fn is_out_of_service(&self, robot: u32) -> bool {
+        self.robot(robot).is_some_and(|state| self.now - state.stuck_since >= CLOSE_AFTER_SECS)
+    }
+
+    /// Whether closures have cut a node off from where most robots are: who is there can't come away.
+    pub fn is_cut_off(&self, node: u32) -> bool {
+        self.cut_off.get(node as usize).is_some_and(|cut_off| *cut_off)
+    }
+
+    /// How often legs were closed or opened again.
+    pub fn closures(&self) -> u64 {
+        self.closures
+    }
+
+    /// Closes what robots block that are out of service, and opens what they don't block any more.
+    pub(super) fn close_roads(&mut self) {
+        let blockers: Vec<(u32, u64)> = (0..self.robots.len() as u32)
+            .filter(|robot| self.is_out_of_service(*robot))
+            .map(|robot| (robot, self.claims.version(robot)))
+            .collect();
+        if blockers == self.blockers {
+            return;
+        }
+        let robots: Vec<u32> = blockers.iter().map(|(robot, _)| *robot).collect();
+        self.blockers = blockers;
+        let Closures { legs, cut_off } = Closures::of(&self.roads, &self.claims, &robots);
+        if legs != self.closed {
+            (self.closed, self.cut_off) = (legs, cut_off);
+            self.closures += 1;
+            self.route_anew();
+        }
+    }
+
+    /// Has routes planned for those whose routes lead along closed legs, and those whose goal couldn't be reached.
+    fn route_anew(&mut self) {
+        for state in self.robots.iter_mut().flatten() {
+            let is_closed = state.horizon.iter().any(|leg| self.closed[leg.index()]);
+            if state.goal.is_some() && (is_closed || state.is_unreachable) {
+                (state.needs_route, state.is_unreachable) = (true, false);
+            }
+        }
+    }
+}
+
+/// What some robots close.
+struct Closures {
+    /// By leg: whether a robot on it would touch one of them, or no way leads back from it that had led back before.
+    legs: Vec<bool>,
+    /// By node: whether robots there can't come back.
+    cut_off: Vec<bool>,
+}
+
+impl Closures {
+    fn of(roads: &Roads, claims: &Claims, blockers: &[u32]) -> Self {
+        let mut legs = vec![false; 2 * roads.edges().len()];
+        if blockers.is_empty() {
+            return Self { legs, cut_off: Vec::new() };
+        }
+        let open = main_component(roads, &legs);
+        for track in claims.tracks_near(roads, blockers) {
+            for leg in [Leg::new(track, false), Leg::new(track, true)] {
+                legs[leg.index()] = !claims.lets_pass(roads, leg, blockers);
+            }
+        }
+        let main = main_component(roads, &legs);
+        let cut_off: Vec<bool> = open.into_iter().zip(main).map(|(open, main)| open && !main).collect();
+        for edge in 0..roads.edges().len() as u32 {
+            let leg = Leg::new(edge, false);
+            legs[leg.index()] |= cut_off[roads.end(leg) as usize];
+        }
+        Self { legs, cut_off }
+    }
+}
+
+/// How many nodes are tried as members of the main component.
+const SEEDS: u32 = 8;
+
+/// Returns for each node whether it belongs to the main component: a large set of nodes that can all be reached from each
+/// other in forward gear.
+fn main_component(roads: &Roads, closed: &[bool]) -> Vec<bool> {
+    let legs = (0..roads.edges().len() as u32).map(|edge| Leg::new(edge, false)).filter(|leg| !closed[leg.index()]);
+    let ways: Vec<[u32; 2]> = legs.map(|leg| [roads.start(leg), roads.end(leg)]).collect();
+    let ahead = Neighbours::new(roads.nodes(), ways.iter().copied());
+    let behind = Neighbours::new(roads.nodes(), ways.iter().map(|[start, end]| [*end, *start]));
+    let seeds = (0..SEEDS).map(|part| (u64::from(part) * u64::from(roads.nodes()) / u64::from(SEEDS)) as u32);
+    let components = seeds.map(|seed| {
+        let (after, before) = (ahead.reachable(seed), behind.reachable(seed));
+        after.into_iter().zip(before).map(|(after, before)| after && before).collect::<Vec<bool>>()
+    });
+    components.max_by_key(|component| component.iter().filter(|member| **member).count()).unwrap_or_default()
+}
+
+/// The nodes next to each node.
+struct Neighbours {
+    /// Of node n: `nodes[starts[n]..starts[n + 1]]`.
+    starts: Vec<u32>,
+    nodes: Vec<u32>,
+}
+
+impl Neighbours {
+    fn new(nodes: u32, ways: impl Iterator<Item = [u32; 2]>) -> Self {
+        let mut ways: Vec<[u32; 2]> = ways.collect();
+        ways.sort_unstable();
+        let starts = (0..=nodes).map(|node| ways.partition_point(|[from, _]| *from < node) as u32).collect();
+        Self { starts, nodes: ways.into_iter().map(|[_, to]| to).collect() }
+    }
+
+    /// Returns for each node whether it can be reached.
+    fn reachable(&self, from: u32) -> Vec<bool> {
+        let mut is_reached = vec![false; self.starts.len() - 1];
+        let mut open = Vec::new();
+        if let Some(reached) = is_reached.get_mut(from as usize) {
+            *reached = true;
+            open.push(from);
+        }
+        while let Some(node) = open.pop() {
+            for &next in &self.nodes[self.starts[node as usize] as usize..self.starts[node as usize + 1] as usize] {
+                if !std::mem::replace(&mut is_reached[next as usize], true) {
+                    open.push(next);
+                }
+            }
+        }
+        is_reached
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use regatta_plugin::world::{CurveRecord, EdgeRecord, NodeRecord, RobotTypeRecord, WorldData};
+
+    use super::*;
+    use crate::claims::Stretch;
+
+    #[test]
+    fn what_can_be_reached() {
+        let neighbours = Neighbours::new(4, [[0, 1], [1, 2], [3, 0]].into_iter());
+        assert_eq!(neighbours.reachable(0), [true, true, true, false]);
+        assert_eq!(neighbours.reachable(3), [true; 4]);
+        assert_eq!(neighbours.reachable(2), [false, false, true, false]);
+    }
+
+    /// A loop of three edges, with a spur of two edges from its first node and back.
+    fn loop_with_spur() -> WorldData {
+        let mut world = WorldData { robot_types: vec![RobotTypeRecord::new("", 0.9, 0.6)], ..WorldData::default() };
+        let places = [[0.0, 0.0], [20.0, 0.0], [10.0, 20.0], [-20.0, -10.0]];
+        for (id, [x, y]) in (0..).zip(places) {
+            world.nodes.push(NodeRecord { id, x, y, ..NodeRecord::default() });
+        }
+        for (id, (origin, destination)) in (0..).zip([(0, 1), (1, 2), (2, 0), (0, 3), (3, 0)]) {
+            let [from, to] = [origin, destination].map(|node: u32| places[node as usize]);
+            let bend = if id == 4 { 6.0 } else { 0.0 };
+            let middle = [0.5 * (from[0] + to[0]), 0.5 * (from[1] + to[1]) - bend];
+            let curve = CurveRecord { control_points: [from, middle, middle, to] };
+            let length = (to[0] - from[0]).hypot(to[1] - from[1]);
+            let edge = EdgeRecord { id, origin, destination, length, velocity_forward: 1.0, ..EdgeRecord::default() };
+            world.add_edge(edge, [curve]);
+        }
+        world
+    }
+
+    #[test]
+    fn a_way_that_leads_only_to_a_blocked_one_is_closed_too() {
+        let roads = Roads::new(&loop_with_spur().view(1, 1));
+        let mut claims = Claims::new(&roads, true);
+        let stand = |edge: u32| {
+            let middle = 0.5 * roads.edge(edge).length;
+            Stretch { track: edge, leg: Some(Leg::new(edge, false)), from: middle, to: middle }
+        };
+        claims.seize(&roads, 7, 0, stand(4));
+        let closures = Closures::of(&roads, &claims, &[7]);
+        let closed: Vec<u32> = (0..5).filter(|edge| closures.legs[Leg::new(*edge, false).index()]).collect();
+        assert_eq!((closed.as_slice(), closures.cut_off.as_slice()), (&[3, 4][..], &[false, false, false, true][..]));
+        let none = Closures::of(&roads, &claims, &[]);
+        assert!(none.legs.iter().all(|closed| !closed));
+    }
+}

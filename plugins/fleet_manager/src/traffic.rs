@@ -1,0 +1,67 @@
+//! What planners see: who is where, where everybody wants to go, and how far a robot could drive.
+
+mod extension;
+mod robot;
+
+use std::collections::VecDeque;
+
+pub use self::extension::{Extension, LEAST};
+pub use self::robot::{Robot, Seen};
+use crate::claims::Claims;
+use crate::roads::{Leg, Roads};
+
+/// The traffic of a cycle.
+#[derive(Clone, Copy, Debug)]
+pub struct Traffic<'a> {
+    /// The roads.
+    pub roads: &'a Roads,
+    /// Who claims what.
+    pub claims: &'a Claims,
+    /// By robot; `None` where there is none with this id.
+    pub robots: &'a [Option<Robot>],
+    /// By leg: whether it is closed. Who is there already may leave it.
+    pub closed: &'a [bool],
+    /// Simulated seconds.
+    pub now: f64,
+}
+
+impl<'a> Traffic<'a> {
+    /// A robot; `None` if there is none with this id.
+    pub fn robot(&self, robot: u32) -> Option<&'a Robot> {
+        self.robots.get(robot as usize)?.as_ref()
+    }
+
+    /// All robots, in ascending order of their ids.
+    pub fn robots(&self) -> impl Iterator<Item = (u32, &'a Robot)> + use<'a> {
+        (0..).zip(self.robots).filter_map(|(robot, state)| Some((robot, state.as_ref()?)))
+    }
+
+    /// Whether a leg is closed.
+    pub fn is_closed(&self, leg: Leg) -> bool {
+        self.closed.get(leg.index()).is_some_and(|closed| *closed)
+    }
+
+    /// The last leg of a robot's base and the node at its end.
+    pub fn base_end(&self, robot: u32) -> Option<(Leg, u32)> {
+        let last = self.claims.of(robot).iter().rev().find_map(|stretch| stretch.leg)?;
+        Some((last, self.roads.end(last)))
+    }
+
+    /// Metres from where a robot was last seen to the end of its base.
+    pub fn left(&self, robot: u32) -> f32 {
+        self.claims.of(robot).iter().map(|stretch| stretch.to - stretch.from).sum()
+    }
+
+    /// Whether a robot could drive on at once if this were its route beyond its base.
+    pub fn can_drive(&self, robot: u32, legs: &[Leg]) -> bool {
+        let horizon: VecDeque<Leg> = legs.iter().copied().collect();
+        !self.extension_along(robot, &horizon, 0.1, true).stretches.is_empty()
+    }
+
+    /// The robot that a robot has been waiting for, for some seconds at least.
+    pub fn waits_for(&self, robot: u32, secs: f64) -> Option<u32> {
+        let state = self.robot(robot)?;
+        let is_patient = self.now - state.waiting_since < secs;
+        state.blocker.filter(|blocker| !is_patient && self.robot(*blocker).is_some())
+    }
+}

@@ -1,0 +1,174 @@
+//! How far a robot's base can be extended.
+
+use std::collections::VecDeque;
+
+use super::Traffic;
+use crate::claims::Stretch;
+use crate::roads::Leg;
+
+/// How far along a route to look for an open place, in metres. Where there is none, robots may wait at nodes.
+const OPEN_WITHIN: f32 = 12.0;
+/// The shortest extension that is worth an order, in metres.
+pub const LEAST: f32 = 0.05;
+/// A way to extend a base.
+#[derive(Clone, Debug, Default)]
+pub struct Extension {
+    /// What to claim, in driving order; empty if nothing can be claimed.
+    pub stretches: Vec<Stretch>,
+    /// Legs of the horizon that become part of the base.
+    pub legs: usize,
+    /// Who is in the way of more, and on which edge.
+    pub blocker: Option<(u32, u32)>,
+    /// Whether it ends where the robot waits for admission to the roads.
+    pub is_held: bool,
+}
+
+/// The best place so far to end a base at.
+struct Place {
+    stretches: usize,
+    legs: usize,
+    to: f32,
+}
+
+impl Traffic<'_> {
+    /// Finds how far a base can be extended: to the first good place at least `wanted` metres on, or else to the last one
+    /// before. Unless it `may_enter` the roads, it ends in the reservoir that the robot is in.
+    pub fn extension(&self, robot: u32, wanted: f32, may_enter: bool) -> Extension {
+        let Some(state) = self.robot(robot) else { return Extension::default() };
+        if state.most_legs >= state.horizon.len() {
+            return self.extension_along(robot, &state.horizon, wanted, may_enter);
+        }
+        let horizon = state.horizon.iter().take(state.most_legs).copied().collect();
+        self.extension_along(robot, &horizon, wanted, may_enter)
+    }
+
+    pub(super) fn extension_along(
+        &self,
+        robot: u32,
+        horizon: &VecDeque<Leg>,
+        wanted: f32,
+        may_enter: bool,
+    ) -> Extension {
+        let (Some(state), Some(&end)) = (self.robot(robot), self.claims.end(robot)) else {
+            return Extension::default();
+        };
+        let Some(first) = end.leg else { return Extension::default() };
+        let is_held = |leg: Leg| !may_enter && !self.roads.is_reservoir(leg.edge());
+        if is_held(first) {
+            return Extension { is_held: true, ..Extension::default() };
+        }
+        let footprint = state.class.footprint;
+        let allows_sidings = !self.has_open_place(footprint, horizon, first, end.to);
+        let (mut stretches, mut best, mut blocker): (Vec<Stretch>, Option<Place>, _) = (Vec::new(), None, None);
+        let (mut leg, mut from, mut so_far, mut ends_held) = (first, end.to, 0.0, false);
+        for number in 0..=horizon.len() {
+            let length = self.roads.edge(leg.edge()).length;
+            let reach = self.claims.reach(self.roads, robot, footprint, leg.edge(), Some(leg), [from, length]);
+            // Who stands at the end of the leg is there already, whoever stands at the end of the opposite one.
+            let is_there = number == 0 && from >= length;
+            let to = if is_there { length } else { reach.metres };
+            if to < from {
+                blocker = reach.blocker.map(|blocker| (blocker, leg.edge()));
+                break;
+            }
+            let next = horizon.get(number);
+            if !is_there {
+                stretches.push(Stretch { track: leg.edge(), leg: Some(leg), from, to });
+            }
+            if let Some(place) = self.place(footprint, leg, [from, to], wanted - so_far, (next, allows_sidings)) {
+                best = Some(Place { stretches: stretches.len(), legs: number, to: place });
+                if so_far + place - from >= wanted {
+                    break;
+                }
+            }
+            if to < length {
+                blocker = reach.blocker.map(|blocker| (blocker, leg.edge()));
+                break;
+            }
+            so_far += length - from;
+            let Some(&next) = next else { break };
+            if is_held(next) {
+                ends_held = true;
+                break;
+            }
+            if let Err(by) = self.pass_node(robot, [leg, next], &mut stretches) {
+                blocker = by.map(|by| (by, next.edge()));
+                break;
+            }
+            (leg, from) = (next, 0.0);
+        }
+        let (legs, kept, to) = best.map_or((0, 0, 0.0), |best| (best.legs, best.stretches, best.to));
+        stretches.truncate(kept);
+        if let Some(last) = stretches.last_mut() {
+            last.to = to;
+        }
+        // A few millimetres are no extension, unless they are the rest of an edge.
+        let length = self.roads.conflicts().length(end.track);
+        let is_tiny = |only: &Stretch| {
+            only.leg == end.leg && (only.to <= end.to || (only.to < end.to + LEAST && only.to < length))
+        };
+        if matches!(stretches.as_slice(), [only] if is_tiny(only)) {
+            stretches.clear();
+        }
+        Extension { stretches, legs, blocker, is_held: ends_held }
+    }
+
+    /// Returns the place on a leg to end a base at: the first good one at least `wanted` metres on, or else the last before.
+    fn place(
+        &self,
+        footprint: usize,
+        leg: Leg,
+        [from, to]: [f32; 2],
+        wanted: f32,
+        (next, allows_sidings): (Option<&Leg>, bool),
+    ) -> Option<f32> {
+        let length = self.roads.edge(leg.edge()).length;
+        let stops = self.roads.stops(footprint);
+        let at_end = to >= length && (next.is_none() || (allows_sidings && stops.is_siding(leg)));
+        // The very start of a leg counts as the end of the one before it.
+        let least = if from > 0.0 { from } else { LEAST.min(length) };
+        let cap = (from + wanted).max(least).min(to);
+        let further = stops.next_open(leg, length, cap).filter(|place| *place <= to);
+        let place = further.or(at_end.then_some(length)).or_else(|| stops.last_open(leg, length, from, cap));
+        place.filter(|place| *place >= least)
+    }
+
+    /// Claims the place of a node where the robot turns on the spot. Fails, maybe because of a robot, if the next leg can't
+    /// be entered.
+    fn pass_node(&self, robot: u32, [leg, next]: [Leg; 2], stretches: &mut Vec<Stretch>) -> Result<(), Option<u32>> {
+        let Some(state) = self.robot(robot) else { return Err(None) };
+        // An edge is claimed once: what is given back behind the robot must not be ahead of it, too.
+        if self.claims.holds(robot, next.edge()) || stretches.iter().any(|stretch| stretch.track == next.edge()) {
+            return Err(None);
+        }
+        if state.class.turns && self.roads.is_turn(leg, next) {
+            let disc = self.roads.disc(self.roads.end(leg));
+            let reach = self.claims.reach(self.roads, robot, state.class.footprint, disc, None, [0.0, 0.0]);
+            if reach.blocker.is_some() {
+                return Err(reach.blocker);
+            }
+            stretches.push(Stretch { track: disc, leg: None, from: 0.0, to: 0.0 });
+        }
+        Ok(())
+    }
+
+    /// Whether there is an open place, or the goal, not far along a robot's route.
+    fn has_open_place(&self, footprint: usize, horizon: &VecDeque<Leg>, first: Leg, from: f32) -> bool {
+        let stops = self.roads.stops(footprint);
+        let (mut leg, mut from, mut so_far) = (first, from + LEAST, 0.0);
+        for next in horizon.iter().map(Some).chain([None]) {
+            let length = self.roads.edge(leg.edge()).length;
+            if next.is_none() || stops.last_open(leg, length, from, length).is_some() {
+                return true;
+            }
+            so_far += length - from;
+            if so_far > OPEN_WITHIN {
+                return false;
+            }
+            if let Some(&next) = next {
+                (leg, from) = (next, 0.0);
+            }
+        }
+        false
+    }
+}

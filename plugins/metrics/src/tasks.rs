@@ -1,0 +1,145 @@
+//! The tally of transport tasks, from a fleet manager's task log.
+
+use std::collections::{BTreeMap, VecDeque};
+
+use regatta_plugin::Tasks;
+use regatta_plugin::task::{TaskKind, TaskRecord};
+
+use crate::aggregator::RunClock;
+use crate::snapshot::TaskFigures;
+use crate::task_times::TimeRecorder;
+
+/// The largest number of open tasks that are tracked. Further ones are only counted when they are created and when they
+/// end.
+const MAX_OPEN: usize = 1 << 20;
+
+/// The length of a minute, in seconds.
+const MINUTE: f64 = 60.0;
+
+/// The number of minutes over which finished tasks are counted for their rate, the present one included.
+const RATE_MINUTES: u64 = 60;
+
+/// The tasks of one run since this reader began to read its task log.
+#[derive(Clone, Debug, Default)]
+pub struct TaskTally {
+    run_id: u64,
+    /// Ticks of the first and of the newest sample.
+    ticks: [u64; 2],
+    /// Whether the first sample was the first of the run.
+    is_from_start: bool,
+    open: BTreeMap<u64, OpenTask>,
+    /// Counts and gaps; the other figures are computed on request.
+    figures: TaskFigures,
+    service: TimeRecorder,
+    waiting: TimeRecorder,
+    /// Minutes of simulated time, and the number of tasks that were finished in each.
+    finished_by_minute: VecDeque<(u64, u64)>,
+}
+
+/// A task that is not over.
+#[derive(Clone, Copy, Debug)]
+struct OpenTask {
+    /// Simulated time at which it was created, in seconds; `None` if that was before this reader began.
+    created_secs: Option<f64>,
+    was_assigned: bool,
+}
+
+impl TaskTally {
+    /// Adds the records of a tick, which takes `tick_secs` seconds of simulated time.
+    ///
+    /// With another run the tally starts anew, and also with a tick before the last one: a replay was wound back.
+    pub fn add(&mut self, tasks: &Tasks<'_>, tick_secs: f64) {
+        let (run_id, tick) = (tasks.header.run_id, tasks.header.tick);
+        if run_id != self.run_id || tick < self.ticks[1] {
+            let is_from_start = tasks.header.sequence == 1;
+            *self = Self { run_id, ticks: [tick; 2], is_from_start, ..Self::default() };
+        }
+        self.ticks[1] = tick;
+        self.figures.gaps += tasks.missed + u64::from(tasks.header.dropped > 0);
+        for record in tasks.records {
+            self.add_record(record, tick as f64 * tick_secs);
+        }
+    }
+
+    /// Returns the figures at a time; those of no task if the clock is that of another run.
+    pub fn figures(&self, clock: &RunClock) -> TaskFigures {
+        if clock.run_id != self.run_id {
+            return TaskFigures::default();
+        }
+        TaskFigures {
+            open: (self.is_from_start && self.figures.gaps == 0).then_some(self.open.len() as u64),
+            finished_per_second: self.finished_per_second(clock),
+            service: self.service.summary(),
+            waiting: self.waiting.summary(),
+            ..self.figures
+        }
+    }
+
+    fn add_record(&mut self, record: &TaskRecord, now_secs: f64) {
+        // Unknown kinds are those of a later contract.
+        let Some(kind) = record.kind() else { return };
+        match kind {
+            TaskKind::Created => {
+                self.figures.created += 1;
+                self.open_task(record.task, Some(now_secs));
+            }
+            TaskKind::Assigned => self.assign(record.task, now_secs),
+            TaskKind::Finished => self.finish(record.task, now_secs),
+            TaskKind::Failed => {
+                self.figures.failed += 1;
+                self.open.remove(&record.task);
+            }
+            TaskKind::Cancelled => {
+                self.figures.cancelled += 1;
+                self.open.remove(&record.task);
+            }
+            TaskKind::Stop | TaskKind::Withdrawn | TaskKind::Arrived | TaskKind::Handled => {
+                self.open_task(record.task, None);
+            }
+        }
+    }
+
+    /// Returns a task that is not over; `None` if there are too many.
+    fn open_task(&mut self, task: u64, created_secs: Option<f64>) -> Option<&mut OpenTask> {
+        if self.open.len() >= MAX_OPEN {
+            return self.open.get_mut(&task);
+        }
+        Some(self.open.entry(task).or_insert(OpenTask { created_secs, was_assigned: false }))
+    }
+
+    fn assign(&mut self, task: u64, now_secs: f64) {
+        let Some(open) = self.open_task(task, None) else { return };
+        let is_first = !std::mem::replace(&mut open.was_assigned, true);
+        if let Some(created_secs) = open.created_secs.filter(|_| is_first) {
+            self.waiting.observe(now_secs - created_secs);
+        }
+    }
+
+    fn finish(&mut self, task: u64, now_secs: f64) {
+        self.figures.finished += 1;
+        if let Some(created_secs) = self.open.remove(&task).and_then(|open| open.created_secs) {
+            self.service.observe(now_secs - created_secs);
+        }
+        let minute = (now_secs / MINUTE) as u64;
+        match self.finished_by_minute.back_mut() {
+            Some((last, count)) if *last == minute => *count += 1,
+            _ => self.finished_by_minute.push_back((minute, 1)),
+        }
+        while self.finished_by_minute.front().is_some_and(|(first, _)| first + RATE_MINUTES <= minute) {
+            self.finished_by_minute.pop_front();
+        }
+    }
+
+    fn finished_per_second(&self, clock: &RunClock) -> Option<f64> {
+        // The log may be ahead of the newest frame that was read.
+        let now_secs = clock.tick.max(self.ticks[1]) as f64 * clock.tick_secs;
+        let first_minute = ((now_secs / MINUTE) as u64).saturating_sub(RATE_MINUTES - 1);
+        let counted = self.finished_by_minute.iter().filter(|(minute, _)| *minute >= first_minute);
+        let begin_secs = (self.ticks[0] as f64 * clock.tick_secs).max(first_minute as f64 * MINUTE);
+        let secs = now_secs - begin_secs;
+        (secs >= MINUTE).then(|| counted.map(|(_, count)| *count).sum::<u64>() as f64 / secs)
+    }
+}
+
+#[cfg(test)]
+mod tests;
