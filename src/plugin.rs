@@ -51,6 +51,12 @@ const PLUGINS: &[BuiltIn] = &[
         add_options: regatta_record::RecordArgs::augment_args,
     },
     BuiltIn {
+        name: "traffic",
+        about: "Publish what happens on each edge: throughput, speed, waiting",
+        run: |args| regatta_traffic::run_from(args),
+        add_options: |_| regatta_traffic::Cli::command(),
+    },
+    BuiltIn {
         name: "udp",
         about: "Send poses over UDP, as lines of text",
         run: |args| regatta_udp::run(args),

@@ -22,5 +22,6 @@ mod routes;
 mod shared_memory;
 mod terminal;
 mod top;
+mod traffic;
 mod udp;
 mod validator;

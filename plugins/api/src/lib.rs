@@ -49,6 +49,7 @@ pub use ports::producer::{FrameLoan, ProducerPorts};
 pub use ports::routes::{PendingRoute, RouteClient, RouteError, RouteServer};
 pub use ports::services;
 pub use ports::tasks::{TaskPublisher, TaskReader, Tasks};
+pub use ports::traffic::{Traffic, TrafficPublisher, TrafficReader};
 pub use ports::worlds::WorldReader;
 pub use process::csv_file::{CsvChange, CsvError, CsvFile, RowCounts};
 pub use process::domain::{DomainError, RUNTIME_DIR_VARIABLE, config as iceoryx2_config};
@@ -65,4 +66,6 @@ pub use producer::{produce, produce_from};
 pub use records::frame::Frame;
 pub use records::name::{ColumnName, FleetName, MAX_NAME_BYTES, NameError};
 pub use records::world::World;
-pub use records::{activity, column, contact, control, event, frame, order, order_log, route, sequence, task, world};
+pub use records::{
+    activity, column, contact, control, event, frame, order, order_log, route, sequence, task, traffic, world,
+};

@@ -28,5 +28,6 @@ pub mod routes;
 pub mod services;
 mod slices;
 pub mod tasks;
+pub mod traffic;
 mod wake;
 pub mod worlds;

@@ -18,6 +18,7 @@ pub mod route;
 pub mod sequence;
 pub mod task;
 mod text;
+pub mod traffic;
 pub mod world;
 
 pub(crate) use text::{cut, padded, text};

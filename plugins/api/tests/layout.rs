@@ -24,10 +24,11 @@ use regatta_plugin::order_log::OrderLogHeader;
 use regatta_plugin::records::lockstep::Done;
 use regatta_plugin::route::{RouteRequest, RouteResponse};
 use regatta_plugin::task::{NO_ROBOT, StopAction, TaskHeader, TaskKind, TaskRecord};
+use regatta_plugin::traffic::{EdgeTraffic, TrafficHeader};
 use regatta_plugin::world::{CurveRecord, EdgeRecord, NodeRecord, NodeRole, RobotTypeRecord, Shape, WorldHeader};
 use regatta_plugin::{
     ColumnReader, ContactEventReader, ContactReader, FleetName, OrderLogReader, Participant, Result, RouteServer,
-    TaskReader, services,
+    TaskReader, TrafficReader, services,
 };
 use serde_json::{Map, Value, json};
 
@@ -80,6 +81,9 @@ fn all_records() -> Map<String, Value> {
         EventRecord { token, kind, robot, id, detail }
         TaskHeader { run_id, tick, dropped, sequence }
         TaskRecord { task, kind, robot, stop, node, action, dwell_secs, detail, reserved }
+        TrafficHeader { run_id, tick, sim_time_nanos, world_revision, sequence, period_secs, edges, has_contacts,
+            reserved }
+        EdgeTraffic { occupancy, entered_per_hour, relative_speed, waiting_secs, contact_secs }
         ContactHeader { run_id, tick, sim_time_nanos, touching_ever, possible_ever, frames_skipped, sequence, touching,
             possible, capped, reserved }
         ContactRecord { since_tick, since_nanos, robots, level, edge, x, y, relative_speed, reserved }
@@ -124,7 +128,7 @@ fn all_services(fleet: &FleetName) -> Result<Map<String, Value>> {
     let _open =
         (ColumnReader::open_on(&other, "NAME")?, ContactReader::open_on(&other)?, ContactEventReader::open_on(&other)?);
     let (_log, _routes) = (OrderLogReader::open_on(&other)?, RouteServer::open_on(&other)?);
-    let _tasks = TaskReader::open_on(&other)?;
+    let (_tasks, _traffic) = (TaskReader::open_on(&other)?, TrafficReader::open_on(&other)?);
     let prefix = services::service_name(fleet, "");
     let mut services = Map::new();
     ipc::Service::list(regatta_plugin::iceoryx2_config()?, |service| {

@@ -30,6 +30,7 @@ from regatta._contract import (
     FrameHeader,
     OrderLogHeader,
     TaskHeader,
+    TrafficHeader,
 )
 from regatta._control import Control, ControlResponse, RobotsByState
 from regatta._enums import (
@@ -68,6 +69,7 @@ from regatta._frames import Frames
 from regatta._orders import Leg, Orders
 from regatta._rate import checked_rate
 from regatta._routes import Route
+from regatta._traffic import Traffic, TrafficReader
 from regatta._world import Orientation, World
 
 _joined: WeakValueDictionary[str, Fleet] = WeakValueDictionary()
@@ -224,6 +226,9 @@ __all__ = [
     "TaskKind",
     "TickReader",
     "TickRecords",
+    "Traffic",
+    "TrafficHeader",
+    "TrafficReader",
     "VersionError",
     "World",
     "column",

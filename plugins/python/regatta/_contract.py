@@ -279,6 +279,32 @@ class TaskRecord(Record):
 
 
 @record
+class TrafficHeader(Sequenced):
+    """The header of the traffic on edges, with the lengths of its periods in simulated seconds."""
+
+    run_id: u64
+    tick: u64
+    sim_time_nanos: u64
+    world_revision: u64
+    sequence: u64
+    period_secs: Annotated[Any, ctypes.c_float * 3]
+    edges: u32
+    has_contacts: u32
+    reserved: u32
+
+
+@record
+class EdgeTraffic(Record):
+    """What happened on an edge in a period."""
+
+    occupancy: f32
+    entered_per_hour: f32
+    relative_speed: f32
+    waiting_secs: f32
+    contact_secs: f32
+
+
+@record
 class ContactHeader(Sequenced):
     """The header of the contacts of one frame, with totals."""
 

@@ -39,6 +39,7 @@ from regatta._open import Closes, Open
 from regatta._orders import Orders
 from regatta._routes import Route, Routes
 from regatta._tokens import Tokens
+from regatta._traffic import TrafficReader
 from regatta._world import World, world_of
 
 MAX_NAME_BYTES = 64
@@ -171,6 +172,10 @@ class Fleet(Closes):
     def contacts(self) -> ContactReader:
         """Opens the contacts: pairs of robots that touch or are about to, which a collision checker publishes."""
         return ContactReader(self)
+
+    def traffic(self) -> TrafficReader:
+        """Opens the traffic on edges, which the plugin ``traffic`` publishes while it runs."""
+        return TrafficReader(self)
 
     def contact_events(self) -> TickReader[ContactEventHeader]:
         """Opens the contacts that begin and end. Records have ``robots``, ``level`` (a :class:`ContactLevel

@@ -22,6 +22,7 @@ OPEN: dict[str, Callable[[regatta.Fleet], Any]] = {
     "order_log": lambda fleet: fleet.order_log(),
     "tasks": lambda fleet: fleet.tasks(),
     "contacts": lambda fleet: fleet.contacts(),
+    "traffic": lambda fleet: fleet.traffic(),
     "contact_events": lambda fleet: fleet.contact_events(),
 }
 

@@ -435,6 +435,28 @@ def test_a_reader_that_is_too_slow_counts_the_ticks_that_it_missed(engine: Engin
     assert all(earlier.tick < later.tick for earlier, later in zip(late, late[1:]))
 
 
+def test_traffic_is_read(engine: Engine) -> None:
+    """The test itself publishes it."""
+    from regatta._contract import EdgeTraffic, TrafficHeader, dtype
+
+    fleet = regatta.join(engine.name)
+    reader, sender = fleet.traffic(), fleet._node.sender("traffic", "traffic", EdgeTraffic, TrafficHeader)
+    assert reader.latest() is None
+    figures = np.zeros(6, dtype(EdgeTraffic))
+    figures["waiting_secs"] = range(6)
+    header = TrafficHeader(run_id=1, tick=7, sequence=3, edges=2)
+    header.period_secs[:] = [60, 600, 700]
+    sender.send(header, 6, lambda memory: np.copyto(memory, figures.view(np.uint8)))
+    traffic = reader.latest()
+    assert traffic is not None and (traffic.run_id, traffic.tick, list(traffic.header.period_secs)) == (1, 7, [60, 600, 700])
+    for period, expected in zip([traffic.minute, traffic.ten_minutes, traffic.run], np.split(figures, 3)):
+        np.testing.assert_array_equal(period, expected)
+    assert reader.latest() is None and reader.current() is traffic
+    sender.send(TrafficHeader(run_id=1, edges=5), 6, lambda memory: None)
+    with pytest.raises(regatta.ReadError, match="contradicts its header"):
+        reader.latest()
+
+
 def test_contacts_are_read(engine: Engine) -> None:
     """The test itself publishes them."""
     from regatta._contract import ContactHeader, ContactRecord, dtype

@@ -62,6 +62,14 @@ pub enum OpenError {
         /// Its writer: executable and process id.
         owner: String,
     },
+    /// Another plugin publishes the traffic on the fleet's edges.
+    #[error("the traffic of fleet '{fleet}' is already published by {owner}; stop that one first")]
+    TrafficTaken {
+        /// The fleet.
+        fleet: FleetName,
+        /// Its publisher: executable and process id.
+        owner: String,
+    },
     /// A service has no free place.
     #[error(
         "{service} has all of its {limit} places taken by {holders}; stop one of them, or run `regatta doctor --clean` if \

@@ -13,6 +13,7 @@
 //! | orders, per sender | 1 | 256 | 1 | 0 | 1 | 258 | 40 B a record, 64 to begin with: 0.7 MB |
 //! | columns, each | 64 | 1 or 8 | 2 | 1 | 1 | 642 | 4.0 MB |
 //! | contacts | 64 | 1 or 8 | 2 | 1 | 1 | 642 | 48 B a pair, 64 pairs to begin with: 2.0 MB |
+//! | traffic | 64 | 1 | 2 | 1 | 1 | 194 | 20 B an edge and period: 6.0 MB at 100 k edges |
 //! | contact events, order log, tasks | 64 | 64 | 1 | 0 | 1 | 4161 | 56, 40 and 40 B each, 64 to begin with: 15, 11 and 11 MB |
 //! | done, per reader | 64 | 1 | 1 | 1 | 1 | 130 | 80 B |
 //! | routes, the server's answers | 16 | 1 | 1 | 0 | 1 | 8 per client and open request | 1056 B: 0.3 MB |
@@ -45,6 +46,7 @@ use crate::records::order::{OrderHeader, OrderRecord};
 use crate::records::order_log::OrderLogHeader;
 use crate::records::route::{RouteRequest, RouteResponse};
 use crate::records::task::{TaskHeader, TaskRecord};
+use crate::records::traffic::{EdgeTraffic, TrafficHeader};
 use crate::records::world::WorldHeader;
 
 /// The chunks of the frames' segment that are written to while there are one or two readers, of the many that it has
@@ -97,6 +99,7 @@ pub(crate) type Contacts = publish_subscribe::PortFactory<Ipc, [ContactRecord], 
 pub(crate) type ContactEvents = publish_subscribe::PortFactory<Ipc, [ContactEvent], ContactEventHeader>;
 pub(crate) type OrderLogs = publish_subscribe::PortFactory<Ipc, [OrderRecord], OrderLogHeader>;
 pub(crate) type Tasks = publish_subscribe::PortFactory<Ipc, [TaskRecord], TaskHeader>;
+pub(crate) type Traffic = publish_subscribe::PortFactory<Ipc, [EdgeTraffic], TrafficHeader>;
 pub(crate) type Dones = publish_subscribe::PortFactory<Ipc, Done, ()>;
 pub(crate) type Control = request_response::PortFactory<Ipc, ControlRequest, (), ControlResponse, ()>;
 pub(crate) type Routes = request_response::PortFactory<Ipc, RouteRequest, (), RouteResponse, ()>;
@@ -167,6 +170,14 @@ pub(crate) fn order_log(node: &Node<Ipc>, fleet: &FleetName) -> Result<OrderLogs
 pub(crate) fn tasks(node: &Node<Ipc>, fleet: &FleetName) -> Result<Tasks, OpenError> {
     open(node, fleet, "tasks", MessagingPattern::PublishSubscribe, |builder, version| {
         recent(builder.publish_subscribe::<[TaskRecord]>().user_header::<TaskHeader>())
+            .open_or_create_with_attributes(version)
+    })
+}
+
+/// Opens the traffic on edges, from a plugin.
+pub(crate) fn traffic(node: &Node<Ipc>, fleet: &FleetName) -> Result<Traffic, OpenError> {
+    open(node, fleet, "traffic", MessagingPattern::PublishSubscribe, |builder, version| {
+        newest_only(builder.publish_subscribe::<[EdgeTraffic]>().user_header::<TrafficHeader>(), 1)
             .open_or_create_with_attributes(version)
     })
 }

@@ -1,0 +1,129 @@
+//! Both sides of the traffic on edges: a plugin publishes it, any process reads it.
+
+use iceoryx2::service::port_factory::PortFactory as _;
+
+use super::error::{OpenError, PublishError, ReadError};
+use super::newest::Newest;
+use super::services;
+use super::slices::SliceSender;
+use crate::process::join::Participant;
+use crate::records::traffic::{EdgeTraffic, TRAFFIC_PERIODS, TrafficHeader};
+
+/// Publishes the traffic on a fleet's edges. A fleet has one such publisher at a time.
+#[derive(Debug)]
+pub struct TrafficPublisher {
+    sender: SliceSender<EdgeTraffic, TrafficHeader>,
+}
+
+impl TrafficPublisher {
+    /// Opens a fleet's traffic for writing.
+    ///
+    /// # Errors
+    /// [`OpenError::TrafficTaken`] if a live process publishes it, [`OpenError::OtherVersion`] if the fleet uses another contract,
+    /// else [`OpenError::SharedMemory`].
+    pub fn open_on(participant: &Participant) -> Result<Self, OpenError> {
+        let (node, fleet) = (participant.node(), participant.fleet());
+        let service = services::traffic(node, fleet)?;
+        let taken = |owner| OpenError::TrafficTaken { fleet: fleet.clone(), owner };
+        Ok(Self { sender: SliceSender::open_only(service, "traffic", services::FIRST_RECORDS, node, taken)? })
+    }
+
+    /// Publishes the figures of all edges for each period. Fills in the header's `sequence` and `edges`.
+    ///
+    /// # Errors
+    /// [`PublishError`] when shared memory is full.
+    ///
+    /// # Panics
+    /// If `figures` aren't as many for each period.
+    pub fn publish(&mut self, header: &TrafficHeader, figures: &[EdgeTraffic]) -> Result<(), PublishError> {
+        assert_eq!(figures.len() % TRAFFIC_PERIODS, 0, "a figure for each edge and period");
+        let sequence = self.sender.sequence().next(header.run_id);
+        let edges = (figures.len() / TRAFFIC_PERIODS) as u32;
+        self.sender.send(TrafficHeader { sequence, edges, ..*header }, figures).map(drop)
+    }
+
+    /// Gives the newest figures to readers that have joined since. Publishing does so as well.
+    pub fn update(&self) {
+        self.sender.update();
+    }
+}
+
+/// The traffic on all edges, borrowed from shared memory.
+#[derive(Clone, Copy, Debug)]
+pub struct Traffic<'sample> {
+    /// The frame that the figures belong to, and the periods.
+    pub header: &'sample TrafficHeader,
+    /// For each period: a figure for each edge of the world.
+    pub periods: [&'sample [EdgeTraffic]; TRAFFIC_PERIODS],
+    /// The number of samples that were published between the one that this reader returned before and this one.
+    pub missed: u64,
+}
+
+/// Reads the newest traffic on a fleet's edges.
+#[derive(Debug)]
+pub struct TrafficReader {
+    traffic: Newest<EdgeTraffic, TrafficHeader>,
+    service: services::Traffic,
+}
+
+impl TrafficReader {
+    /// Opens a fleet's traffic, whether or not a process publishes it yet.
+    ///
+    /// # Errors
+    /// As [`Subscriber::open`](crate::Subscriber::open).
+    pub fn open_on(participant: &Participant) -> Result<Self, OpenError> {
+        let service = services::traffic(participant.node(), participant.fleet())?;
+        Ok(Self { traffic: Newest::open(&service, "traffic", 1)?, service })
+    }
+
+    /// Returns the newest figures, if there are some that this hasn't returned yet.
+    ///
+    /// # Errors
+    /// [`ReadError`] if the connection is broken, or the figures contradict their header.
+    pub fn latest(&mut self) -> Result<Option<Traffic<'_>>, ReadError> {
+        if self.traffic.take_newest()? { self.current() } else { Ok(None) }
+    }
+
+    /// The figures that [`latest`](Self::latest) returned last.
+    ///
+    /// # Errors
+    /// [`ReadError::Malformed`] if they contradict their header.
+    pub fn current(&self) -> Result<Option<Traffic<'_>>, ReadError> {
+        let Some((header, figures)) = self.traffic.held() else { return Ok(None) };
+        let edges = header.edges as usize;
+        if figures.len() != edges * TRAFFIC_PERIODS {
+            return Err(ReadError::Malformed { what: "traffic", lines: figures.len() });
+        }
+        let periods = core::array::from_fn(|period| &figures[period * edges..(period + 1) * edges]);
+        Ok(Some(Traffic { header, periods, missed: self.traffic.missed() }))
+    }
+
+    /// Whether a process publishes it. One that was killed counts until another process joins the fleet.
+    pub fn has_publisher(&self) -> bool {
+        self.service.dynamic_config().number_of_publishers() > 0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::FleetName;
+
+    #[test]
+    fn figures_arrive_as_they_were_published_and_by_one_publisher_only() {
+        let name: FleetName = format!("unit-traffic-{}", std::process::id()).parse().expect("a name");
+        let participant = Participant::join(&name, "test").expect("joined");
+        let mut publisher = TrafficPublisher::open_on(&participant).expect("a publisher");
+        let second = TrafficPublisher::open_on(&participant).expect_err("one at a time");
+        assert!(matches!(second, OpenError::TrafficTaken { .. }), "{second}");
+        let mut reader = TrafficReader::open_on(&participant).expect("a reader");
+        assert!(reader.latest().expect("readable").is_none() && reader.has_publisher());
+        let figures: Vec<_> = (0..6).map(|n| EdgeTraffic { occupancy: n as f32, ..EdgeTraffic::default() }).collect();
+        let header =
+            TrafficHeader { run_id: 3, tick: 9, period_secs: [60.0, 600.0, 700.0], ..TrafficHeader::default() };
+        publisher.publish(&header, &figures).expect("published");
+        let traffic = reader.latest().expect("readable").expect("figures");
+        assert_eq!(*traffic.header, TrafficHeader { edges: 2, sequence: 1, ..header });
+        assert_eq!(traffic.periods, [&figures[0..2], &figures[2..4], &figures[4..6]]);
+    }
+}

@@ -1,0 +1,11 @@
+//! Traffic: what happens on each edge, for viewers, exporters and studies.
+//!
+//! Each frame is counted once ([`tally`]), summed up over the last minute, the last ten minutes and the run ([`periods`]), and
+//! published once a simulated second ([`plugin`]). In lockstep the figures repeat bit by bit.
+
+pub mod periods;
+pub mod plugin;
+pub mod report;
+pub mod tally;
+
+pub use plugin::{Cli, run_from};

@@ -1,0 +1,203 @@
+//! The plugin: frames in, the traffic on edges out.
+
+use std::ffi::OsString;
+use std::io::Write as _;
+use std::path::PathBuf;
+
+use clap::Parser;
+use regatta_plugin::traffic::{EdgeTraffic, TrafficHeader};
+use regatta_plugin::{
+    ColumnReader, Error, Frame, Options, Participant, Plugin, Rate, Result, TrafficPublisher, World, usage_line,
+};
+
+use crate::periods::Periods;
+use crate::report::{self, Edge, Report};
+use crate::tally::Tally;
+
+/// How often figures are published, in simulated seconds.
+const PUBLISH_SECS: f64 = 1.0;
+/// The longest time that a frame stands for, in simulated seconds: what happened in a longer gap isn't known.
+const LONGEST_GAP_SECS: f64 = 10.0;
+
+/// The command line of `regatta plugin traffic`.
+#[derive(Clone, Debug, Parser)]
+#[command(about = "Publishes what happens on each edge: occupancy, throughput, speed, waiting, contacts")]
+pub struct Cli {
+    /// At the end, write the figures of all edges for the run to this file
+    #[arg(long, value_name = "FILE.csv")]
+    pub csv: Option<PathBuf>,
+    /// At the end, write the figures of all edges for the run to this file as JSON
+    #[arg(long, value_name = "FILE.json")]
+    pub json: Option<PathBuf>,
+    /// At the end, print the ten edges where robots waited the longest
+    #[arg(long)]
+    pub summary: bool,
+    /// Options of every plugin.
+    #[command(flatten)]
+    pub options: Options,
+}
+
+/// Runs the plugin with a command line, whose first argument is the name of the program.
+///
+/// # Errors
+/// Fails if an option is invalid, a file can't be written, the fleet has such a plugin already, or as [`regatta_plugin::run`]
+/// does.
+pub fn run_from<A: Into<OsString> + Clone>(args: impl IntoIterator<Item = A>) -> Result {
+    match Cli::try_parse_from(args) {
+        Ok(cli) => {
+            for file in [&cli.csv, &cli.json].into_iter().flatten() {
+                report::check(file)?;
+            }
+            cli.options.clone().run(TrafficPlugin::new(cli), "traffic")
+        }
+        Err(error) if !error.use_stderr() => Ok(error.print()?),
+        Err(error) => Err(Error::new(format_args!("{}; --help lists the options", usage_line(&error)))),
+    }
+}
+
+/// The plugin's ports in the fleet.
+struct Ports {
+    traffic: TrafficPublisher,
+    contacts: ColumnReader,
+}
+
+/// The frame before.
+#[derive(Clone, Copy)]
+struct Before {
+    run_id: u64,
+    tick: u64,
+    sim_secs: f64,
+}
+
+/// The traffic plugin.
+struct TrafficPlugin {
+    cli: Cli,
+    ports: Option<Ports>,
+    edges: Vec<Edge>,
+    /// Speed limits of edges, in metres per second.
+    limits: Vec<f32>,
+    world_revision: u64,
+    tally: Tally,
+    periods: Periods,
+    before: Option<Before>,
+    next_publication_secs: f64,
+    figures: Vec<EdgeTraffic>,
+}
+
+impl TrafficPlugin {
+    fn new(cli: Cli) -> Self {
+        Self {
+            cli,
+            ports: None,
+            edges: Vec::new(),
+            limits: Vec::new(),
+            world_revision: 0,
+            tally: Tally::default(),
+            periods: Periods::default(),
+            before: None,
+            next_publication_secs: 0.0,
+            figures: Vec::new(),
+        }
+    }
+
+    /// Begins anew: another run, or another route graph.
+    fn begin(&mut self) {
+        self.tally.begin(self.limits.len());
+        self.periods = Periods::new(self.limits.len());
+        self.before = None;
+        self.next_publication_secs = 0.0;
+    }
+
+    /// Returns for how long a frame stands, in simulated seconds: 0 for the first one, and after a gap or a jump.
+    fn secs_of(&mut self, frame: &Frame<'_>) -> f64 {
+        let sim_secs = frame.sim_time().as_secs_f64();
+        let now = Before { run_id: frame.run_id(), tick: frame.tick(), sim_secs };
+        // A replay that goes back begins anew.
+        if self.before.is_some_and(|before| before.run_id != now.run_id || before.tick > now.tick) {
+            self.begin();
+        }
+        let secs = self.before.map_or(0.0, |before| sim_secs - before.sim_secs);
+        self.before = Some(now);
+        if secs > LONGEST_GAP_SECS { 0.0 } else { secs }
+    }
+
+    fn publish(&mut self, frame: &Frame<'_>, has_contacts: bool) -> Result {
+        let sim_secs = frame.sim_time().as_secs_f64();
+        let Some(ports) = &mut self.ports else { return Ok(()) };
+        if sim_secs < self.next_publication_secs {
+            return Ok(());
+        }
+        self.next_publication_secs = sim_secs + PUBLISH_SECS;
+        self.periods.figures(&self.limits, &mut self.figures);
+        let header = TrafficHeader {
+            run_id: frame.run_id(),
+            tick: frame.tick(),
+            sim_time_nanos: frame.header().sim_time_nanos,
+            world_revision: self.world_revision,
+            period_secs: self.periods.secs().map(|secs| secs as f32),
+            has_contacts: has_contacts.into(),
+            ..TrafficHeader::default()
+        };
+        Ok(ports.traffic.publish(&header, &self.figures)?)
+    }
+
+    /// Writes and prints the figures of the run.
+    fn report(&mut self) -> Result {
+        self.periods.figures(&self.limits, &mut self.figures);
+        let run = self.figures.len() - self.edges.len();
+        let report = Report { secs: self.periods.secs()[2], edges: &self.edges, figures: &self.figures[run..] };
+        if self.cli.summary {
+            // Whoever reads this may be gone, which is no error.
+            let _ = write!(std::io::stdout(), "{}", report.summary());
+        }
+        if let Some(path) = &self.cli.csv {
+            report::write(path, &report.csv())?;
+        }
+        if let Some(path) = &self.cli.json {
+            report::write(path, &report.json())?;
+        }
+        Ok(())
+    }
+}
+
+impl Plugin for TrafficPlugin {
+    fn on_start(&mut self, fleet: &Participant) -> Result {
+        let contacts = ColumnReader::open_on(fleet, "collision")?;
+        self.ports = Some(Ports { traffic: TrafficPublisher::open_on(fleet)?, contacts });
+        Ok(())
+    }
+
+    fn on_world(&mut self, world: &World<'_>) -> Result {
+        self.edges = report::edges(world);
+        self.limits = world.edges().iter().map(|edge| edge.velocity_forward).collect();
+        self.world_revision = world.revision();
+        self.begin();
+        Ok(())
+    }
+
+    fn on_frame(&mut self, frame: &Frame<'_>) -> Result {
+        let secs = self.secs_of(frame);
+        let Some(ports) = &mut self.ports else { return Ok(()) };
+        ports.contacts.latest()?;
+        let contacts = ports.contacts.current()?.filter(|column| column.header.run_id == frame.run_id());
+        let has_contacts = contacts.is_some();
+        let counts = self.tally.count(&frame.columns(), contacts.map_or(&[][..], |column| column.values));
+        self.periods.add(counts, secs);
+        self.publish(frame, has_contacts)
+    }
+
+    fn on_idle(&mut self, _has_producer: bool) -> Result {
+        if let Some(ports) = &self.ports {
+            ports.traffic.update();
+        }
+        Ok(())
+    }
+
+    fn rate(&self) -> Rate {
+        Rate::PerSecond(10.0)
+    }
+
+    fn on_stop(&mut self) -> Result {
+        self.report()
+    }
+}
