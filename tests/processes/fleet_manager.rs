@@ -1,7 +1,7 @@
 //! The fleet manager on real engines: no contact, no task lost, and runs that repeat.
 
 use std::path::{Path, PathBuf};
-use std::process::Output;
+use std::process::{Command, Output};
 
 use regatta_plugin::FleetName;
 use rustix::process::Signal;
@@ -99,6 +99,50 @@ fn a_killed_manager_goes_on_where_it_was() {
     assert!(engine.interrupt().status.success());
     assert!(verdict.status.success(), "{}\n{summary}", text(&verdict));
     assert!(finished(&summary) > 80, "{summary}");
+}
+
+/// Ten robots on `porto.yaml` for ten minutes, in lockstep under the validator; returns how many orders were finished.
+fn drive_porto(test: &str, manager: &mut Command) -> u64 {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (scenario, load) = (folder.path().join("scenario.yaml"), folder.path().join("load.yaml"));
+    let graph = graphs("porto.yaml");
+    let description = format!(
+        "graph: {}\nrate: 20\npublish_rate: 10\nseed: 3\nrobot_types:\n- {{name: amr, length: 0.9, width: 0.6}}\n\
+         robots:\n- {{count: 10, routes: none}}\n",
+        graph.display()
+    );
+    std::fs::write(&scenario, description).expect("written");
+    std::fs::write(&load, "load: {seed: 5, endless: robots}\n").expect("written");
+    let fleet = unique(test);
+    let manager = Process::start(manager.args(["--summary", "--fleet"]).arg(fleet.to_string()).arg("--load").arg(load));
+    let validator = validator(&fleet);
+    let mut engine = regatta();
+    engine.arg("engine").arg(&scenario).args(["--ticks", "12000", "--speed", "max", "--fleet"]).arg(fleet.to_string());
+    engine.args(["--lockstep", "fleet-manager", "--lockstep", "validator"]);
+    let engine = Process::start(&mut engine).finish();
+    assert!(engine.status.success(), "{}", text(&engine));
+    let (summary, verdict) = (text(&manager.interrupt()), validator.interrupt());
+    assert!(verdict.status.success(), "{}\n{summary}", text(&verdict));
+    finished(&summary)
+}
+
+#[test]
+fn every_planner_drives_the_engine() {
+    for (planner, fewest) in [("lanes", 40), ("tea", 40), ("pibt", 20)] {
+        let mut manager = regatta();
+        let orders = drive_porto(planner, manager.args(["plugin", "fleet-manager", "--planner", planner]));
+        assert!(orders >= fewest, "{planner}: {orders} orders");
+    }
+}
+
+#[test]
+fn a_planner_of_a_users_own_drives_the_engine() {
+    // An example of the fleet manager's crate, which is built beside the tests.
+    let program = Path::new(env!("CARGO_BIN_EXE_regatta")).with_file_name("examples").join("own_planner");
+    let mut manager = Command::new(program);
+    manager.env("REGATTA_PLUGIN_NAME", "fleet-manager");
+    let orders = drive_porto("own-planner", &mut manager);
+    assert!(orders >= 20, "{orders} orders");
 }
 
 #[test]

@@ -44,6 +44,9 @@ pub struct Cli {
     /// A YAML file with a load: generators of orders [default: that of the scenario, under `regatta run`]
     #[arg(long, value_name = "FILE")]
     pub load: Option<PathBuf>,
+    /// The seed of the load, instead of its own
+    #[arg(long, value_name = "N")]
+    pub seed: Option<u64>,
     /// Keep orders in this SQLite file: they survive the manager [default: in memory]
     #[arg(long, value_name = "FILE")]
     pub store: Option<PathBuf>,
@@ -138,9 +141,9 @@ impl FleetManager {
     }
 
     fn task_settings(&self) -> TaskSettings {
-        let Cli { orders, load, store, http, token_file, .. } = self.cli.clone();
+        let Cli { orders, load, seed, store, http, token_file, .. } = self.cli.clone();
         let load = load.or_else(|| std::env::var_os(LOAD_VARIABLE).map(PathBuf::from));
-        TaskSettings { orders, load, store, http, token_file }
+        TaskSettings { orders, load, seed, store, http, token_file }
     }
 
     /// Sends what the manager has decided. Orders that can't be sent now are sent with the next ones.
@@ -185,7 +188,7 @@ impl FleetManager {
         let Some(manager) = &self.manager else { return Ok(()) };
         let (figures, run) = (manager.tasks().figures(self.figures.now_secs), &self.figures);
         if self.cli.summary {
-            println!("{}", figures.markdown());
+            println!("{}\n{}", figures.markdown(), run.markdown());
             let (mean, longest) = (run.mean_cycle_ms(), run.longest_cycle_ms());
             println!("{} robots, {:.0} s; {mean:.2} ms a cycle, longest {longest:.1} ms", run.robots, run.now_secs);
         }
@@ -250,11 +253,14 @@ impl Plugin for FleetManager {
         let charges = ports.batteries.current()?.filter(|charges| charges.header.run_id == frame.run_id());
         let charges = charges.map_or(&[][..], |charges| charges.values);
         let (now_secs, columns) = (frame.sim_time().as_secs_f64(), frame.columns());
+        let secs = now_secs - self.figures.now_secs;
         self.figures.see(now_secs, frame.len(), |robot| columns.state[robot] != RobotState::Absent as u8);
         let roads = manager.steering().roads().clone();
         let commands = manager.cycle(now_secs, &columns, types, charges);
         Self::send(&mut ports.orders, &mut self.pending, commands, &roads)?;
         Self::publish_tasks(ports, &mut self.log, &mut self.figures, manager, frame)?;
+        let present = (0..frame.len()).filter(|robot| columns.state[*robot] != RobotState::Absent as u8);
+        self.figures.spend(secs.max(0.0), present.map(|robot| manager.doing(robot as u32, columns.speed[robot])));
         ports.columns.publish(frame, manager)?;
         manager.tasks_mut().publish(now_secs);
         self.figures.end_cycle(start.elapsed());

@@ -1,9 +1,13 @@
 //! Figures of a run: what the manager's cycles cost, and when robots have finished something.
 
+mod effort;
+
 use std::time::Duration;
 
 use serde_json::{Value, json};
 
+pub use self::effort::Doing;
+use self::effort::Effort;
 use crate::tasks::{Change, TaskEvent};
 
 /// The length of the periods whose finished stops are counted, in simulated seconds.
@@ -23,6 +27,9 @@ pub(crate) struct RunFigures {
     longest: Duration,
     /// The stops that were finished in each period.
     stops: Vec<u32>,
+    /// The orders that were finished in each period.
+    orders: Vec<u32>,
+    effort: Effort,
     /// By robot, when it has finished an order, or else when it came; infinite if it has left.
     finished_secs: Vec<f64>,
     longest_without_finish_secs: f64,
@@ -50,17 +57,24 @@ impl RunFigures {
     pub(crate) fn take(&mut self, event: &TaskEvent) {
         match event.change {
             Change::Handled { .. } => {
-                let period = (event.secs / PERIOD_SECS) as usize;
-                self.stops.resize(self.stops.len().max(period + 1), 0);
-                self.stops[period] += 1;
+                count(&mut self.stops, event.secs);
             }
             Change::Finished { robot } => {
+                count(&mut self.orders, event.secs);
                 if let Some(finished) = self.finished_secs.get_mut(robot as usize) {
                     self.longest_without_finish_secs = self.longest_without_finish_secs.max(event.secs - *finished);
                     *finished = event.secs;
                 }
             }
             _ => {}
+        }
+    }
+
+    /// Notes what all robots do, for as long as the time since the frame before.
+    pub(crate) fn spend(&mut self, secs: f64, robots: impl Iterator<Item = Doing>) {
+        // What was before the first frame is unknown.
+        if self.cycles > 0 {
+            robots.for_each(|doing| self.effort.add(&doing, secs));
         }
     }
 
@@ -87,6 +101,11 @@ impl RunFigures {
         open.fold(self.longest_without_finish_secs, f64::max)
     }
 
+    /// What robots spend, as a table in Markdown.
+    pub(crate) fn markdown(&self) -> String {
+        self.effort.markdown()
+    }
+
     /// The figures as JSON.
     pub(crate) fn json(&self) -> Value {
         json!({
@@ -98,8 +117,17 @@ impl RunFigures {
             "longest_without_finish_secs": self.longest_without_finish_secs(),
             "period_secs": PERIOD_SECS,
             "stops_by_period": self.stops,
+            "orders_by_period": self.orders,
+            "effort": self.effort.json(),
         })
     }
+}
+
+/// Counts something in the period of a simulated time in seconds.
+fn count(periods: &mut Vec<u32>, secs: f64) {
+    let period = (secs / PERIOD_SECS) as usize;
+    periods.resize(periods.len().max(period + 1), 0);
+    periods[period] += 1;
 }
 
 fn millis(duration: Duration) -> f64 {

@@ -3,6 +3,7 @@
 use regatta_plugin::activity::Activity;
 
 use super::{Errand, Manager};
+use crate::run_figures::Doing;
 
 impl Manager {
     /// What a robot is about.
@@ -21,6 +22,13 @@ impl Manager {
                 None => Activity::Idle,
             },
         }
+    }
+
+    /// What a robot does, for figures.
+    pub(crate) fn doing(&self, robot: u32, speed: f32) -> Doing {
+        let order = self.tasks.task_of(robot).and_then(|task| self.tasks.order(task));
+        let is_loaded = order.is_some_and(|order| order.handled_stops() > 0);
+        Doing { activity: self.activity(robot), has_order: order.is_some(), is_loaded, speed }
     }
 
     /// The robot that a robot waits for.

@@ -1,6 +1,6 @@
 //! Generators of orders. What they make depends on the seed and the time alone, not on how often they are asked.
 
-use super::load::{GeneratorSettings, Kind, Shift};
+use super::load::{Arrival, GeneratorSettings, Shift, Stops};
 use super::order::{Action, NewOrder, OrderName, Stop};
 use super::random::Random;
 
@@ -34,10 +34,10 @@ impl Generator {
     /// Returns the time and the next order that comes up to `now_secs`. An endless generator needs the number of robots, and
     /// of its orders that are open.
     pub(super) fn next(&mut self, now_secs: f64, robots: usize, open: usize) -> Option<(f64, NewOrder)> {
-        let secs = match &self.settings.kind {
-            Kind::Poisson { shifts, .. } => time_of(self.next_unit, shifts).filter(|secs| *secs <= now_secs)?,
-            Kind::Endless { orders, .. } if open < orders.unwrap_or(robots) => now_secs,
-            Kind::Endless { .. } => return None,
+        let secs = match &self.settings.arrival {
+            Arrival::Poisson(shifts) => time_of(self.next_unit, shifts).filter(|secs| *secs <= now_secs)?,
+            Arrival::Endless(orders) if open < orders.unwrap_or(robots) => now_secs,
+            Arrival::Endless(_) => return None,
         };
         self.made += 1;
         let order = self.order(self.made, secs);
@@ -65,9 +65,9 @@ impl Generator {
         let [min, max] = self.settings.dwell_secs;
         let dwell = |draw| min + (max - min) * random.unit(draw);
         let stop = |node, action, draw| Stop { node, action, dwell_secs: dwell(draw) };
-        let stops = match &self.settings.kind {
-            Kind::Endless { among, .. } => vec![stop(among[random.below(FROM, among.len())], Action::None, DWELL)],
-            Kind::Poisson { from, to, .. } => {
+        let stops = match &self.settings.stops {
+            Stops::One(among) => vec![stop(among[random.below(FROM, among.len())], Action::None, DWELL)],
+            Stops::Two { from, to } => {
                 let first = from[random.below(FROM, from.len())];
                 vec![stop(first, Action::Pick, DWELL), stop(other(first, to, random), Action::Drop, DWELL + 1)]
             }

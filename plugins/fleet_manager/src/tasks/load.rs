@@ -17,6 +17,9 @@
 //!       deadline: 900                # seconds after its creation; none if absent
 //!     - endless: robots              # as many open orders as there are robots, or a number
 //!       among: north                 # orders with one stop of this group; any node if absent
+//!     - endless: 50
+//!       from: inbound                # orders with two stops, as above
+//!       to: north
 //! ```
 //!
 //! A generator's fields may also stand beside `seed` and `groups`, if there is only one. A file may have further keys beside
@@ -43,7 +46,8 @@ pub struct Load {
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct GeneratorSettings {
     pub(super) name: String,
-    pub(super) kind: Kind,
+    pub(super) arrival: Arrival,
+    pub(super) stops: Stops,
     pub(super) priority: u8,
     /// The shortest and the longest dwell time, in seconds.
     pub(super) dwell_secs: [f64; 2],
@@ -51,11 +55,19 @@ pub(super) struct GeneratorSettings {
 }
 
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum Kind {
-    /// Orders from a node of the first group to another one of the second.
-    Poisson { from: Vec<u32>, to: Vec<u32>, shifts: Vec<Shift> },
-    /// This number of open orders, or as many as there are robots, each to a node of the group.
-    Endless { among: Vec<u32>, orders: Option<usize> },
+pub(super) enum Arrival {
+    /// At random, at the mean rates of this profile.
+    Poisson(Vec<Shift>),
+    /// Whenever fewer than this number of orders are open, or fewer than there are robots.
+    Endless(Option<usize>),
+}
+
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Stops {
+    /// A node of the group.
+    One(Vec<u32>),
+    /// From a node of the first group to another one of the second.
+    Two { from: Vec<u32>, to: Vec<u32> },
 }
 
 /// A part of a profile.
@@ -119,14 +131,16 @@ fn load(load: Value, places: &Places) -> Result<Load, InputError> {
 
 fn generator(value: Value, fields: &Fields, number: usize, groups: &Groups) -> Result<GeneratorSettings, InputError> {
     let name = fields.optional("name", |value| generator_name(value))?.unwrap_or_else(|| number.to_string());
-    let kind = match fields.get("endless") {
-        Some(orders) => endless(orders, fields, groups)?,
-        None => poisson(value, fields, groups)?,
+    let arrival = arrival(value, fields)?;
+    let has_ends = fields.get("from").is_some() || fields.get("to").is_some();
+    let stops = match arrival {
+        Arrival::Endless(_) if !has_ends => Stops::One(groups.find(fields.get("among"), NodeRole::None)?),
+        _ => transports(value, fields, groups)?,
     };
     let dwell_secs = fields.optional("dwell", dwell)?.unwrap_or_default();
     let priority = fields.optional("priority", |value| value.integer(255))?.unwrap_or(0) as u8;
     let deadline_secs = fields.optional("deadline", Value::positive)?;
-    Ok(GeneratorSettings { name, kind, priority, dwell_secs, deadline_secs })
+    Ok(GeneratorSettings { name, arrival, stops, priority, dwell_secs, deadline_secs })
 }
 
 fn generator_name(value: Value) -> Result<String, InputError> {
@@ -138,26 +152,34 @@ fn generator_name(value: Value) -> Result<String, InputError> {
     }
 }
 
-fn endless(orders: Value, fields: &Fields, groups: &Groups) -> Result<Kind, InputError> {
-    let orders = match orders.text()?.as_str() {
-        "robots" => None,
-        _ => Some(orders.integer(1_000_000)? as usize),
-    };
-    Ok(Kind::Endless { among: groups.find(fields.get("among"), NodeRole::None)?, orders })
+fn arrival(value: Value, fields: &Fields) -> Result<Arrival, InputError> {
+    match (fields.get("per_hour"), fields.get("shifts"), fields.get("endless")) {
+        (Some(rate), None, None) => {
+            Ok(Arrival::Poisson(vec![Shift { until_secs: f64::INFINITY, per_hour: per_hour(rate)? }]))
+        }
+        (None, Some(shifts), None) => profile(shifts).map(Arrival::Poisson),
+        (None, None, Some(orders)) => endless(orders).map(Arrival::Endless),
+        _ => Err(value.error("a generator has one of per_hour, shifts, endless")),
+    }
 }
 
-fn poisson(value: Value, fields: &Fields, groups: &Groups) -> Result<Kind, InputError> {
-    let shifts = match (fields.get("per_hour"), fields.get("shifts")) {
-        (Some(rate), None) => vec![Shift { until_secs: f64::INFINITY, per_hour: per_hour(rate)? }],
-        (None, Some(shifts)) => profile(shifts)?,
-        _ => return Err(value.error("a generator has one of per_hour, shifts, endless")),
-    };
+fn endless(orders: Value) -> Result<Option<usize>, InputError> {
+    match orders.text()?.as_str() {
+        "robots" => Ok(None),
+        _ => Ok(Some(orders.integer(1_000_000)? as usize)),
+    }
+}
+
+fn transports(value: Value, fields: &Fields, groups: &Groups) -> Result<Stops, InputError> {
+    if fields.get("among").is_some() {
+        return Err(value.error("`among` is for an endless load of orders with one stop, without `from` and `to`"));
+    }
     let from = groups.find(fields.get("from"), NodeRole::Pick)?;
     let to = groups.find(fields.get("to"), NodeRole::Drop)?;
     if from.len() == 1 && from == to {
         return Err(value.error("`from` and `to` are the same single node"));
     }
-    Ok(Kind::Poisson { from, to, shifts })
+    Ok(Stops::Two { from, to })
 }
 
 fn per_hour(value: Value) -> Result<f64, InputError> {

@@ -23,6 +23,8 @@ pub struct TaskSettings {
     pub orders: Option<PathBuf>,
     /// A file with a load.
     pub load: Option<PathBuf>,
+    /// The seed of the load instead of its own.
+    pub seed: Option<u64>,
     /// The store; orders are in memory only without one.
     pub store: Option<PathBuf>,
     /// The address of the web API; none without one. Port 0 is any free one.
@@ -102,7 +104,8 @@ impl TaskBook {
             let invalid = |error| FileError::Invalid { path: path.clone(), error };
             book.add_new_orders(&orders, &known).map_err(invalid)?;
         }
-        book.continue_load(&load.unwrap_or_default(), &known);
+        let load = load.unwrap_or_default();
+        book.continue_load(&Load { seed: settings.seed.unwrap_or(load.seed), ..load }, &known);
         book.open_threads(settings, store)?;
         Ok(book)
     }

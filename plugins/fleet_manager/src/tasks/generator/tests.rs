@@ -90,6 +90,15 @@ fn endless_generators_fill_up() {
 }
 
 #[test]
+fn an_endless_load_may_have_two_stops() {
+    let mut generator = generators("load: {endless: 2, from: pick}")[0].clone();
+    let order = generator.next(0.0, 9, 1).expect("an order").1;
+    let actions: Vec<_> = order.stops().iter().map(|stop| stop.action).collect();
+    assert_eq!(actions, [Action::Pick, Action::Drop]);
+    assert!(generator.next(0.0, 9, 2).is_none(), "two at a time");
+}
+
+#[test]
 fn a_generator_continues_after_orders_that_it_has_made() {
     let generator = &generators("load: {per_hour: 100}")[0];
     let all = orders(generator.clone(), 36_000.0, 100.0);
@@ -111,6 +120,8 @@ fn what_is_wrong_in_a_load_is_refused() {
         ("load: {per_hour: 1, from: park}", "no node has the role `park`"),
         ("load: {groups: {a: [N9]}, per_hour: 1}", "`N9` is neither the name nor the id"),
         ("load: {groups: {a: {zone: east}}, per_hour: 1}", "no node is in this group"),
+        ("load: {endless: 3, from: pick, among: pick}", "`among` is for"),
+        ("load: {per_hour: 1, endless: 3}", "one of per_hour"),
         ("load: {groups: {a: [N1]}, per_hour: 1, from: a, to: a}", "same single node"),
         ("load: {per_hour: 1, dwell: {min: 3, max: 2}}", "`min` is above `max`"),
         ("load: {generators: [{name: a, per_hour: 1}, {name: a, per_hour: 1}]}", "two generators"),
