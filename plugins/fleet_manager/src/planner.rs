@@ -38,6 +38,7 @@ pub struct Plans {
     pub(crate) routes: Vec<(u32, Option<Vec<Leg>>)>,
     pub(crate) precedences: Vec<(u32, f64)>,
     pub(crate) holds: Vec<(u32, usize)>,
+    pub(crate) follows: Vec<u32>,
 }
 
 impl Plans {
@@ -60,5 +61,11 @@ impl Plans {
     /// Lets a robot's base grow by this many legs at most. Holds for this cycle.
     pub fn hold(&mut self, robot: u32, legs: usize) {
         self.holds.push((robot, legs));
+    }
+
+    /// Lets a robot follow closely: its base may end anywhere, as far as those ahead let it, not only where it is in nobody's way.
+    /// That is for robots which are sure to go on, as those ahead drive on to places of their own. Holds for this cycle.
+    pub fn follow(&mut self, robot: u32) {
+        self.follows.push(robot);
     }
 }

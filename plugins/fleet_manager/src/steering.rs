@@ -241,7 +241,7 @@ impl Steering {
     /// Lets the planner plan, and takes its plans over.
     fn plan(&mut self) {
         for state in self.robots.iter_mut().flatten() {
-            (state.most_legs, state.precedence) = (usize::MAX, state.sent);
+            (state.most_legs, state.precedence, state.is_following) = (usize::MAX, state.sent, false);
         }
         let mut plans = std::mem::take(&mut self.plans);
         // Not `self.traffic()`: the planner is borrowed beside it.
@@ -253,6 +253,9 @@ impl Steering {
         }
         for (robot, legs) in plans.holds.drain(..) {
             self.robot_mut(robot).into_iter().for_each(|state| state.most_legs = legs);
+        }
+        for robot in plans.follows.drain(..) {
+            self.robot_mut(robot).into_iter().for_each(|state| state.is_following = true);
         }
         self.plans = plans;
     }

@@ -164,6 +164,15 @@ impl Pibt {
         for (rank, &robot) in ranks.iter().enumerate() {
             let (Some(state), Some(&stand)) = (traffic.robot(robot), self.stands.get(&robot)) else { continue };
             plans.precede(robot, rank as f64);
+            let has_place = match stand {
+                Stand::Bound(_) => true,
+                Stand::Behind(_) => false,
+                Stand::Ready(_) => chosen.get(&robot).is_some_and(|hop| self.taken[hop.place as usize].is_none()),
+            };
+            // Whoever has left the place ahead has one to go on to, so that the way there becomes free.
+            if has_place {
+                plans.follow(robot);
+            }
             let legs: Vec<Leg> = match (stand, chosen.get(&robot)) {
                 (Stand::Bound(_) | Stand::Behind(_), _) => state.horizon.iter().copied().collect(),
                 // Who is there leaves first.

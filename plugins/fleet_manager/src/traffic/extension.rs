@@ -23,6 +23,16 @@ pub struct Extension {
     pub is_held: bool,
 }
 
+/// Where a base may end on a leg.
+struct Ends<'a> {
+    /// The leg after it.
+    next: Option<&'a Leg>,
+    /// Whether it may end at a node where the robot is only in the way of edges that meet there.
+    allows_sidings: bool,
+    /// Whether it may end anywhere.
+    anywhere: bool,
+}
+
 /// The best place so far to end a base at.
 struct Place {
     stretches: usize,
@@ -75,7 +85,8 @@ impl Traffic<'_> {
             if !is_there {
                 stretches.push(Stretch { track: leg.edge(), leg: Some(leg), from, to });
             }
-            if let Some(place) = self.place(footprint, leg, [from, to], wanted - so_far, (next, allows_sidings)) {
+            let ends = Ends { next, allows_sidings, anywhere: state.is_following };
+            if let Some(place) = self.place(footprint, leg, [from, to], wanted - so_far, &ends) {
                 best = Some(Place { stretches: stretches.len(), legs: number, to: place });
                 if so_far + place - from >= wanted {
                     break;
@@ -114,22 +125,16 @@ impl Traffic<'_> {
     }
 
     /// Returns the place on a leg to end a base at: the first good one at least `wanted` metres on, or else the last before.
-    fn place(
-        &self,
-        footprint: usize,
-        leg: Leg,
-        [from, to]: [f32; 2],
-        wanted: f32,
-        (next, allows_sidings): (Option<&Leg>, bool),
-    ) -> Option<f32> {
+    fn place(&self, footprint: usize, leg: Leg, [from, to]: [f32; 2], wanted: f32, ends: &Ends<'_>) -> Option<f32> {
         let length = self.roads.edge(leg.edge()).length;
         let stops = self.roads.stops(footprint);
-        let at_end = to >= length && (next.is_none() || (allows_sidings && stops.is_siding(leg)));
+        let at_end = to >= length && (ends.next.is_none() || (ends.allows_sidings && stops.is_siding(leg)));
         // The very start of a leg counts as the end of the one before it.
         let least = if from > 0.0 { from } else { LEAST.min(length) };
         let cap = (from + wanted).max(least).min(to);
         let further = stops.next_open(leg, length, cap).filter(|place| *place <= to);
-        let place = further.or(at_end.then_some(length)).or_else(|| stops.last_open(leg, length, from, cap));
+        let before = || if ends.anywhere { Some(cap) } else { stops.last_open(leg, length, from, cap) };
+        let place = further.or(at_end.then_some(length)).or_else(before);
         place.filter(|place| *place >= least)
     }
 

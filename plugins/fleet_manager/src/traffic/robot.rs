@@ -52,6 +52,8 @@ pub struct Robot {
     pub(crate) is_fresh: bool,
     /// By how many legs its base may grow in this cycle.
     pub(crate) most_legs: usize,
+    /// Whether its base may end anywhere in this cycle.
+    pub(crate) is_following: bool,
     /// Who is extended first in this cycle, in ascending order.
     pub(crate) precedence: f64,
     /// Whether it was sent to a goal, and has no route to it yet.
@@ -82,6 +84,7 @@ impl Robot {
             blocker: None,
             blocked_on: None,
             most_legs: usize::MAX,
+            is_following: false,
             precedence: now,
             waiting_since: f64::INFINITY,
             stuck_since: f64::INFINITY,
