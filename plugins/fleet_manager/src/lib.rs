@@ -7,6 +7,7 @@
 //! | [`claims`] | which robot alone may be where |
 //! | [`traffic`] | what planners see: who is where, and how far a robot could drive |
 //! | [`planner`] | which way robots go |
+//! | [`density`] | how many robots may be under way |
 //! | [`steering`] | sends robots to nodes, without one ever touching another |
 //! | [`charging`] | who goes to which charger, and when |
 //! | [`manager`] | gives tasks to robots, and steers them |
@@ -15,6 +16,7 @@
 pub mod charging;
 pub mod claims;
 mod columns;
+pub mod density;
 pub mod manager;
 #[cfg(test)]
 mod model;

@@ -9,6 +9,7 @@
 //! among the places that are left; if it finds none, the other one chooses again. A hop is ordered only when nobody's base ends
 //! at its place any more: nothing is decided before it has to be.
 
+mod admission;
 mod hops;
 mod push;
 #[cfg(test)]
@@ -16,9 +17,11 @@ mod tests;
 
 use std::collections::BTreeMap;
 
+use self::admission::Admission;
 use self::hops::{Hop, Hops};
 use self::push::Push;
 use super::{DrivingTimes, Planner, Plans};
+use crate::density::DensitySettings;
 use crate::roads::{Leg, Roads};
 use crate::traffic::{Robot, Traffic};
 
@@ -29,11 +32,17 @@ pub struct PibtSettings {
     pub ahead_metres: f32,
     /// The time from a frame to the moment at which an order that answers it takes effect, in seconds.
     pub latency_secs: f32,
+    /// How many robots go for their goals at a time.
+    pub density: DensitySettings,
 }
 
 impl Default for PibtSettings {
     fn default() -> Self {
-        Self { ahead_metres: 0.6, latency_secs: 0.3 }
+        Self {
+            ahead_metres: 0.6,
+            latency_secs: 0.3,
+            density: DensitySettings { waiting_share: 0.1, ..DensitySettings::default() },
+        }
     }
 }
 
@@ -59,6 +68,7 @@ pub struct Pibt {
     settings: PibtSettings,
     hops: Hops,
     times: DrivingTimes,
+    admission: Admission,
     /// By node: the robot whose base ends there, or leads there.
     taken: Vec<Option<u32>>,
     /// By robot.
@@ -80,6 +90,7 @@ impl Pibt {
             settings,
             hops: Hops::new(roads),
             times: DrivingTimes::new(roads),
+            admission: Admission::new(roads, settings.density),
             taken: vec![None; roads.nodes() as usize],
             stands: BTreeMap::new(),
             top: None,
@@ -124,7 +135,7 @@ impl Pibt {
 
     /// Whether a robot is so near the end of its base that it would have to brake soon.
     fn is_near(&self, traffic: &Traffic<'_>, robot: u32, state: &Robot) -> bool {
-        let PibtSettings { ahead_metres, latency_secs } = self.settings;
+        let PibtSettings { ahead_metres, latency_secs, .. } = self.settings;
         traffic.left(robot) < state.braking_distance() + state.speed * latency_secs + ahead_metres
     }
 
@@ -198,8 +209,10 @@ impl Planner for Pibt {
         self.observe(traffic);
         let ranks = self.ranks(traffic);
         self.demote(traffic, ranks.first().copied());
+        self.admission.admit(traffic, &ranks);
+        let goes = |robot: &u32| self.admission.is_admitted(*robot);
         let mut push = Push::new(traffic, &self.hops, &self.times, &self.taken, &self.stands);
-        let unreachable: Vec<u32> = ranks.iter().copied().filter(|&robot| !push.start(robot)).collect();
+        let unreachable: Vec<u32> = ranks.iter().copied().filter(goes).filter(|&robot| !push.start(robot)).collect();
         self.pushes += push.pushes;
         self.backtracks += push.backtracks;
         let chosen = push.into_chosen();

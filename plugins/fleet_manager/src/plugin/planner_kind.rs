@@ -30,11 +30,10 @@ impl PlannerKind {
 
     /// The settings of steering for it.
     pub(super) fn settings(self) -> Settings {
-        let unlimited = AdmissionSettings { waiting_share: 1.0, ..AdmissionSettings::default() };
         match self {
             Self::Lanes => Settings::default(),
             // They decide themselves who drives when: a robot that isn't admitted would hold up all that are to follow it.
-            Self::Tea | Self::Pibt => Settings { admission: unlimited, ..Settings::default() },
+            Self::Tea | Self::Pibt => Settings { admission: AdmissionSettings::unlimited(), ..Settings::default() },
         }
     }
 }

@@ -1,29 +1,34 @@
 //! Admission: how many robots may be on the roads at a time.
 //!
-//! Roads carry most robots at a certain density; with more, each waits for others, and fewer arrive (the macroscopic
-//! fundamental diagram: N. Geroliminis, C. Daganzo: Existence of urban-scale macroscopic fundamental diagrams, 2008). So robots
-//! are held where they are in nobody's way, in reservoirs and where they got their goals, while too many of those on the roads
-//! wait for each other. Those are admitted first that others on the roads wait for.
+//! Robots are held where they are in nobody's way, in reservoirs and where they got their goals, while too many of those on the
+//! roads wait for each other (see [`Density`]). Those are admitted first that others on the roads wait for.
 
 use super::Steering;
+use crate::density::{Density, DensitySettings};
 use crate::roads::{Leg, Roads};
 
 /// What can be set about admission.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AdmissionSettings {
-    /// The share of robots on the roads that may wait for others, from 0 to 1; 1 for no limit on the robots on the roads.
-    pub waiting_share: f64,
+    /// How many robots may be on the roads.
+    pub density: DensitySettings,
     /// Metres of road, outside of reservoirs, for each robot that is always admitted.
     pub metres_per_robot: f32,
-    /// How much the number of robots changes for each unit by which the share differs, per second.
-    pub gain: f64,
     /// How much earlier a robot is admitted for each one that waits for it, in seconds.
     pub secs_per_waiting: f64,
 }
 
+impl AdmissionSettings {
+    /// Admits everybody at once.
+    pub fn unlimited() -> Self {
+        let density = DensitySettings { waiting_share: 1.0, ..DensitySettings::default() };
+        Self { density, ..Self::default() }
+    }
+}
+
 impl Default for AdmissionSettings {
     fn default() -> Self {
-        Self { waiting_share: 0.3, metres_per_robot: 20.0, gain: 0.05, secs_per_waiting: 20.0 }
+        Self { density: DensitySettings::default(), metres_per_robot: 20.0, secs_per_waiting: 20.0 }
     }
 }
 
@@ -32,14 +37,11 @@ const HELD_SECS: f64 = 20.0;
 /// The longest chain of waiting robots that is followed.
 const LONGEST_CHAIN: usize = 64;
 
-/// How many robots may be on the roads.
+/// How many robots may be on the roads, and who waits for those that aren't.
 #[derive(Debug)]
 pub(super) struct Admission {
     settings: AdmissionSettings,
-    least: f64,
-    most: f64,
-    /// Robots on the roads.
-    out: usize,
+    density: Density,
     /// By robot: how many robots on the roads wait for it, directly or not.
     pressure: Vec<u32>,
 }
@@ -48,29 +50,13 @@ impl Admission {
     pub(super) fn new(roads: &Roads, settings: AdmissionSettings) -> Self {
         let edges = (0..).zip(roads.edges());
         let metres: f32 = edges.filter(|(edge, _)| !roads.is_reservoir(*edge)).map(|(_, edge)| edge.length).sum();
-        let least = f64::from(metres / settings.metres_per_robot).max(1.0);
-        Self { settings, least, most: least, out: 0, pressure: Vec::new() }
-    }
-
-    /// Whether one more robot may enter the roads.
-    pub(super) fn is_open(&self) -> bool {
-        self.settings.waiting_share >= 1.0 || (self.out as f64) < self.most
+        let density = Density::new(settings.density, f64::from(metres / settings.metres_per_robot));
+        Self { settings, density, pressure: Vec::new() }
     }
 
     /// Records that a robot enters the roads.
     pub(super) fn enter(&mut self) {
-        self.out += 1;
-    }
-
-    /// Changes the number of robots that may be on the roads, after some seconds in which `waiting` of `out` robots there
-    /// have been waiting.
-    fn adapt(&mut self, out: usize, waiting: usize, seconds: f32) {
-        self.out = out;
-        let share = waiting as f64 / out.max(1) as f64;
-        let change = self.settings.gain * (self.settings.waiting_share - share) * f64::from(seconds);
-        // What nobody has tried says nothing about how many may be there.
-        let tried = self.least.max(1.1 * out as f64 + 1.0);
-        self.most = (self.most * (1.0 + change)).clamp(self.least, tried);
+        self.density.enter();
     }
 }
 
@@ -91,7 +77,7 @@ impl Steering {
             }
         }
         self.admission.pressure = pressure;
-        self.admission.adapt(out, waiting, passed);
+        self.admission.density.adapt(out, waiting, passed);
     }
 
     /// Whether a robot is under way on roads that others need.
@@ -108,7 +94,7 @@ impl Steering {
         let is_in_way = self.admission.pressure.get(robot as usize).is_some_and(|waiting| *waiting > 0);
         let is_queued = self.claims.of(robot).iter().all(|stretch| self.is_in_reservoir(stretch.leg));
         let was_held = self.now - state.waiting_since > HELD_SECS;
-        self.is_on_roads(robot) || self.admission.is_open() || (is_in_way && (!is_queued || was_held))
+        self.is_on_roads(robot) || self.admission.density.is_open() || (is_in_way && (!is_queued || was_held))
     }
 
     fn is_in_reservoir(&self, leg: Option<Leg>) -> bool {
@@ -132,35 +118,5 @@ impl Steering {
             current = state.blocker.filter(|_| state.waiting_since.is_finite())?;
         }
         None
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn admission(least: f64) -> Admission {
-        Admission { settings: AdmissionSettings::default(), least, most: least, out: 0, pressure: Vec::new() }
-    }
-
-    #[test]
-    fn more_robots_are_admitted_while_few_of_them_wait() {
-        let mut admission = admission(10.0);
-        let mut out = 0;
-        for _ in 0..600 {
-            admission.adapt(out, out / 10, 0.1);
-            out += usize::from(admission.is_open());
-        }
-        assert!(out > 15, "{out} robots after a minute");
-    }
-
-    #[test]
-    fn fewer_robots_are_admitted_while_many_of_them_wait() {
-        let mut admission = admission(10.0);
-        admission.most = 100.0;
-        (0..600).for_each(|_| admission.adapt(99, 60, 0.1));
-        assert!(admission.most < 50.0 && !admission.is_open(), "{} robots after a minute", admission.most);
-        (0..6000).for_each(|_| admission.adapt(9, 9, 0.1));
-        assert!(admission.is_open(), "the least number is always admitted");
     }
 }

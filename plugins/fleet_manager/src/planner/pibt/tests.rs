@@ -17,10 +17,7 @@ fn lanes(roads: &Roads) -> Box<dyn Planner> {
 }
 
 fn drive(name: &str, world: &WorldData, robots: usize, secs: u32, planner: fn(&Roads) -> Box<dyn Planner>) -> Model {
-    let settings = Settings {
-        admission: AdmissionSettings { waiting_share: 1.0, ..AdmissionSettings::default() },
-        ..Settings::default()
-    };
+    let settings = Settings { admission: AdmissionSettings::unlimited(), ..Settings::default() };
     let mut model = Model::new(world, &places(world, robots, 1), 1, settings, planner);
     model.run((secs as f32 / TICK_SECS) as u32);
     let Spent { cycles, sum, longest } = model.spent();

@@ -8,10 +8,7 @@ use crate::steering::{AdmissionSettings, Settings};
 
 /// Steering for planners that decide on their own who drives.
 fn settings() -> Settings {
-    Settings {
-        admission: AdmissionSettings { waiting_share: 1.0, ..AdmissionSettings::default() },
-        ..Settings::default()
-    }
+    Settings { admission: AdmissionSettings::unlimited(), ..Settings::default() }
 }
 
 fn tea(roads: &Roads) -> Box<dyn Planner> {
