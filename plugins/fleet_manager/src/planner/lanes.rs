@@ -5,12 +5,14 @@
 
 mod congestion;
 mod detours;
+mod guide;
 
 use std::panic::resume_unwind;
 
 use self::congestion::Congestion;
 pub use self::congestion::CongestionSettings;
-use super::{Planner, Plans, Router, Search};
+use self::guide::Guide;
+use super::{Landmarks, Planner, Plans, Router, Search};
 use crate::roads::{Leg, Roads};
 use crate::traffic::Traffic;
 
@@ -47,6 +49,8 @@ const COUNT_SECS: f64 = 1.0;
 pub struct Lanes {
     settings: LanesSettings,
     congestion: Congestion,
+    /// None on few edges, where searches are fast enough without.
+    guide: Option<Guide>,
     /// One for each thread.
     routers: Vec<Router>,
     last: f64,
@@ -72,6 +76,7 @@ impl Lanes {
         let threads = if roads.edges().len() < FEWEST_EDGES { 1 } else { cores };
         Self {
             congestion: Congestion::new(roads, settings.congestion),
+            guide: (roads.edges().len() >= FEWEST_EDGES).then(|| Guide::new(roads)),
             routers: (0..threads).map(|_| Router::new(roads)).collect(),
             settings,
             last: 0.0,
@@ -97,6 +102,10 @@ impl Lanes {
             self.next_count = traffic.now + COUNT_SECS;
             self.congestion.count(traffic.robots().flat_map(|(_, state)| &state.horizon));
         }
+        if let Some(guide) = &mut self.guide {
+            guide.go_on(traffic.roads, &mut self.congestion);
+        }
+        self.congestion.settle();
     }
 
     /// Plans routes for robots that need one, those first that need it the longest.
@@ -139,16 +148,19 @@ impl Lanes {
     /// Searches the routes of some robots; with each comes the number of legs that were looked at.
     fn search(&mut self, traffic: &Traffic<'_>, batch: &[Due]) -> Vec<(Option<Vec<Leg>>, usize)> {
         let congestion = &self.congestion;
+        let landmarks = self.guide.as_ref().map(Guide::landmarks);
         let share = batch.len().div_ceil(self.routers.len());
         if let [router] = self.routers.as_mut_slice() {
-            return batch.iter().map(|due| route(router, congestion, traffic, due.robot)).collect();
+            return batch.iter().map(|due| route(router, (congestion, landmarks), traffic, due.robot)).collect();
         }
         std::thread::scope(|scope| {
             let parts = self.routers.iter_mut().zip(batch.chunks(share));
             let threads: Vec<_> = parts
                 .map(|(router, part)| {
                     scope.spawn(move || {
-                        part.iter().map(|due| route(router, congestion, traffic, due.robot)).collect::<Vec<_>>()
+                        part.iter()
+                            .map(|due| route(router, (congestion, landmarks), traffic, due.robot))
+                            .collect::<Vec<_>>()
                     })
                 })
                 .collect();
@@ -171,21 +183,25 @@ impl Planner for Lanes {
 }
 
 /// Returns the route of a robot to its goal, from the end of its base, and the number of legs that were looked at.
-fn route(router: &mut Router, congestion: &Congestion, traffic: &Traffic<'_>, robot: u32) -> (Option<Vec<Leg>>, usize) {
+fn route(
+    router: &mut Router,
+    (congestion, landmarks): (&Congestion, Option<&Landmarks>),
+    traffic: &Traffic<'_>,
+    robot: u32,
+) -> (Option<Vec<Leg>>, usize) {
     let (Some(state), Some((last, start))) = (traffic.robot(robot), traffic.base_end(robot)) else { return (None, 0) };
     let Some(goal) = state.goal else { return (None, 0) };
     if start == goal {
         return (Some(Vec::new()), 0);
     }
-    let search = Search { last: Some(last), start, goal };
+    let search = Search { last: Some(last), start, goal, reverse: false, landmarks };
     let delay = |leg: Leg| (!traffic.is_closed(leg)).then(|| congestion.delay(leg.edge()));
-    // Robots in reverse gear meet others head-on: only where nothing else leads to the goal.
-    let forward = |leg: Leg| delay(leg).filter(|_| !leg.is_reverse());
-    let found = router.route(traffic.roads, &state.class, search, forward);
+    let found = router.route(traffic.roads, &state.class, search, delay);
     let looked_at = router.looked_at();
     if found.is_some() {
         return (found, looked_at);
     }
-    let found = router.route(traffic.roads, &state.class, search, delay);
+    // Robots in reverse gear meet others head-on: only where nothing else leads to the goal.
+    let found = router.route(traffic.roads, &state.class, Search { reverse: true, ..search }, delay);
     (found, looked_at + router.looked_at())
 }

@@ -5,6 +5,7 @@
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
+use super::Landmarks;
 use crate::roads::{Leg, Roads, RobotClass};
 
 /// Seconds that a change of gear costs, beside the time of driving.
@@ -16,13 +17,18 @@ const JUMP_SECS: f32 = 60.0;
 
 /// What a search starts from and leads to.
 #[derive(Clone, Copy, Debug)]
-pub struct Search {
+pub struct Search<'a> {
     /// The leg at whose end the route starts; none if the robot stands on a node.
     pub last: Option<Leg>,
     /// The node where it starts.
     pub start: u32,
     /// The node that it leads to.
     pub goal: u32,
+    /// Whether it may lead along legs in reverse gear.
+    pub reverse: bool,
+    /// What is known of the times in forward gear, delays included; without, or with reverse gear, the estimate is made from
+    /// the distance.
+    pub landmarks: Option<&'a Landmarks>,
 }
 
 /// Searches routes, one after the other. It keeps its memory in between.
@@ -72,7 +78,7 @@ impl Router {
         &mut self,
         roads: &Roads,
         class: &RobotClass,
-        search: Search,
+        search: Search<'_>,
         mut cost: impl FnMut(Leg) -> Option<f32>,
     ) -> Option<Vec<Leg>> {
         self.search += 1;
@@ -80,10 +86,15 @@ impl Router {
         self.open.clear();
         let goal = roads.position(search.goal);
         let fastest = self.fastest.min(class.max_speed);
-        let estimate = |node: u32| {
-            let [x, y] = roads.position(node);
-            (x - goal[0]).hypot(y - goal[1]) / fastest
+        let landmarks = search.landmarks.filter(|_| !search.reverse);
+        let estimate = |node: u32| match landmarks {
+            Some(landmarks) => landmarks.least_secs(node, search.goal),
+            None => {
+                let [x, y] = roads.position(node);
+                (x - goal[0]).hypot(y - goal[1]) / fastest
+            }
         };
+        let mut cost = |leg: Leg| if leg.is_reverse() && !search.reverse { None } else { cost(leg) };
         self.expand(roads, class, (search.last, NO_LEG, search.start, 0.0), &estimate, &mut cost);
         while let Some((_, index)) = self.open.pop() {
             let leg = Leg::from_index(index);
@@ -148,3 +159,6 @@ fn join_secs(roads: &Roads, class: &RobotClass, from: Leg, to: Leg) -> f32 {
         true => gear + JUMP_SECS,
     }
 }
+
+#[cfg(test)]
+mod tests;
