@@ -28,7 +28,7 @@ impl Landmarks {
     pub fn new(roads: &Roads, delay: &[f32]) -> Self {
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
         let mut survey = Survey::new(roads, delay);
-        while !survey.go_on(cores) {}
+        survey.go_on(usize::MAX, cores);
         survey.landmarks()
     }
 

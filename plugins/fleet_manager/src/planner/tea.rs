@@ -188,7 +188,7 @@ impl Tea {
         if start == goal {
             return Some(Vec::new());
         }
-        let search = Search { last: Some(last), start, goal, reverse: false, landmarks: None };
+        let search = Search { last: Some(last), start, goal, reverse: false, landmarks: None, slack: 0.0 };
         let is_open = |leg: Leg| (!traffic.is_closed(leg)).then_some(0.0);
         let forward = self.router.route(traffic.roads, &state.class, search, is_open);
         let search = Search { reverse: true, ..search };

@@ -50,18 +50,20 @@ impl Survey {
         self.ways.iter_mut().for_each(|ways| ways.weigh(|edge| (secs(edge) / unit) as u32));
     }
 
-    /// Works some more trees out, each thread at most one; returns whether there is none left.
-    pub fn go_on(&mut self, threads: usize) -> bool {
-        let done = self.trees.len();
+    /// Works so many more trees out, on some threads; returns whether there is none left.
+    pub fn go_on(&mut self, trees: usize, threads: usize) -> bool {
         let (ways, landmarks) = (&self.ways, &self.landmarks);
-        let next = (done..2 * landmarks.len()).take(threads);
-        let tree = |number: usize| ways[number % 2].times(landmarks[number / 2]);
-        if threads == 1 {
-            self.trees.extend(next.map(tree));
+        let numbers: Vec<usize> = (self.trees.len()..2 * landmarks.len()).take(trees).collect();
+        let tree = |number: &usize| ways[number % 2].times(landmarks[number / 2]);
+        if threads == 1 || numbers.len() < 2 {
+            self.trees.extend(numbers.iter().map(tree));
         } else {
             self.trees.extend(std::thread::scope(|scope| {
-                let work: Vec<_> = next.map(|number| scope.spawn(move || tree(number))).collect();
-                let trees = work.into_iter().map(|thread| thread.join().unwrap_or_else(|panic| resume_unwind(panic)));
+                let parts = numbers.chunks(numbers.len().div_ceil(threads));
+                let work: Vec<_> =
+                    parts.map(|part| scope.spawn(move || part.iter().map(tree).collect::<Vec<_>>())).collect();
+                let trees =
+                    work.into_iter().flat_map(|thread| thread.join().unwrap_or_else(|panic| resume_unwind(panic)));
                 trees.collect::<Vec<_>>()
             }));
         }

@@ -1,7 +1,7 @@
 //! Landmarks that follow the delays.
 //!
 //! Landmarks of empty roads say little where robots lose most of their time to each other. So they are worked out anew all the
-//! time, a tree of fastest ways in each cycle, for the delays as they were when that began. Until the next ones are there,
+//! time, a few trees of fastest ways in each cycle, for the delays as they were when that began. Until the next ones are there,
 //! no smaller delays are expected: so landmarks stay lower bounds, and searches find the fastest ways.
 
 use super::congestion::Congestion;
@@ -31,10 +31,10 @@ impl Guide {
         &self.landmarks
     }
 
-    /// Works some more of the next landmarks out. When they are complete, they are used, and delays don't fall below those
-    /// that they count on.
-    pub fn go_on(&mut self, roads: &Roads, congestion: &mut Congestion) {
-        if self.next.go_on(1) {
+    /// Works so many more trees of the next landmarks out, on some threads. When they are complete, they are used, and delays
+    /// don't fall below those that they count on.
+    pub fn go_on(&mut self, roads: &Roads, congestion: &mut Congestion, trees: usize, threads: usize) {
+        if self.next.go_on(trees, threads) {
             self.landmarks = self.next.landmarks();
             congestion.set_floor(std::mem::replace(&mut self.delays, congestion.delays()));
             self.next.begin(roads, &self.delays);

@@ -55,13 +55,16 @@ proptest! {
         for class in roads.classes() {
             for &(start, goal) in searches.iter().filter(|(start, goal)| start != goal) {
                 for reverse in [false, true] {
-                    let search = Search { last: None, start, goal, reverse, landmarks: None };
+                    let search = Search { last: None, start, goal, reverse, landmarks: None, slack: 0.0 };
                     let without = router.route(&roads, class, search, cost);
-                    let with = router.route(&roads, class, Search { landmarks: Some(&landmarks), ..search }, cost);
-                    let [without, with] = [without, with].map(|legs| legs.map(|legs| secs(&roads, class, &legs, &delay)));
-                    prop_assert_eq!(without.is_some(), with.is_some());
-                    let (without, with) = (without.unwrap_or(0.0), with.unwrap_or(0.0));
+                    let search = Search { landmarks: Some(&landmarks), ..search };
+                    let with = router.route(&roads, class, search, cost);
+                    let slack = router.route(&roads, class, Search { slack: 0.2, ..search }, cost);
+                    prop_assert_eq!([with.is_some(), slack.is_some()], [without.is_some(); 2]);
+                    let [without, with, slack] =
+                        [without, with, slack].map(|legs| secs(&roads, class, &legs.unwrap_or_default(), &delay));
                     prop_assert!((without - with).abs() < 1e-3, "{} s without, {} s with landmarks", without, with);
+                    prop_assert!(slack < 1.2 * without + 1e-3, "{} s without, {} s with slack", without, slack);
                 }
             }
         }
@@ -77,7 +80,7 @@ fn landmarks_that_know_the_delays_save_most_of_the_search() {
     let mut looked_at = |landmarks: Option<&Landmarks>| {
         let pairs = (0..200).map(|pair| (pair * 37 % 576, pair * 101 % 576)).filter(|(start, goal)| start != goal);
         let search = |(start, goal)| {
-            let search = Search { last: None, start, goal, reverse: false, landmarks };
+            let search = Search { last: None, start, goal, reverse: false, landmarks, slack: 0.0 };
             router.route(&roads, &roads.classes()[0], search, |leg| Some(delay[leg.edge() as usize]));
             router.looked_at()
         };
