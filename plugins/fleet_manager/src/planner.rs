@@ -3,6 +3,7 @@
 //! A planner is free to decide as it likes: robots get only space that nobody else claims, whatever it says.
 
 mod driving_times;
+mod landmarks;
 mod lanes;
 mod pibt;
 mod route;
@@ -11,6 +12,7 @@ mod tea;
 use std::fmt;
 
 pub use self::driving_times::DrivingTimes;
+pub use self::landmarks::Landmarks;
 pub use self::lanes::{CongestionSettings, Lanes, LanesSettings};
 pub use self::pibt::{Pibt, PibtSettings};
 pub use self::route::{Router, Search};

@@ -25,7 +25,7 @@ use crate::charging::{Charging, ChargingSettings};
 use crate::columns::ManagerColumns;
 use crate::manager::Manager;
 use crate::planner::Planner;
-use crate::roads::{Leg, Roads};
+use crate::roads::{Leg, Roads, default_cache_folder};
 use crate::run_figures::RunFigures;
 use crate::steering::{Command, Settings};
 use crate::task_log::TaskLog;
@@ -56,6 +56,12 @@ pub struct Cli {
     /// A file with the token that HTTP requests must have; addresses other than loopback need one
     #[arg(long, value_name = "FILE")]
     pub token_file: Option<PathBuf>,
+    /// Keep what is worked out of large worlds in this folder: the next start is faster [default: the user's cache folder]
+    #[arg(long, value_name = "FOLDER")]
+    pub cache: Option<PathBuf>,
+    /// Work large worlds out at each start
+    #[arg(long, conflicts_with = "cache")]
+    pub no_cache: bool,
     /// Who decides which way robots go
     #[arg(long, value_name = "NAME", value_enum, default_value_t)]
     pub planner: PlannerKind,
@@ -146,6 +152,16 @@ impl FleetManager {
         TaskSettings { orders, load, seed, store, http, token_file }
     }
 
+    fn roads(&self, world: &World<'_>) -> Roads {
+        let folder = self.cli.cache.clone().or_else(default_cache_folder).filter(|_| !self.cli.no_cache);
+        let Some(folder) = folder else { return Roads::new(world) };
+        let (roads, kept) = Roads::cached(world, &folder);
+        if let Err(error) = kept {
+            tell!("fleet-manager: {error}");
+        }
+        roads
+    }
+
     /// Sends what the manager has decided. Orders that can't be sent now are sent with the next ones.
     fn send(orders: &mut Orders, pending: &mut BTreeMap<u64, u32>, commands: &[Command], roads: &Roads) -> Result {
         for command in commands {
@@ -222,7 +238,7 @@ impl Plugin for FleetManager {
         self.manager = None;
         self.pending.clear();
         let start = Instant::now();
-        let roads = Arc::new(Roads::new(world));
+        let roads = Arc::new(self.roads(world));
         let places = Arc::new(Places::of(world));
         let mut tasks = TaskBook::open(&self.task_settings(), places, world.run_id(), 0.0)
             .map_err(|error| Error::new(format_args!("{error}")))?;

@@ -1,7 +1,9 @@
 //! The roads of a world: its legs, where they lead, which stretches of them get in each other's way, and where a robot may
 //! stand without blocking others.
 
+mod cache;
 mod conflicts;
+mod cores;
 mod path;
 mod rectangle;
 mod reservoirs;
@@ -10,12 +12,12 @@ mod sweep;
 #[cfg(test)]
 mod tests;
 
-use std::panic::resume_unwind;
-
 use regatta_plugin::World;
 use regatta_plugin::frame::NO_EDGE;
 use regatta_plugin::world::{EdgeRecord, RobotTypeRecord, Shape};
 
+pub use self::cache::{CacheError, default_folder as default_cache_folder};
+use self::cache::{Reader, Writer};
 pub use self::conflicts::{ConflictTable, Conflicts, RESOLUTION, Relation};
 pub use self::rectangle::Rectangle;
 pub use self::stops::Stops;
@@ -118,11 +120,28 @@ impl Roads {
     /// Works the roads of a world out: samples every edge and tests which stretches touch.
     pub fn new(world: &World<'_>) -> Self {
         let sweeps = sweeps(world);
-        let edges: Vec<Road> = world.edges().iter().zip(&sweeps).map(|(edge, sweep)| road(edge, sweep)).collect();
+        let edges = world.edges().iter().zip(&sweeps);
+        let mut roads = Self::of_edges(
+            world,
+            edges.map(|(edge, sweep)| {
+                let headings = sweep.headings().map(|heading| edge.orientation().heading(heading));
+                road(edge, sweep.length(), headings)
+            }),
+        );
+        let turns = roads.classes.iter().any(|class| class.turns);
+        let discs = if turns { roads.turning_nodes() } else { Vec::new() };
+        roads.conflicts = Conflicts::new(&roads, &sweeps, &discs);
+        roads.stops = (0..roads.footprints.len()).map(|footprint| Stops::new(&roads, footprint)).collect();
+        roads.reservoirs = reservoirs::reservoirs(&roads);
+        roads
+    }
+
+    /// The roads without what robots on them get in the way of.
+    fn of_edges(world: &World<'_>, edges: impl Iterator<Item = Road>) -> Self {
+        let edges: Vec<Road> = edges.collect();
         let (classes, footprints) = classes(world.robot_types());
         let (exits, exit_starts) = exits(&edges, world.nodes().len());
-        let turns = classes.iter().any(|class| class.turns);
-        let mut roads = Self {
+        Self {
             nodes: world.nodes().len() as u32,
             node_ids: world.nodes().iter().map(|node| node.id).collect(),
             positions: world.nodes().iter().map(|node| [node.x, node.y]).collect(),
@@ -135,12 +154,30 @@ impl Roads {
             conflicts: Conflicts::default(),
             stops: Vec::new(),
             reservoirs: Vec::new(),
-        };
-        let discs = if turns { roads.turning_nodes() } else { Vec::new() };
-        roads.conflicts = Conflicts::new(&roads, &sweeps, &discs);
-        roads.stops = (0..roads.footprints.len()).map(|footprint| Stops::new(&roads, footprint)).collect();
-        roads.reservoirs = reservoirs::reservoirs(&roads);
-        roads
+        }
+    }
+
+    /// Writes what was worked out.
+    fn write(&self, writer: &mut Writer) {
+        writer.floats(self.edges.iter().map(|edge| edge.length));
+        [0, 1].into_iter().for_each(|end| writer.floats(self.edges.iter().map(|edge| edge.headings[end])));
+        self.conflicts.write(writer);
+        self.stops.iter().for_each(|stops| stops.write(writer));
+        writer.list(self.reservoirs.iter().map(|is_reservoir| u32::from(*is_reservoir)));
+    }
+
+    /// Reads what was worked out for a world; `None` if it is of something else.
+    fn read(world: &World<'_>, reader: &mut Reader<'_>) -> Option<Self> {
+        let count = world.edges().len();
+        let (lengths, starts, ends) = (reader.floats(count)?, reader.floats(count)?, reader.floats(count)?);
+        let shapes = lengths.into_iter().zip(starts.into_iter().zip(ends));
+        let edges = world.edges().iter().zip(shapes);
+        let mut roads =
+            Self::of_edges(world, edges.map(|(edge, (length, (start, end)))| road(edge, length, [start, end])));
+        roads.conflicts = Conflicts::read(&roads, reader)?;
+        roads.stops = roads.footprints.iter().map(|_| Stops::read(count, reader)).collect::<Option<_>>()?;
+        roads.reservoirs = reader.list_of(count)?.into_iter().map(|is_reservoir| is_reservoir != 0).collect();
+        Some(roads)
     }
 
     /// All edges, by their index in the world.
@@ -253,31 +290,26 @@ impl Roads {
 
 /// Returns the absolute difference of two headings, in radians, 0 to π.
 pub fn angle_between(a: f32, b: f32) -> f32 {
-    let difference = (a - b).rem_euclid(core::f32::consts::TAU);
+    let difference = (a - b).abs();
+    // Headings are in (-π, π]: a remainder is rarely needed, and takes longer than all else here.
+    let difference = if difference < core::f32::consts::TAU { difference } else { difference % core::f32::consts::TAU };
     difference.min(core::f32::consts::TAU - difference)
 }
 
-/// Samples all edges, on all cores.
+/// Samples all edges.
 fn sweeps(world: &World<'_>) -> Vec<Sweep> {
-    let cores = std::thread::available_parallelism().map_or(1, usize::from);
-    let chunk = world.edges().len().div_ceil(cores).max(1);
-    let sample = |edges: &[EdgeRecord]| -> Vec<Sweep> {
-        edges.iter().map(|edge| Sweep::of_edge(edge, world.curves(edge))).collect()
-    };
-    std::thread::scope(|scope| {
-        let parts: Vec<_> = world.edges().chunks(chunk).map(|edges| scope.spawn(move || sample(edges))).collect();
-        parts.into_iter().flat_map(|part| part.join().unwrap_or_else(|panic| resume_unwind(panic))).collect()
-    })
+    let edges = world.edges();
+    cores::map(edges.len(), |edge| Sweep::of_edge(&edges[edge], world.curves(&edges[edge])))
 }
 
-fn road(edge: &EdgeRecord, sweep: &Sweep) -> Road {
+fn road(edge: &EdgeRecord, length: f32, headings: [f32; 2]) -> Road {
     Road {
         id: edge.id,
         origin: edge.origin,
         destination: edge.destination,
-        length: sweep.length(),
+        length,
         speeds: [edge.velocity_forward, edge.velocity_backwards],
-        headings: sweep.headings().map(|heading| edge.orientation().heading(heading)),
+        headings,
     }
 }
 

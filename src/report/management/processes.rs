@@ -43,7 +43,7 @@ impl<'a> Run<'a> {
         let (supervisor, folder) = (Supervisor::default(), temporary_folder()?);
         let mut run = Self { setup, rate_hz, fleet, supervisor, manager_pid: 0, folder, orders: None };
         run.start_engine(scenario)?;
-        let mut manager = run.command(MANAGER, &["plugin", MANAGER, "--in-turn"])?;
+        let mut manager = run.command(MANAGER, &["plugin", MANAGER, "--in-turn", "--no-cache"])?;
         let settings: &[&str] = if setup.conflicts { &[] } else { &["--no-conflicts"] };
         manager.arg("--load").arg(scenario).arg("--json").arg(run.json_file(MANAGER)).args(settings);
         run.manager_pid = run.supervisor.start(MANAGER, &mut manager)?;

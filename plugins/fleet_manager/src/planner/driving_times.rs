@@ -8,13 +8,14 @@ use crate::roads::{Leg, Roads};
 /// The most numbers that are kept: 64 MB. Times to further goals are estimated.
 const MOST_NUMBERS: usize = 16_000_000;
 /// The most numbers that are worked out between two calls of [`DrivingTimes::begin`], but for those of one goal.
-const NUMBERS_AT_ONCE: usize = 200_000;
+const NUMBERS_AT_ONCE: usize = 60_000;
 
 /// Driving times to some goals, worked out when they are asked for.
 #[derive(Debug, Default)]
 pub struct DrivingTimes {
-    /// Legs by the node that they lead to: `arrivals[starts[n]..starts[n + 1]]`.
-    arrivals: Vec<Leg>,
+    /// Legs by the node that they lead to: `arrivals[starts[n]..starts[n + 1]]`. Of each, the node that it leaves, and its
+    /// driving time in milliseconds.
+    arrivals: Vec<(u32, u32)>,
     starts: Vec<u32>,
     /// By goal: milliseconds from each node; `u32::MAX` from where it can't be reached.
     trees: BTreeMap<u32, Vec<u32>>,
@@ -29,7 +30,12 @@ impl DrivingTimes {
             (0..roads.nodes()).flat_map(|node| roads.exits(node)).map(|&leg| (roads.end(leg), leg)).collect();
         legs.sort_unstable();
         let starts = (0..=roads.nodes()).map(|node| legs.partition_point(|(end, _)| *end < node) as u32).collect();
-        Self { arrivals: legs.into_iter().map(|(_, leg)| leg).collect(), starts, ..Self::default() }
+        let arrival = |(_, leg): (u32, Leg)| {
+            let edge = roads.edge(leg.edge());
+            let secs = edge.length / edge.speeds[usize::from(leg.is_reverse())];
+            (roads.start(leg), (1000.0 * secs) as u32 + 1)
+        };
+        Self { arrivals: legs.into_iter().map(arrival).collect(), starts, ..Self::default() }
     }
 
     /// Begins another cycle, in which some more driving times may be worked out.
@@ -44,7 +50,7 @@ impl DrivingTimes {
             return;
         }
         self.spent += roads.nodes() as usize;
-        let tree = self.tree(roads, goal);
+        let tree = self.tree(goal);
         self.trees.insert(goal, tree);
     }
 
@@ -61,18 +67,17 @@ impl DrivingTimes {
     }
 
     /// Dijkstra's algorithm, against the direction of travel.
-    fn tree(&self, roads: &Roads, goal: u32) -> Vec<u32> {
-        let mut millis = vec![u32::MAX; roads.nodes() as usize];
+    fn tree(&self, goal: u32) -> Vec<u32> {
+        let mut millis = vec![u32::MAX; self.starts.len() - 1];
         let mut open = BinaryHeap::from([(Reverse(0), goal)]);
         millis[goal as usize] = 0;
         while let Some((Reverse(so_far), node)) = open.pop() {
             if so_far > millis[node as usize] {
                 continue;
             }
-            for &leg in &self.arrivals[self.starts[node as usize] as usize..self.starts[node as usize + 1] as usize] {
-                let edge = roads.edge(leg.edge());
-                let secs = edge.length / edge.speeds[usize::from(leg.is_reverse())];
-                let (start, total) = (roads.start(leg), so_far.saturating_add((1000.0 * secs) as u32 + 1));
+            let arrivals = self.starts[node as usize] as usize..self.starts[node as usize + 1] as usize;
+            for &(start, time) in &self.arrivals[arrivals] {
+                let total = so_far.saturating_add(time);
                 if total < millis[start as usize] {
                     millis[start as usize] = total;
                     open.push((Reverse(total), start));

@@ -5,12 +5,14 @@
 
 mod congestion;
 mod detours;
+mod guide;
 
 use std::panic::resume_unwind;
 
 use self::congestion::Congestion;
 pub use self::congestion::CongestionSettings;
-use super::{Planner, Plans, Router, Search};
+use self::guide::Guide;
+use super::{Landmarks, Planner, Plans, Router, Search};
 use crate::roads::{Leg, Roads};
 use crate::traffic::Traffic;
 
@@ -30,15 +32,23 @@ pub struct LanesSettings {
 impl Default for LanesSettings {
     fn default() -> Self {
         let congestion = CongestionSettings::default();
-        Self { reroute_secs: 5.0, legs_per_cycle: 400_000, detours: true, congestion }
+        Self { reroute_secs: 5.0, legs_per_cycle: 40_000, detours: true, congestion }
     }
 }
 
-/// The routes that are searched side by side, without knowing of each other. It doesn't depend on the number of threads:
+/// The most routes that are searched side by side, without knowing of each other. It doesn't depend on the number of threads:
 /// neither do the routes.
 const BATCH: usize = 16;
+/// The first batch: how long searches are is not known yet.
+const FIRST_BATCH: usize = 4;
 /// Searches on fewer edges take less time than it takes to start a thread.
 const FEWEST_EDGES: usize = 10_000;
+/// The trees of fastest ways that are worked out in a cycle; and in one that follows a cycle in which routes were put off, as
+/// when a whole fleet gets its first ones: then delays change fast.
+const TREES: [usize; 2] = [1, 4];
+/// By which share a route may take longer than the fastest one, on many edges; and while routes are put off. Expected delays are
+/// by far less exact than this.
+const SLACK: [f32; 2] = [0.1, 0.3];
 /// How often the robots on the way to each edge are counted, in seconds.
 const COUNT_SECS: f64 = 1.0;
 
@@ -47,8 +57,14 @@ const COUNT_SECS: f64 = 1.0;
 pub struct Lanes {
     settings: LanesSettings,
     congestion: Congestion,
+    /// None on few edges, where searches are fast enough without.
+    guide: Option<Guide>,
     /// One for each thread.
     routers: Vec<Router>,
+    /// The routes of the next batch.
+    batch: usize,
+    /// Whether routes were put off to the next cycle.
+    is_behind: bool,
     last: f64,
     next_count: f64,
     next_rings: f64,
@@ -72,8 +88,11 @@ impl Lanes {
         let threads = if roads.edges().len() < FEWEST_EDGES { 1 } else { cores };
         Self {
             congestion: Congestion::new(roads, settings.congestion),
+            guide: (roads.edges().len() >= FEWEST_EDGES).then(|| Guide::new(roads)),
             routers: (0..threads).map(|_| Router::new(roads)).collect(),
             settings,
+            batch: FIRST_BATCH,
+            is_behind: false,
             last: 0.0,
             next_count: 0.0,
             next_rings: 0.0,
@@ -97,28 +116,39 @@ impl Lanes {
             self.next_count = traffic.now + COUNT_SECS;
             self.congestion.count(traffic.robots().flat_map(|(_, state)| &state.horizon));
         }
+        if let Some(guide) = &mut self.guide {
+            let trees = TREES[usize::from(self.is_behind)];
+            guide.go_on(traffic.roads, &mut self.congestion, trees, self.routers.len());
+        }
+        self.congestion.settle();
     }
 
     /// Plans routes for robots that need one, those first that need it the longest.
     fn plan_routes(&mut self, traffic: &Traffic<'_>, plans: &mut Plans) {
         let mut looked_at = 0;
-        for batch in self.due(traffic).chunks(BATCH) {
+        let due = self.due(traffic);
+        let mut due = due.as_slice();
+        while !due.is_empty() && looked_at < self.settings.legs_per_cycle {
+            let (batch, rest) = due.split_at(self.batch.min(due.len()));
+            due = rest;
+            let mut spent = 0;
             for (due, (legs, cost)) in batch.iter().zip(self.search(traffic, batch)) {
-                looked_at += cost;
-                self.routes += 1;
-                match legs {
-                    Some(legs) => {
-                        let before = traffic.robot(due.robot).map(|state| &state.horizon);
-                        self.congestion.replace(before.into_iter().flatten(), &legs);
-                        plans.route(due.robot, legs);
-                    }
-                    None => plans.unreachable(due.robot),
-                }
+                spent += cost;
+                self.set_route(*due, legs, traffic, plans);
             }
-            if looked_at >= self.settings.legs_per_cycle {
-                return;
-            }
+            looked_at += spent;
+            // Where searches are long, because goals can't be reached or delays change fast, not many begin at once.
+            self.batch = (self.settings.legs_per_cycle * batch.len() / spent.max(1)).clamp(1, BATCH);
         }
+        self.is_behind = !due.is_empty();
+    }
+
+    fn set_route(&mut self, due: Due, legs: Option<Vec<Leg>>, traffic: &Traffic<'_>, plans: &mut Plans) {
+        self.routes += 1;
+        let Some(legs) = legs else { return plans.unreachable(due.robot) };
+        let before = traffic.robot(due.robot).map(|state| &state.horizon);
+        self.congestion.replace(before.into_iter().flatten(), &legs);
+        plans.route(due.robot, legs);
     }
 
     /// The robots that need a route, in the order in which they get one: who has none comes before who waits.
@@ -139,16 +169,20 @@ impl Lanes {
     /// Searches the routes of some robots; with each comes the number of legs that were looked at.
     fn search(&mut self, traffic: &Traffic<'_>, batch: &[Due]) -> Vec<(Option<Vec<Leg>>, usize)> {
         let congestion = &self.congestion;
+        let hints =
+            Hints { landmarks: self.guide.as_ref().map(Guide::landmarks), slack: SLACK[usize::from(self.is_behind)] };
         let share = batch.len().div_ceil(self.routers.len());
         if let [router] = self.routers.as_mut_slice() {
-            return batch.iter().map(|due| route(router, congestion, traffic, due.robot)).collect();
+            return batch.iter().map(|due| route(router, (congestion, hints), traffic, due.robot)).collect();
         }
         std::thread::scope(|scope| {
             let parts = self.routers.iter_mut().zip(batch.chunks(share));
             let threads: Vec<_> = parts
                 .map(|(router, part)| {
                     scope.spawn(move || {
-                        part.iter().map(|due| route(router, congestion, traffic, due.robot)).collect::<Vec<_>>()
+                        part.iter()
+                            .map(|due| route(router, (congestion, hints), traffic, due.robot))
+                            .collect::<Vec<_>>()
                     })
                 })
                 .collect();
@@ -170,22 +204,33 @@ impl Planner for Lanes {
     }
 }
 
+/// What spares a part of the search.
+#[derive(Clone, Copy)]
+struct Hints<'a> {
+    landmarks: Option<&'a Landmarks>,
+    slack: f32,
+}
+
 /// Returns the route of a robot to its goal, from the end of its base, and the number of legs that were looked at.
-fn route(router: &mut Router, congestion: &Congestion, traffic: &Traffic<'_>, robot: u32) -> (Option<Vec<Leg>>, usize) {
+fn route(
+    router: &mut Router,
+    (congestion, Hints { landmarks, slack }): (&Congestion, Hints<'_>),
+    traffic: &Traffic<'_>,
+    robot: u32,
+) -> (Option<Vec<Leg>>, usize) {
     let (Some(state), Some((last, start))) = (traffic.robot(robot), traffic.base_end(robot)) else { return (None, 0) };
     let Some(goal) = state.goal else { return (None, 0) };
     if start == goal {
         return (Some(Vec::new()), 0);
     }
-    let search = Search { last: Some(last), start, goal };
+    let search = Search { last: Some(last), start, goal, reverse: false, landmarks, slack };
     let delay = |leg: Leg| (!traffic.is_closed(leg)).then(|| congestion.delay(leg.edge()));
-    // Robots in reverse gear meet others head-on: only where nothing else leads to the goal.
-    let forward = |leg: Leg| delay(leg).filter(|_| !leg.is_reverse());
-    let found = router.route(traffic.roads, &state.class, search, forward);
+    let found = router.route(traffic.roads, &state.class, search, delay);
     let looked_at = router.looked_at();
     if found.is_some() {
         return (found, looked_at);
     }
-    let found = router.route(traffic.roads, &state.class, search, delay);
+    // Robots in reverse gear meet others head-on: only where nothing else leads to the goal.
+    let found = router.route(traffic.roads, &state.class, Search { reverse: true, ..search }, delay);
     (found, looked_at + router.looked_at())
 }

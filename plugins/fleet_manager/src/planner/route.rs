@@ -5,6 +5,7 @@
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
+use super::Landmarks;
 use crate::roads::{Leg, Roads, RobotClass};
 
 /// Seconds that a change of gear costs, beside the time of driving.
@@ -16,26 +17,44 @@ const JUMP_SECS: f32 = 60.0;
 
 /// What a search starts from and leads to.
 #[derive(Clone, Copy, Debug)]
-pub struct Search {
+pub struct Search<'a> {
     /// The leg at whose end the route starts; none if the robot stands on a node.
     pub last: Option<Leg>,
     /// The node where it starts.
     pub start: u32,
     /// The node that it leads to.
     pub goal: u32,
+    /// Whether it may lead along legs in reverse gear.
+    pub reverse: bool,
+    /// What is known of the times in forward gear, delays included; without, or with reverse gear, the estimate is made from
+    /// the distance.
+    pub landmarks: Option<&'a Landmarks>,
+    /// By which share of its time the route may take longer than the fastest one, at least 0, if there are landmarks: that
+    /// spares much of the search.
+    pub slack: f32,
 }
 
 /// Searches routes, one after the other. It keeps its memory in between.
 #[derive(Debug, Default)]
 pub struct Router {
-    /// By leg: the cost of the best way to its end, in seconds, and the leg before; valid if `stamp` is the search's number.
-    best: Vec<(f32, u32)>,
-    stamp: Vec<u32>,
+    /// By leg.
+    marks: Vec<Mark>,
     search: u32,
     open: BinaryHeap<(Reverse<Cost>, u32)>,
     fastest: f32,
     /// Legs that the last search looked at.
     looked_at: usize,
+}
+
+/// What a search knows of a leg.
+#[derive(Clone, Copy, Debug)]
+struct Mark {
+    /// Twice the number of the search that this is about, and one more if the cost is final.
+    stamp: u32,
+    /// The cost of the best way to its end, in seconds.
+    cost: f32,
+    /// The leg before it.
+    before: u32,
 }
 
 /// A cost in the order of numbers; costs are never NaN.
@@ -63,7 +82,8 @@ impl Router {
     pub fn new(roads: &Roads) -> Self {
         let legs = 2 * roads.edges().len();
         let fastest = roads.edges().iter().flat_map(|edge| edge.speeds).fold(0.1, f32::max);
-        Self { best: vec![(0.0, NO_LEG); legs], stamp: vec![0; legs], fastest, ..Self::default() }
+        let mark = Mark { stamp: 0, cost: 0.0, before: NO_LEG };
+        Self { marks: vec![mark; legs], fastest, ..Self::default() }
     }
 
     /// Returns the legs of the route that takes the least time for a class of robots; `None` if there is none. A leg that
@@ -72,7 +92,7 @@ impl Router {
         &mut self,
         roads: &Roads,
         class: &RobotClass,
-        search: Search,
+        search: Search<'_>,
         mut cost: impl FnMut(Leg) -> Option<f32>,
     ) -> Option<Vec<Leg>> {
         self.search += 1;
@@ -80,18 +100,24 @@ impl Router {
         self.open.clear();
         let goal = roads.position(search.goal);
         let fastest = self.fastest.min(class.max_speed);
-        let estimate = |node: u32| {
-            let [x, y] = roads.position(node);
-            (x - goal[0]).hypot(y - goal[1]) / fastest
+        let landmarks = search.landmarks.filter(|_| !search.reverse);
+        let estimate = |node: u32| match landmarks {
+            Some(landmarks) => (1.0 + search.slack) * landmarks.least_secs(node, search.goal),
+            None => {
+                let [x, y] = roads.position(node);
+                (x - goal[0]).hypot(y - goal[1]) / fastest
+            }
         };
+        let mut cost = |leg: Leg| if leg.is_reverse() && !search.reverse { None } else { cost(leg) };
         self.expand(roads, class, (search.last, NO_LEG, search.start, 0.0), &estimate, &mut cost);
         while let Some((_, index)) = self.open.pop() {
             let leg = Leg::from_index(index);
-            let (so_far, _) = self.best[leg.index()];
-            if self.stamp[leg.index()] != 2 * self.search {
+            let mark = &mut self.marks[leg.index()];
+            if mark.stamp != 2 * self.search {
                 continue;
             }
-            self.stamp[leg.index()] = 2 * self.search + 1;
+            mark.stamp += 1;
+            let so_far = mark.cost;
             self.looked_at += 1;
             let node = roads.end(leg);
             if node == search.goal {
@@ -116,23 +142,24 @@ impl Router {
         cost: &mut impl FnMut(Leg) -> Option<f32>,
     ) {
         for &leg in roads.exits(node) {
-            if self.stamp[leg.index()] == 2 * self.search + 1 {
+            let mark = self.marks[leg.index()];
+            if mark.stamp == 2 * self.search + 1 {
                 continue;
             }
             let Some(extra) = cost(leg) else { continue };
             let driving = roads.edge(leg.edge()).length / roads.speed(class, leg);
             let total = so_far + driving + extra + last.map_or(0.0, |last| join_secs(roads, class, last, leg));
-            if self.stamp[leg.index()] == 2 * self.search && self.best[leg.index()].0 <= total {
+            if mark.stamp == 2 * self.search && mark.cost <= total {
                 continue;
             }
-            self.stamp[leg.index()] = 2 * self.search;
-            self.best[leg.index()] = (total, before);
+            self.marks[leg.index()] = Mark { stamp: 2 * self.search, cost: total, before };
             self.open.push((Reverse(Cost(total + estimate(roads.end(leg)))), leg.index() as u32));
         }
     }
 
     fn legs_to(&self, leg: Leg) -> Vec<Leg> {
-        let before = |leg: &Leg| Some(self.best[leg.index()].1).filter(|before| *before != NO_LEG).map(Leg::from_index);
+        let before =
+            |leg: &Leg| Some(self.marks[leg.index()].before).filter(|before| *before != NO_LEG).map(Leg::from_index);
         let mut legs: Vec<Leg> = std::iter::successors(Some(leg), before).collect();
         legs.reverse();
         legs
@@ -148,3 +175,6 @@ fn join_secs(roads: &Roads, class: &RobotClass, from: Leg, to: Leg) -> f32 {
         true => gear + JUMP_SECS,
     }
 }
+
+#[cfg(test)]
+mod tests;

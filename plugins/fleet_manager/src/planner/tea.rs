@@ -188,10 +188,10 @@ impl Tea {
         if start == goal {
             return Some(Vec::new());
         }
-        let search = Search { last: Some(last), start, goal };
+        let search = Search { last: Some(last), start, goal, reverse: false, landmarks: None, slack: 0.0 };
         let is_open = |leg: Leg| (!traffic.is_closed(leg)).then_some(0.0);
-        let is_forward = |leg: Leg| is_open(leg).filter(|_| !leg.is_reverse());
-        let forward = self.router.route(traffic.roads, &state.class, search, is_forward);
+        let forward = self.router.route(traffic.roads, &state.class, search, is_open);
+        let search = Search { reverse: true, ..search };
         forward.or_else(|| self.router.route(traffic.roads, &state.class, search, is_open))
     }
 }

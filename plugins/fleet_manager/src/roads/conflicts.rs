@@ -6,7 +6,7 @@
 mod build;
 mod grid;
 
-use super::{Roads, Sweep};
+use super::{Reader, Roads, Sweep, Writer};
 
 /// How robots on two tracks get in each other's way. Places are metres from the origins of the edges.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -104,10 +104,21 @@ pub struct Conflicts {
 
 impl Conflicts {
     pub(super) fn new(roads: &Roads, sweeps: &[Sweep], discs: &[u32]) -> Self {
-        let lengths = roads.edges().iter().map(|edge| edge.length);
-        let lengths: Vec<f32> = lengths.chain((0..roads.nodes()).map(|_| 0.0)).collect();
+        let lengths = lengths(roads);
         let tables = build::tables(roads, sweeps, discs, &lengths);
         Self { tables, footprints: roads.footprints().len(), lengths }
+    }
+
+    /// Writes all tables.
+    pub(super) fn write(&self, writer: &mut Writer) {
+        self.tables.iter().for_each(|table| table.write(writer));
+    }
+
+    /// Reads the tables of roads.
+    pub(super) fn read(roads: &Roads, reader: &mut Reader<'_>) -> Option<Self> {
+        let (lengths, footprints) = (lengths(roads), roads.footprints().len());
+        let tables = (0..footprints * footprints).map(|_| ConflictTable::read(lengths.len(), reader));
+        Some(Self { tables: tables.collect::<Option<_>>()?, footprints, lengths })
     }
 
     /// The conflicts of robots with a footprint with robots of another one, by index.
@@ -143,7 +154,32 @@ impl Conflicts {
     }
 }
 
+/// Returns the lengths of all tracks, in metres.
+fn lengths(roads: &Roads) -> Vec<f32> {
+    let lengths = roads.edges().iter().map(|edge| edge.length);
+    lengths.chain((0..roads.nodes()).map(|_| 0.0)).collect()
+}
+
 impl ConflictTable {
+    fn write(&self, writer: &mut Writer) {
+        writer.list(self.starts.iter().copied());
+        writer.list(self.pairs.iter().map(|pair| pair.other_and_kind));
+        writer.list(self.pairs.iter().map(|pair| u32::from_le_bytes(pair.spans)));
+        writer.floats(self.separations.iter().copied());
+    }
+
+    fn read(tracks: usize, reader: &mut Reader<'_>) -> Option<Self> {
+        let starts = reader.starts(tracks)?;
+        let count = *starts.last()? as usize;
+        let (others, spans) = (reader.list_of(count)?, reader.list_of(count)?);
+        let pairs = others.into_iter().zip(spans);
+        let pairs = pairs.map(|(other_and_kind, spans)| Pair { other_and_kind, spans: spans.to_le_bytes() });
+        let pairs: Vec<Pair> = pairs.collect();
+        let separations = reader.floats(tracks)?;
+        let is_possible = pairs.iter().all(|pair| (pair.other() as usize) < tracks);
+        is_possible.then_some(Self { starts, pairs, separations })
+    }
+
     /// Sorts the pairs by track; each comes with the track that it is seen from.
     pub(super) fn new(mut found: Vec<(u32, Pair)>, separations: Vec<f32>) -> Self {
         found.sort_unstable_by_key(|(track, pair)| (*track, pair.other()));

@@ -47,8 +47,8 @@ impl Cubic {
     pub fn length(&self, from: f64, to: f64) -> f64 {
         let (middle, half) = (0.5 * (from + to), 0.5 * (to - from));
         let speed = |t: f64| {
-            let derivative = self.derivative(t);
-            derivative[0].hypot(derivative[1])
+            let [x, y] = self.derivative(t);
+            (x * x + y * y).sqrt()
         };
         half * GAUSS.iter().map(|(abscissa, weight)| weight * speed(middle + half * abscissa)).sum::<f64>()
     }

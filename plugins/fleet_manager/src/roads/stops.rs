@@ -3,7 +3,7 @@
 //! A place of an edge is *open* if a robot that stands there is in nobody's way but on the edge itself and on those that lead
 //! straight into or out of it. A node is a *siding* if a robot that stands there is only in the way of edges that meet there.
 
-use super::{Leg, Relation, Roads};
+use super::{Leg, Reader, Relation, Roads, Writer, cores};
 
 /// The stopping places of robots with one footprint.
 #[derive(Clone, Debug, Default)]
@@ -23,14 +23,33 @@ impl Stops {
         let mut stops = Self { starts: vec![0], ..Self::default() };
         let mut arrivals = vec![0; roads.nodes() as usize];
         roads.edges().iter().for_each(|edge| arrivals[edge.destination as usize] += 1);
-        for edge in 0..roads.edges().len() as u32 {
-            stops.closed.extend(closed(roads, footprint, edge, &arrivals));
+        let places = cores::map(roads.edges().len(), |edge| {
+            let sidings = [false, true].map(|reverse| is_siding(roads, footprint, Leg::new(edge as u32, reverse)));
+            (closed(roads, footprint, edge as u32, &arrivals), sidings)
+        });
+        for (closed, sidings) in places {
+            stops.closed.extend(closed);
             stops.starts.push(stops.closed.len() as u32);
-            for leg in [Leg::new(edge, false), Leg::new(edge, true)] {
-                stops.sidings.push(is_siding(roads, footprint, leg));
-            }
+            stops.sidings.extend(sidings);
         }
         stops
+    }
+
+    /// Writes them.
+    pub(super) fn write(&self, writer: &mut Writer) {
+        writer.list(self.starts.iter().copied());
+        [0, 1].into_iter().for_each(|end| writer.floats(self.closed.iter().map(|closed| closed[end])));
+        writer.list(self.sidings.iter().map(|is_siding| u32::from(*is_siding)));
+    }
+
+    /// Reads those of some edges.
+    pub(super) fn read(edges: usize, reader: &mut Reader<'_>) -> Option<Self> {
+        let starts = reader.starts(edges)?;
+        let count = *starts.last()? as usize;
+        let (low, high) = (reader.floats(count)?, reader.floats(count)?);
+        let closed = low.into_iter().zip(high).map(|(low, high)| [low, high]).collect();
+        let sidings = reader.list_of(2 * edges)?.into_iter().map(|is_siding| is_siding != 0).collect();
+        Some(Self { starts, closed, sidings })
     }
 
     /// Returns the farthest open place of a leg in `from` to `to`, both in metres from where it is entered.

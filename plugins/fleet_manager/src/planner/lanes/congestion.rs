@@ -22,10 +22,14 @@ impl Default for CongestionSettings {
 /// Delays of edges that decay, and how many robots are on their way to each edge.
 #[derive(Clone, Debug)]
 pub struct Congestion {
-    /// By edge: robot seconds lost, as of `updated`.
-    delay: Vec<f32>,
+    /// By edge: robot seconds lost, as of now.
+    lost: Vec<f32>,
     /// By edge: robots whose route leads along it.
     load: Vec<u32>,
+    /// By edge: the least delay that is expected, in seconds.
+    floor: Vec<f32>,
+    /// By edge: the expected delay, in seconds.
+    expected: Vec<f32>,
     settings: CongestionSettings,
 }
 
@@ -33,36 +37,67 @@ impl Congestion {
     /// Makes the estimate of empty roads.
     pub fn new(roads: &Roads, settings: CongestionSettings) -> Self {
         let edges = roads.edges().len();
-        Self { delay: vec![0.0; edges], load: vec![0; edges], settings }
+        let zeros = || vec![0.0; edges];
+        Self { lost: zeros(), load: vec![0; edges], floor: zeros(), expected: zeros(), settings }
     }
 
     /// Lets a time pass, in seconds.
     pub fn pass(&mut self, seconds: f64) {
         let decay = (-seconds / self.settings.memory_secs).exp() as f32;
-        self.delay.iter_mut().for_each(|delay| *delay *= decay);
+        self.lost.iter_mut().for_each(|lost| *lost *= decay);
     }
 
-    /// Records that a robot lost a time on its way to an edge, in seconds.
+    /// Records that a robot lost a time on its way to an edge, in seconds. It counts from [`settle`](Self::settle) on.
     pub fn lose(&mut self, edge: u32, seconds: f32) {
-        self.delay[edge as usize] += seconds;
+        self.lost[edge as usize] += seconds;
     }
 
-    /// Counts the robots whose routes lead along each edge anew.
+    /// Counts the robots whose routes lead along each edge anew, from [`settle`](Self::settle) on.
     pub fn count<'a>(&mut self, legs: impl Iterator<Item = &'a Leg>) {
         self.load.fill(0);
         legs.for_each(|leg| self.load[leg.edge() as usize] += 1);
     }
 
+    /// Works the expected delays out.
+    pub fn settle(&mut self) {
+        let CongestionSettings { per_lost_second, per_robot, .. } = self.settings;
+        let observed = self.lost.iter().zip(&self.load).zip(&self.floor);
+        for (expected, ((lost, load), floor)) in self.expected.iter_mut().zip(observed) {
+            *expected = (per_lost_second * lost + per_robot * *load as f32).max(*floor);
+        }
+    }
+
     /// Records that a robot gets another route.
     pub fn replace<'a>(&mut self, before: impl Iterator<Item = &'a Leg>, after: &[Leg]) {
-        let load = &mut self.load;
-        before.for_each(|leg| load[leg.edge() as usize] = load[leg.edge() as usize].saturating_sub(1));
-        after.iter().for_each(|leg| load[leg.edge() as usize] += 1);
+        for leg in before {
+            let edge = leg.edge() as usize;
+            self.load[edge] = self.load[edge].saturating_sub(1);
+            self.expected[edge] = self.observed(edge).max(self.floor[edge]);
+        }
+        for leg in after {
+            let edge = leg.edge() as usize;
+            self.load[edge] += 1;
+            self.expected[edge] = self.observed(edge).max(self.floor[edge]);
+        }
     }
 
     /// The expected delay of a robot that takes an edge, in seconds.
     pub fn delay(&self, edge: u32) -> f32 {
+        self.expected[edge as usize]
+    }
+
+    /// The delays by edge as they are now, whatever the least ones are, in seconds.
+    pub fn delays(&self) -> Vec<f32> {
+        (0..self.lost.len()).map(|edge| self.observed(edge)).collect()
+    }
+
+    /// Sets the least delays by edge, in seconds: from [`settle`](Self::settle) on, no less is expected.
+    pub fn set_floor(&mut self, floor: Vec<f32>) {
+        self.floor = floor;
+    }
+
+    fn observed(&self, edge: usize) -> f32 {
         let CongestionSettings { per_lost_second, per_robot, .. } = self.settings;
-        per_lost_second * self.delay[edge as usize] + per_robot * self.load[edge as usize] as f32
+        per_lost_second * self.lost[edge] + per_robot * self.load[edge] as f32
     }
 }

@@ -1,6 +1,7 @@
 //! Takes rings of waiting robots apart.
 
-use super::{Lanes, Search};
+use super::guide::Guide;
+use super::{Lanes, SLACK, Search};
 use crate::planner::Plans;
 use crate::roads::Leg;
 use crate::traffic::Traffic;
@@ -53,10 +54,9 @@ impl Lanes {
         let (last, start) = traffic.base_end(robot)?;
         let (avoid, goal) = (*state.horizon.front()?, state.goal?);
         let congestion = &self.congestion;
-        let is_closed = |leg: Leg| {
-            leg == avoid || leg.is_reverse() || traffic.is_closed(leg) || traffic.claims.holds(robot, leg.edge())
-        };
-        let search = Search { last: Some(last), start, goal };
+        let is_closed = |leg: Leg| leg == avoid || traffic.is_closed(leg) || traffic.claims.holds(robot, leg.edge());
+        let landmarks = self.guide.as_ref().map(Guide::landmarks);
+        let search = Search { last: Some(last), start, goal, reverse: false, landmarks, slack: SLACK[0] };
         let legs = self.routers[0].route(traffic.roads, &state.class, search, |leg| {
             (!is_closed(leg)).then(|| congestion.delay(leg.edge()))
         })?;

@@ -1,8 +1,6 @@
 //! Finds the pairs of a conflict table: tracks near each other by a grid, then stretch by stretch.
 
-use std::panic::resume_unwind;
-
-use super::super::{Footprint, Leg, Rectangle, Roads, Sweep, SweptBox};
+use super::super::{Footprint, Leg, Rectangle, Roads, Sweep, SweptBox, cores};
 use super::grid::Grid;
 use super::{ConflictTable, Pair, RESOLUTION, Relation};
 
@@ -79,11 +77,10 @@ pub fn tables(roads: &Roads, sweeps: &[Sweep], discs: &[u32], lengths: &[f32]) -
     discs.iter().for_each(|&node| places[node as usize] = Some(SweptBox::disc(roads.position(node))));
     let boxes = sweeps.iter().map(Sweep::boxes).chain(places.iter().map(|place| place.as_slice()));
     let boxes: Vec<&[SweptBox]> = boxes.collect();
-    let sweep = |footprint: &Footprint| boxes.iter().map(|boxes| Swept::new(boxes, footprint)).collect();
+    let sweep = |footprint: &Footprint| cores::map(boxes.len(), |track| Swept::new(boxes[track], footprint));
     let swept: Vec<Vec<Swept<'_>>> = roads.footprints().iter().map(sweep).collect();
     let longest = roads.footprints().iter().map(|footprint| 2.0 * footprint.half[0]).fold(0.0, f32::max);
-    let ahead = (0..roads.edges().len() as u32).map(|edge| edges_ahead(roads, sweeps, edge, AHEAD * longest));
-    let ahead = ahead.collect();
+    let ahead = cores::map(sweeps.len(), |edge| edges_ahead(roads, sweeps, edge as u32, AHEAD * longest));
     let finder = Finder { roads, sweeps, lengths, ahead, swept };
     let count = roads.footprints().len();
     (0..count * count).map(|pair| finder.table(pair / count, pair % count)).collect()
@@ -104,41 +101,28 @@ impl<'a> Swept<'a> {
 impl Finder<'_> {
     /// Makes the table of robots with footprint `own` and robots with footprint `other`.
     fn table(&self, own: usize, other: usize) -> ConflictTable {
-        let tracks = self.swept[other].len() as u32;
-        let listed = (0..tracks).map(|track| (track, self.swept[other][track as usize].rectangles.as_slice()));
+        let tracks = self.swept[other].len();
+        let swept: Vec<&[Rectangle]> = self.swept[other].iter().map(|swept| swept.rectangles.as_slice()).collect();
         let radius = self.swept[own].iter().flat_map(|swept| &swept.rectangles).map(Rectangle::radius);
-        let grid = Grid::new(listed, 2.0 * radius.fold(0.5, f32::max));
-        let threads = std::thread::available_parallelism().map_or(1, usize::from).min(16);
-        let chunk = tracks.div_ceil(threads as u32).max(1);
-        let found = std::thread::scope(|scope| {
-            let work = |first: u32| {
-                let grid = &grid;
-                scope.spawn(move || self.find(own, other, grid, first..(first + chunk).min(tracks)))
-            };
-            let workers: Vec<_> = (0..tracks).step_by(chunk as usize).map(work).collect();
-            workers
-                .into_iter()
-                .flat_map(|worker| worker.join().unwrap_or_else(|panic| resume_unwind(panic)))
-                .collect::<Vec<Found>>()
-        });
+        let grid = Grid::new(&swept, 2.0 * radius.fold(0.5, f32::max));
+        let found = cores::map(tracks, |track| self.find(own, other, &grid, track as u32));
+        let found: Vec<Found> = found.into_iter().flatten().collect();
         let separations = self.separations([own, other], tracks, &found);
         let pairs = found.iter().flat_map(|found| self.pairs(own == other, found, &separations)).collect();
         ConflictTable::new(pairs, separations)
     }
 
-    /// Finds the pairs of some tracks with all others.
-    fn find(&self, own: usize, other: usize, grid: &Grid, tracks: std::ops::Range<u32>) -> Vec<Found> {
+    /// Finds the pairs of a track with all others.
+    fn find(&self, own: usize, other: usize, grid: &Grid, a: u32) -> Vec<Found> {
         let mut found = Vec::new();
-        for a in tracks {
-            let swept = &self.swept[own][a as usize];
-            for b in grid.near(&swept.rectangles) {
-                // With one footprint a pair is found once, and seen from both sides.
-                if b == a || (own == other && b < a) {
-                    continue;
-                }
-                let Some(touching) = touching(swept, &self.swept[other][b as usize]) else { continue };
-                found.push(Found { tracks: [a, b], leads: self.leads([own, other], [a, b], &touching), touching });
+        let swept = &self.swept[own][a as usize];
+        for b in grid.near(&swept.rectangles) {
+            // With one footprint a pair is found once, and seen from both sides.
+            if b == a || (own == other && b < a) {
+                continue;
             }
+            let Some(touching) = touching(swept, &self.swept[other][b as usize]) else { continue };
+            found.push(Found { tracks: [a, b], leads: self.leads([own, other], [a, b], &touching), touching });
         }
         found
     }
@@ -159,9 +143,9 @@ impl Finder<'_> {
 
     /// Returns the distances at which robots follow each other, in metres: by the track of the one behind. A robot that
     /// keeps it is never in the way of the one ahead, whichever way that goes on.
-    fn separations(&self, footprints: [usize; 2], tracks: u32, found: &[Found]) -> Vec<f32> {
+    fn separations(&self, footprints: [usize; 2], tracks: usize, found: &[Found]) -> Vec<f32> {
         let [own, other] = footprints;
-        let mut separations: Vec<f32> = (0..tracks).map(|track| self.separation(own, other, track)).collect();
+        let mut separations = cores::map(tracks, |track| self.separation(own, other, track as u32));
         for Found { tracks: [a, b], touching, leads } in found {
             let behind = [(*a, *b, leads[0], touching.apart[0]), (*b, *a, leads[1], touching.apart[1])];
             for (behind, ahead, between, apart) in behind {

@@ -1,6 +1,6 @@
 //! A uniform grid that finds tracks near each other.
 
-use super::super::Rectangle;
+use super::super::{Rectangle, cores};
 
 /// Tracks by the cells that they sweep.
 #[derive(Debug)]
@@ -19,10 +19,10 @@ const MOST_CELLS: f32 = 4e6;
 
 impl Grid {
     /// Sorts tracks, each a list of rectangles, into cells of at least `cell` metres.
-    pub fn new<'a>(tracks: impl Iterator<Item = (u32, &'a [Rectangle])> + Clone, cell: f32) -> Self {
+    pub fn new(tracks: &[&[Rectangle]], cell: f32) -> Self {
         let mut low = [f32::INFINITY; 2];
         let mut high = [f32::NEG_INFINITY; 2];
-        for rectangle in tracks.clone().flat_map(|(_, rectangles)| rectangles) {
+        for rectangle in tracks.iter().copied().flatten() {
             let radius = rectangle.radius();
             for axis in [0, 1] {
                 low[axis] = low[axis].min(rectangle.centre[axis] - radius);
@@ -33,15 +33,18 @@ impl Grid {
         let cell = cell.max((size[0] * size[1] / MOST_CELLS).sqrt()).max(size[0].max(size[1]) / MOST_CELLS);
         let [columns, rows] = size.map(|metres| (metres / cell) as u32 + 1);
         let mut grid = Self { origin: low, cell, columns, rows, starts: Vec::new(), tracks: Vec::new() };
-        let mut entries = Vec::new();
-        for (track, rectangles) in tracks {
-            grid.cells_of(rectangles).into_iter().for_each(|cell| entries.push((cell, track)));
+        let cells = cores::map(tracks.len(), |track| grid.cells_of(tracks[track]));
+        let mut ends = vec![0; columns as usize * rows as usize + 1];
+        cells.iter().flatten().for_each(|cell| ends[*cell as usize + 1] += 1);
+        (1..ends.len()).for_each(|cell| ends[cell] += ends[cell - 1]);
+        grid.starts.clone_from(&ends);
+        grid.tracks = vec![0; *ends.last().unwrap_or(&0) as usize];
+        for (track, cells) in (0..).zip(cells) {
+            for cell in cells {
+                grid.tracks[ends[cell as usize] as usize] = track;
+                ends[cell as usize] += 1;
+            }
         }
-        entries.sort_unstable();
-        grid.starts = vec![0; columns as usize * rows as usize + 1];
-        entries.iter().for_each(|(cell, _)| grid.starts[*cell as usize + 1] += 1);
-        (1..grid.starts.len()).for_each(|cell| grid.starts[cell] += grid.starts[cell - 1]);
-        grid.tracks = entries.into_iter().map(|(_, track)| track).collect();
         grid
     }
 

@@ -1,0 +1,141 @@
+//! Roads that were worked out before, in files.
+//!
+//! Working the roads of 122,000 edges out takes seconds, and depends on nothing but the shapes of edges and robots. So it is
+//! kept in a file named by a hash of them. A file is used only if it is whole and of these shapes: it ends with a
+//! checksum of all before it.
+
+mod words;
+
+use std::fs::{self, File};
+use std::path::{Path, PathBuf};
+use std::time::SystemTime;
+
+use regatta_plugin::World;
+use xxhash_rust::xxh3::{Xxh3, xxh3_128};
+
+pub(super) use self::words::{Reader, Writer};
+use super::Roads;
+
+/// Raised whenever roads are worked out in another way, or kept in another form.
+const VERSION: u32 = 1;
+const MAGIC: &[u8; 8] = b"rgtroads";
+const CHECKSUM_BYTES: usize = 16;
+/// The roads of fewer edges are worked out in less time than it is worth.
+const FEWEST_EDGES: usize = 10_000;
+/// The most files that are kept; the least recently used ones go.
+const MOST_FILES: usize = 16;
+const PREFIX: &str = "roads-";
+
+/// The error of keeping roads. They are there all the same.
+#[derive(Debug, thiserror::Error)]
+#[error("can't keep the roads in {} ({reason}); choose another folder with --cache, or use --no-cache", path.display())]
+pub struct CacheError {
+    path: PathBuf,
+    reason: std::io::Error,
+}
+
+/// Returns the user's folder for files that can be made anew; `None` for a user without a home folder.
+pub fn default_folder() -> Option<PathBuf> {
+    use etcetera::BaseStrategy;
+    Some(etcetera::choose_base_strategy().ok()?.cache_dir().join("regatta"))
+}
+
+impl Roads {
+    /// As [`new`](Self::new), but takes what was worked out before from a folder, and keeps what wasn't there, unless there are
+    /// only few edges.
+    ///
+    /// # Errors
+    /// Beside the roads, [`CacheError`] if they can't be kept.
+    pub fn cached(world: &World<'_>, folder: &Path) -> (Self, Result<(), CacheError>) {
+        if world.edges().len() < FEWEST_EDGES {
+            return (Self::new(world), Ok(()));
+        }
+        Self::kept(world, folder)
+    }
+
+    fn kept(world: &World<'_>, folder: &Path) -> (Self, Result<(), CacheError>) {
+        let key = key(world);
+        let path = folder.join(format!("{PREFIX}{key:032x}.bin"));
+        if let Some(roads) = fs::read(&path).ok().and_then(|bytes| unpack(world, key, &bytes)) {
+            // The time of the last use decides which files go; where it can't be set, that of the first one does.
+            let _ = File::options().append(true).open(&path).and_then(|file| file.set_modified(SystemTime::now()));
+            return (roads, Ok(()));
+        }
+        let roads = Self::new(world);
+        let kept = keep(folder, &path, &pack(&roads, key)).map_err(|reason| CacheError { path, reason });
+        (roads, kept)
+    }
+}
+
+/// Writes a file at once: others see all of it, or nothing.
+fn keep(folder: &Path, path: &Path, bytes: &[u8]) -> std::io::Result<()> {
+    fs::create_dir_all(folder)?;
+    let draft = path.with_extension(format!("{}.tmp", std::process::id()));
+    let written = fs::write(&draft, bytes).and_then(|()| fs::rename(&draft, path));
+    if written.is_err() {
+        let _ = fs::remove_file(&draft);
+        return written;
+    }
+    // Files that stay too long do no harm but for their size.
+    let _ = forget_old(folder);
+    Ok(())
+}
+
+fn forget_old(folder: &Path) -> std::io::Result<()> {
+    let mut files: Vec<(SystemTime, PathBuf)> = Vec::new();
+    for entry in fs::read_dir(folder)? {
+        let entry = entry?;
+        if entry.file_name().to_string_lossy().starts_with(PREFIX) {
+            files.push((entry.metadata()?.modified()?, entry.path()));
+        }
+    }
+    files.sort_unstable();
+    let old = files.len().saturating_sub(MOST_FILES);
+    files[..old].iter().try_for_each(|(_, path)| fs::remove_file(path))
+}
+
+/// Returns a hash of everything that the roads depend on.
+fn key(world: &World<'_>) -> u128 {
+    let mut hash = Xxh3::new();
+    let mut add = |words: &[u32]| words.iter().for_each(|word| hash.update(&word.to_le_bytes()));
+    add(&[VERSION, world.nodes().len() as u32, world.edges().len() as u32, world.robot_types().len() as u32]);
+    for node in world.nodes() {
+        add(&[node.x.to_bits(), node.y.to_bits()]);
+    }
+    for edge in world.edges() {
+        let speeds = [edge.velocity_forward.to_bits(), edge.velocity_backwards.to_bits()];
+        add(&[edge.origin, edge.destination, speeds[0], speeds[1], edge.orientation, edge.orientation_angle.to_bits()]);
+        add(&[edge.curves]);
+        for curve in world.curves(edge) {
+            curve.control_points.iter().for_each(|[x, y]| add(&[x.to_bits(), y.to_bits()]));
+        }
+    }
+    for class in world.robot_types() {
+        add(&[class.shape, class.length.to_bits(), class.width.to_bits(), class.max_rotation_speed.to_bits()]);
+    }
+    hash.digest128()
+}
+
+fn pack(roads: &Roads, key: u128) -> Vec<u8> {
+    let mut writer = Writer::default();
+    roads.write(&mut writer);
+    let mut bytes = MAGIC.to_vec();
+    bytes.extend(key.to_le_bytes());
+    bytes.extend(writer.into_bytes());
+    bytes.extend(xxh3_128(&bytes).to_le_bytes());
+    bytes
+}
+
+/// Returns the roads of a world from the bytes of a file; `None` if they are damaged, or of something else.
+fn unpack(world: &World<'_>, key: u128, bytes: &[u8]) -> Option<Roads> {
+    let (content, checksum) = bytes.split_last_chunk::<CHECKSUM_BYTES>()?;
+    if xxh3_128(content) != u128::from_le_bytes(*checksum) {
+        return None;
+    }
+    let content = content.strip_prefix(MAGIC)?.strip_prefix(&key.to_le_bytes())?;
+    let mut reader = Reader::new(content);
+    Roads::read(world, &mut reader).filter(|_| reader.is_at_end())
+}
+
+#[cfg(test)]
+mod tests;
