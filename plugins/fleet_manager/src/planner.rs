@@ -2,6 +2,7 @@
 //!
 //! A planner is free to decide as it likes: robots get only space that nobody else claims, whatever it says.
 
+mod backstop;
 mod driving_times;
 mod lanes;
 mod pibt;
@@ -10,6 +11,7 @@ mod tea;
 
 use std::fmt;
 
+pub use self::backstop::{Backstop, BackstopSettings};
 pub use self::driving_times::DrivingTimes;
 pub use self::lanes::{CongestionSettings, Lanes, LanesSettings};
 pub use self::pibt::{Pibt, PibtSettings};
@@ -38,6 +40,14 @@ pub struct Plans {
     pub(crate) routes: Vec<(u32, Option<Vec<Leg>>)>,
     pub(crate) precedences: Vec<(u32, f64)>,
     pub(crate) holds: Vec<(u32, usize)>,
+    /// Robots whose bases stay as they are in this cycle.
+    pub(crate) frozen: Vec<u32>,
+    /// Robots that may enter the roads in this cycle, however many are there.
+    pub(crate) admitted: Vec<u32>,
+    /// Idle robots that are sent to a node, out of others' way.
+    pub(crate) evicted: Vec<(u32, u32)>,
+    /// Robots that need a route in the next cycle.
+    pub(crate) released: Vec<u32>,
 }
 
 impl Plans {

@@ -108,7 +108,10 @@ impl Steering {
         let is_in_way = self.admission.pressure.get(robot as usize).is_some_and(|waiting| *waiting > 0);
         let is_queued = self.claims.of(robot).iter().all(|stretch| self.is_in_reservoir(stretch.leg));
         let was_held = self.now - state.waiting_since > HELD_SECS;
-        self.is_on_roads(robot) || self.admission.is_open() || (is_in_way && (!is_queued || was_held))
+        state.is_admitted
+            || self.is_on_roads(robot)
+            || self.admission.is_open()
+            || (is_in_way && (!is_queued || was_held))
     }
 
     fn is_in_reservoir(&self, leg: Option<Leg>) -> bool {

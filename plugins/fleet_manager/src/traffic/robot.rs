@@ -52,6 +52,10 @@ pub struct Robot {
     pub(crate) is_fresh: bool,
     /// By how many legs its base may grow in this cycle.
     pub(crate) most_legs: usize,
+    /// Whether its base stays as it is in this cycle.
+    pub(crate) is_frozen: bool,
+    /// Whether it may enter the roads in this cycle, however many are there.
+    pub(crate) is_admitted: bool,
     /// Who is extended first in this cycle, in ascending order.
     pub(crate) precedence: f64,
     /// Whether it was sent to a goal, and has no route to it yet.
@@ -83,6 +87,8 @@ impl Robot {
             blocked_on: None,
             most_legs: usize::MAX,
             precedence: now,
+            is_frozen: false,
+            is_admitted: false,
             waiting_since: f64::INFINITY,
             stuck_since: f64::INFINITY,
             is_held: false,
