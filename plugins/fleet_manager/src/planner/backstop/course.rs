@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 
 use super::lacam::Hop;
 use super::region::Region;
-use super::standing::is_movable;
+use super::standing::{Extent, extent, is_movable};
 use super::ways::{Stand, stretches};
 use crate::planner::Plans;
 use crate::roads::{Leg, Roads};
@@ -33,8 +33,8 @@ struct Led {
     /// Its moves, and how many of them are granted.
     moves: Vec<u32>,
     granted: usize,
-    /// The version of its claim when it was last seen.
-    version: u64,
+    /// What it claimed when it was last seen.
+    extent: Extent,
 }
 
 /// A solution that is executed.
@@ -49,7 +49,7 @@ pub struct Course {
 impl Course {
     /// Begins to execute hops of a region's members.
     pub fn new(traffic: &Traffic<'_>, region: &Region, hops: &[Hop]) -> Self {
-        let led = |&robot: &u32| Led { robot, moves: Vec::new(), granted: 0, version: traffic.claims.version(robot) };
+        let led = |&robot: &u32| Led { robot, moves: Vec::new(), granted: 0, extent: extent(traffic, robot) };
         let mut led: Vec<Led> = region.members.iter().map(led).collect();
         // By track: the moves that it is near to, and their agents.
         let mut near_moves: BTreeMap<u32, Vec<(u32, u16)>> = BTreeMap::new();
@@ -97,9 +97,9 @@ impl Course {
         for led in &mut self.led {
             let stand = Stand::of(traffic, led.robot)?;
             let state = traffic.robot(led.robot).filter(|state| is_movable(state) || state.is_pinned)?;
-            let version = traffic.claims.version(led.robot);
-            if version != led.version {
-                (led.version, self.moved) = (version, traffic.now);
+            let extent = extent(traffic, led.robot);
+            if extent != led.extent {
+                (led.extent, self.moved) = (extent, traffic.now);
             }
             if let Some(&number) = led.moves.get(led.granted) {
                 let step = &mut self.moves[number as usize];

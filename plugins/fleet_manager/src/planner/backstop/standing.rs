@@ -14,9 +14,18 @@ const LEGS_AHEAD: usize = 24;
 #[derive(Clone, Copy, Debug)]
 struct Since {
     secs: f64,
-    /// The version of its claim, and when it was sent to its goal: if one changes, it doesn't stand.
-    version: u64,
+    /// What it claims, and when it was sent to its goal: if one changes, it doesn't stand.
+    extent: Extent,
     sent: f64,
+}
+
+/// The first and the last stretch of a claim. Its version says less: it changes, too, when the ring guard takes a claim back.
+pub type Extent = Option<(Stretch, Stretch)>;
+
+/// What a robot claims.
+pub fn extent(traffic: &Traffic<'_>, robot: u32) -> Extent {
+    let claim = traffic.claims.of(robot);
+    Some((*claim.front()?, *claim.back()?))
 }
 
 /// Since when robots stand.
@@ -35,11 +44,10 @@ impl Standing {
                 *since = None;
                 continue;
             };
-            let (version, sent) = (traffic.claims.version(robot), state.sent);
-            let stands =
-                state.speed == 0.0 && since.is_some_and(|since| (since.version, since.sent) == (version, sent));
+            let (extent, sent) = (extent(traffic, robot), state.sent);
+            let stands = state.speed == 0.0 && since.is_some_and(|since| (since.extent, since.sent) == (extent, sent));
             if !stands {
-                *since = Some(Since { secs: traffic.now, version, sent });
+                *since = Some(Since { secs: traffic.now, extent, sent });
             }
         }
     }

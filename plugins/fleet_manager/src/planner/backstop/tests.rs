@@ -5,7 +5,7 @@ use regatta_plugin::world::WorldData;
 use super::{Backstop, BackstopSettings};
 use crate::model::{Model, Spent, TICK_SECS, places, worlds};
 use crate::planner::{Lanes, LanesSettings, Planner};
-use crate::roads::Roads;
+use crate::roads::{Leg, Roads};
 use crate::steering::{AdmissionSettings, Settings};
 
 fn lanes(roads: &Roads) -> Box<dyn Planner> {
@@ -40,7 +40,8 @@ fn drive(name: &str, world: &WorldData, robots: usize, secs: u32, planner: fn(&R
 fn opposing_traffic_on_a_track_goes_on() {
     for robots in [2, 4, 6] {
         let model = drive("track", &worlds::single_track(7), robots, 3_600, lanes_with_backstop);
-        assert!(model.arrivals.iter().all(|&goals| goals >= 3), "{:?}", model.arrivals);
+        assert!(model.arrivals.iter().all(|&goals| goals >= 10), "{:?}", model.arrivals);
+        assert!(model.longest_secs() < 900.0, "{} s without a goal", model.longest_secs());
     }
 }
 
@@ -48,6 +49,84 @@ fn opposing_traffic_on_a_track_goes_on() {
 fn robots_on_a_grid_go_on() {
     for robots in [20, 30] {
         let model = drive("grid", &worlds::cells(8), robots, 3_600, lanes_with_backstop);
-        assert!(model.arrivals.iter().all(|&goals| goals >= 5), "{:?}", model.arrivals);
+        assert!(model.arrivals.iter().all(|&goals| goals >= 10), "{:?}", model.arrivals);
+        assert!(model.longest_secs() < 900.0, "{} s without a goal", model.longest_secs());
     }
+}
+
+/// Robots that turn on the spot or drive in reverse gear, stall at random, and of which some break down.
+#[test]
+fn robots_that_are_led_never_touch_however_late_they_are() {
+    let soon = |roads: &Roads| -> Box<dyn Planner> {
+        let settings = BackstopSettings { stand_secs: 3.0, ..BackstopSettings::default() };
+        Box::new(Backstop::new(lanes(roads), settings))
+    };
+    let grid = worlds::cells(6);
+    let streets = [worlds::streets(4, 3.0, true), worlds::streets(4, 3.0, false)];
+    let runs = [(&grid, 16, 2), (&streets[0], 8, 0), (&streets[1], 8, 0), (&worlds::porto(), 25, 0)];
+    for (world, robots, broken) in runs {
+        for seed in 1..4 {
+            let mut model = Model::new(world, &places(world, robots, seed), seed, Settings::default(), soon);
+            (model.stalls, model.broken) = (10, broken);
+            model.run(6_000);
+            println!("{robots} robots: {:?}; {:?}", model.arrivals, model.counts());
+            assert!(model.arrivals[broken..].iter().all(|&goals| goals > 0), "{:?}", model.arrivals);
+        }
+    }
+}
+
+#[test]
+fn plans_stay_as_they_are_while_nothing_stands() {
+    let world = worlds::streets(4, 3.0, false);
+    let planners: [fn(&Roads) -> Box<dyn Planner>; 2] = [lanes, lanes_with_backstop];
+    let starts = places(&world, 6, 1);
+    let [mut without, mut with] = planners.map(|planner| Model::new(&world, &starts, 1, Settings::default(), planner));
+    for tick in 0..6_000 {
+        [&mut without, &mut with].map(|model| model.run(1));
+        for robot in 0..6 {
+            assert_eq!(without.steering.claims().of(robot), with.steering.claims().of(robot), "tick {tick}");
+        }
+    }
+    assert_eq!((without.arrivals.clone(), 0), (with.arrivals.clone(), count(&with, "regions")));
+    assert!(with.total() > 100, "{} goals", with.total());
+}
+
+fn count(model: &Model, name: &str) -> u64 {
+    model.counts().iter().find(|(known, _)| *known == name).map_or(0, |(_, count)| *count)
+}
+
+/// A robot in the middle of a track, and one that wants to drive past it: its goal, and the model.
+fn in_the_way(planner: fn(&Roads) -> Box<dyn Planner>) -> (u32, Model) {
+    let world = worlds::single_track(7);
+    // From node 2 to 3, and from node 1 to 2.
+    let starts = [4, 2].map(|edge| (Leg::new(edge, false), 4.0));
+    let mut model = Model::new(&world, &starts, 1, Settings::default(), planner);
+    let goal = 6;
+    model.goals = vec![Some(0), Some(goal)];
+    model.run(2);
+    model.steering.send(1, goal);
+    (goal, model)
+}
+
+#[test]
+fn an_idle_robot_is_sent_out_of_the_way() {
+    for (planner, arrives) in [(lanes as fn(&Roads) -> Box<dyn Planner>, false), (lanes_with_backstop, true)] {
+        let (goal, mut model) = in_the_way(planner);
+        // It has no goal: whoever sends it anywhere is the backstop.
+        model.run(1_500);
+        let has_arrived = model.arrivals[1] > 0 || model.steering.has_arrived(1, goal);
+        assert_eq!(has_arrived, arrives, "{:?}", model.steering.claims());
+    }
+}
+
+#[test]
+fn who_waits_for_a_robot_at_a_stop_is_not_stuck() {
+    let (goal, mut model) = in_the_way(lanes_with_backstop);
+    model.steering.stay(0);
+    model.run(3_000);
+    assert_eq!(count(&model, "regions"), 0);
+    assert!(!model.steering.has_arrived(1, goal) && model.arrivals[1] == 0);
+    model.steering.halt(0);
+    model.run(1_500);
+    assert!(model.arrivals[1] > 0, "it was idle for more than a minute");
 }
