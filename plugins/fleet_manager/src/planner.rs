@@ -40,6 +40,9 @@ pub struct Plans {
     pub(crate) routes: Vec<(u32, Option<Vec<Leg>>)>,
     pub(crate) precedences: Vec<(u32, f64)>,
     pub(crate) holds: Vec<(u32, usize)>,
+    /// By how many legs the bases of robots may grow that are kept out of a region. Unlike those that are held, they wait for
+    /// room: the ring guard knows where they will go on to.
+    pub(crate) kept_out: Vec<(u32, usize)>,
     /// Robots whose bases stay as they are in this cycle.
     pub(crate) frozen: Vec<u32>,
     /// Robots that may enter the roads in this cycle, however many are there.

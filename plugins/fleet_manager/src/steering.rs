@@ -242,7 +242,7 @@ impl Steering {
     fn plan(&mut self) {
         for state in self.robots.iter_mut().flatten() {
             (state.most_legs, state.precedence) = (usize::MAX, state.sent);
-            (state.is_frozen, state.is_admitted) = (false, false);
+            (state.legs_outside, state.is_frozen, state.is_admitted) = (usize::MAX, false, false);
         }
         let mut plans = std::mem::take(&mut self.plans);
         // Not `self.traffic()`: the planner is borrowed beside it.
@@ -255,6 +255,9 @@ impl Steering {
         }
         for (robot, legs) in plans.holds.drain(..) {
             self.robot_mut(robot).into_iter().for_each(|state| state.most_legs = legs);
+        }
+        for (robot, legs) in plans.kept_out.drain(..) {
+            self.robot_mut(robot).into_iter().for_each(|state| state.legs_outside = legs);
         }
         for robot in plans.frozen.drain(..) {
             self.robot_mut(robot).into_iter().for_each(|state| state.is_frozen = true);

@@ -242,10 +242,7 @@ impl Backstop {
             let Some(hold) = held_legs(traffic, robot, &legs, &kept) else { continue };
             match hold {
                 None => plans.frozen.push(robot),
-                Some(legs) => {
-                    let own = plans.holds.iter().rev().find(|(held, _)| *held == robot).map(|(_, legs)| *legs);
-                    plans.hold(robot, own.map_or(legs, |own| own.min(legs)));
-                }
+                Some(legs) => plans.kept_out.push((robot, legs)),
             }
             if hold.is_none_or(|legs| legs == 0) {
                 self.standing.excuse(robot, traffic.now);

@@ -52,6 +52,8 @@ pub struct Robot {
     pub(crate) is_fresh: bool,
     /// By how many legs its base may grow in this cycle.
     pub(crate) most_legs: usize,
+    /// By how many legs its base may grow in this cycle without coming into a region that it is kept out of.
+    pub(crate) legs_outside: usize,
     /// Whether its base stays as it is in this cycle.
     pub(crate) is_frozen: bool,
     /// Whether it may enter the roads in this cycle, however many are there.
@@ -87,6 +89,7 @@ impl Robot {
             blocked_on: None,
             most_legs: usize::MAX,
             precedence: now,
+            legs_outside: usize::MAX,
             is_frozen: false,
             is_admitted: false,
             waiting_since: f64::INFINITY,

@@ -4,7 +4,7 @@ use regatta_plugin::world::WorldData;
 
 use super::{Pibt, PibtSettings};
 use crate::model::{Model, Spent, TICK_SECS, places, worlds};
-use crate::planner::{Lanes, LanesSettings, Planner};
+use crate::planner::{Backstop, BackstopSettings, Lanes, LanesSettings, Planner};
 use crate::roads::Roads;
 use crate::steering::{AdmissionSettings, Settings};
 
@@ -14,6 +14,10 @@ fn pibt(roads: &Roads) -> Box<dyn Planner> {
 
 fn lanes(roads: &Roads) -> Box<dyn Planner> {
     Box::new(Lanes::new(roads, LanesSettings::default()))
+}
+
+fn with_backstop(planner: Box<dyn Planner>) -> Box<dyn Planner> {
+    Box::new(Backstop::new(planner, BackstopSettings::default()))
 }
 
 fn drive(name: &str, world: &WorldData, robots: usize, secs: u32, planner: fn(&Roads) -> Box<dyn Planner>) -> Model {
@@ -51,12 +55,18 @@ fn robots_on_a_grid_push_each_other() {
 #[test]
 #[ignore = "figures for the documentation"]
 fn figures() {
+    let backed: [fn(&Roads) -> Box<dyn Planner>; 2] =
+        [|roads| with_backstop(pibt(roads)), |roads| with_backstop(lanes(roads))];
     for robots in [1, 2, 4, 6] {
         drive("track, pibt", &worlds::single_track(7), robots, 600, pibt);
         drive("track, lanes", &worlds::single_track(7), robots, 600, lanes);
+        drive("track, pibt, backstop", &worlds::single_track(7), robots, 600, backed[0]);
+        drive("track, lanes, backstop", &worlds::single_track(7), robots, 600, backed[1]);
     }
     for robots in [1, 10, 20, 30, 40] {
         drive("grid, pibt", &worlds::cells(8), robots, 600, pibt);
         drive("grid, lanes", &worlds::cells(8), robots, 600, lanes);
+        drive("grid, pibt, backstop", &worlds::cells(8), robots, 600, backed[0]);
+        drive("grid, lanes, backstop", &worlds::cells(8), robots, 600, backed[1]);
     }
 }
