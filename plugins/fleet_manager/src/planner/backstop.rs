@@ -51,6 +51,8 @@ impl Default for BackstopSettings {
 const CHECK_SECS: f64 = 1.0;
 /// The legs ahead in which a robot is kept out of a region.
 const LEGS_AHEAD: usize = 24;
+/// How much longer than others the last search may take, the one with the target of a single robot.
+const LAST_ATTEMPT: u64 = 4;
 /// How many robots of a longer chain a region is made round.
 const MOST_SEEDS: usize = 12;
 
@@ -206,6 +208,8 @@ impl Backstop {
                 let hops = shorten(search.problem(), hops);
                 case.phase = Phase::Drive(Course::new(traffic, &case.region, &hops));
             }
+            // The last attempt may take longer.
+            Outcome::Open if fewer == 0 && search.work() < LAST_ATTEMPT * self.settings.work => {}
             // Where all are at their targets, fewer targets lead nowhere either.
             Outcome::Open | Outcome::None if fewer > 0 => {
                 case.phase = Phase::Search(Box::new(Search::new(case.region.problem(fewer))), fewer);
@@ -218,7 +222,8 @@ impl Backstop {
         let Size { ways, stands, members } = case.size;
         let size = Size { ways: 2 * ways, stands: 2 * stands, members: 2 * members };
         let larger = if case.is_enlarged { None } else { self.case(traffic, case.seeds.clone(), size) };
-        match larger {
+        // Where all of the roads are in the region, it doesn't get any larger.
+        match larger.filter(|larger| larger.region.stands.len() > case.region.stands.len()) {
             Some(larger) => *case = Case { is_enlarged: true, ..larger },
             None => {
                 self.counts.given_up += 1;

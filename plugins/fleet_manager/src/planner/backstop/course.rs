@@ -53,10 +53,10 @@ impl Course {
         let mut led: Vec<Led> = region.members.iter().map(led).collect();
         // By track: the moves that it is near to, and their agents.
         let mut near_moves: BTreeMap<u32, Vec<(u32, u16)>> = BTreeMap::new();
-        let mut moves = Vec::new();
+        let (mut moves, mut at) = (Vec::new(), region.starts.clone());
         for (number, hop) in (0..).zip(hops) {
             let path = &region.paths[usize::from(hop.from)][usize::from(hop.way)];
-            let from = region.stands[usize::from(hop.from)];
+            let from = std::mem::replace(&mut at[usize::from(hop.agent)], Stand::at_end(traffic.roads, path.to));
             let tracks = tracks(traffic.roads, from, &path.legs);
             let before = tracks.iter().filter_map(|track| near_moves.get(track)).flatten();
             let mut after: Vec<u32> =

@@ -5,9 +5,9 @@ use std::collections::{BTreeMap, VecDeque};
 use super::lacam::{Problem, Way};
 use super::standing::is_movable;
 use super::ways::{Path, Stand, paths, stretches};
-use crate::claims::Claims;
+use crate::claims::{Claims, Stretch};
 use crate::planner::DrivingTimes;
-use crate::roads::Leg;
+use crate::roads::{Leg, Roads};
 use crate::traffic::Traffic;
 
 /// How large a region may be.
@@ -30,6 +30,8 @@ pub struct Region {
     pub paths: Vec<Vec<Path>>,
     /// Robots that are led; agents of the problem.
     pub members: Vec<u32>,
+    /// By member: where it is.
+    pub starts: Vec<Stand>,
     /// The ways, and where members are; without targets.
     problem: Problem,
     /// Members and the stands of which each shall get to one: those first that were sent the longest ago.
@@ -56,9 +58,13 @@ impl Region {
             return None;
         }
         let ways = draft.ways(&members);
-        let Draft { stands, paths, ends, .. } = draft;
-        let problem = Problem { ways, targets: vec![Vec::new(); starts.len()], starts };
-        let mut region = Self { stands, paths, members, problem, targets: Vec::new() };
+        let Draft { stands, paths, mut ends, .. } = draft;
+        let mut problem = Problem { ways, targets: vec![Vec::new(); starts.len()], starts };
+        let starts = problem.starts.iter().map(|&start| stands[usize::from(start)]).collect();
+        let alike = alike(traffic.roads, &stands, &paths, &problem.ways);
+        join(&mut problem, &alike);
+        ends.values_mut().for_each(|stand| *stand = alike[usize::from(*stand)]);
+        let mut region = Self { stands, paths, members, starts, problem, targets: Vec::new() };
         region.find_targets(traffic, &ends);
         Some(region)
     }
@@ -79,8 +85,8 @@ impl Region {
 
     /// Whether all members are where they have been when the region was made.
     pub fn is_as_before(&self, traffic: &Traffic<'_>) -> bool {
-        self.members.iter().zip(&self.problem.starts).all(|(&robot, &start)| {
-            let is_there = Stand::of(traffic, robot) == Some(self.stands[usize::from(start)]);
+        self.members.iter().zip(&self.starts).all(|(&robot, &start)| {
+            let is_there = Stand::of(traffic, robot) == Some(start);
             is_there && traffic.robot(robot).is_some_and(is_movable)
         })
     }
@@ -95,6 +101,10 @@ impl Region {
         ranked.sort_by(|a, b| sent(a).total_cmp(&sent(b)));
         let mut nodes: BTreeMap<u32, Vec<u16>> = BTreeMap::new();
         ends.iter().for_each(|(leg, stand)| nodes.entry(roads.end(*leg)).or_default().push(*stand));
+        nodes.values_mut().for_each(|stands| {
+            stands.sort_unstable();
+            stands.dedup();
+        });
         for member in ranked {
             let state = traffic.robot(self.members[member]).filter(|state| !state.is_unreachable);
             let Some(goal) = state.and_then(|state| state.goal) else { continue };
@@ -213,6 +223,52 @@ impl Draft<'_> {
         }
         all
     }
+}
+
+/// What is the same on stands that are alike: the node, the ways that leave it, and the ways past it on which a robot there is in
+/// the way.
+type Kind = (u32, Vec<(Vec<Stretch>, Leg)>, Vec<(u16, u16)>);
+
+/// Returns for each stand the first one that is like it: it makes no difference by which leg a robot got there. The search would
+/// else look at each of them.
+fn alike(roads: &Roads, stands: &[Stand], paths: &[Vec<Path>], ways: &[Vec<Way>]) -> Vec<u16> {
+    let node = |stand: u16| roads.end(stands[usize::from(stand)].leg);
+    let mut past: Vec<Vec<(u16, u16)>> = vec![Vec::new(); stands.len()];
+    for (from, ways) in (0..).zip(ways) {
+        for (index, way) in (0..).zip(ways) {
+            // Who is at an end of a way is in the way in any case.
+            let ends = [node(from), node(way.to)];
+            let others = way.blocked_by.iter().filter(|&&stand| !ends.contains(&node(stand)));
+            others.for_each(|&stand| past[usize::from(stand)].push((from, index)));
+        }
+    }
+    let mut kinds: Vec<(Kind, u16)> = Vec::new();
+    let mut alike = Vec::new();
+    for (number, past) in (0..).zip(past) {
+        let (stand, paths) = (stands[usize::from(number)], &paths[usize::from(number)]);
+        let leaving = paths.iter().map(|path| (stretches(roads, stand, &path.legs), path.to)).collect();
+        let kind = (node(number), leaving, past);
+        let known = kinds.iter().find(|(known, _)| stand.is_at_end(roads) && *known == kind).map(|(_, first)| *first);
+        alike.push(known.unwrap_or(number));
+        if known.is_none() && stand.is_at_end(roads) {
+            kinds.push((kind, number));
+        }
+    }
+    alike
+}
+
+/// Replaces stands by the first ones that are like them.
+fn join(problem: &mut Problem, alike: &[u16]) {
+    for (number, ways) in problem.ways.iter_mut().enumerate() {
+        for way in ways {
+            way.to = alike[usize::from(way.to)];
+            way.blocked_by.iter_mut().for_each(|stand| *stand = alike[usize::from(*stand)]);
+            way.blocked_by.sort_unstable();
+            way.blocked_by.dedup();
+            way.blocked_by.retain(|&stand| stand != alike[number]);
+        }
+    }
+    problem.starts.iter_mut().for_each(|start| *start = alike[usize::from(*start)]);
 }
 
 /// Claims of a robot on each stand, for each footprint, and of all robots that aren't members, where their bases end.
