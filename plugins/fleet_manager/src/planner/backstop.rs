@@ -4,6 +4,7 @@
 //! is admitted to it; LaCAM finds hops that lead its robots to their goals or out of it, and they drive in that order. Who has come
 //! to its end is left to the planner again. While nothing stands, the planner's plans stay as they are.
 
+mod case;
 mod course;
 mod lacam;
 mod region;
@@ -14,11 +15,11 @@ mod ways;
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use self::case::{Case, Phase, legs_outside};
 use self::course::Course;
 use self::lacam::{Outcome, Search, shorten};
 use self::region::{Region, Size};
 use self::standing::Standing;
-use self::ways::Stand;
 use super::{Planner, Plans};
 use crate::roads::Leg;
 use crate::traffic::Traffic;
@@ -75,26 +76,6 @@ struct Counts {
     given_up: u64,
     broken_off: u64,
     steps: u64,
-}
-
-/// A region that is helped.
-#[derive(Debug)]
-struct Case {
-    /// The robots that stood.
-    seeds: Vec<u32>,
-    size: Size,
-    is_enlarged: bool,
-    region: Region,
-    phase: Phase,
-}
-
-#[derive(Debug)]
-enum Phase {
-    /// A solution is searched, with the targets of so many members.
-    Search(Box<Search>, usize),
-    Drive(Course),
-    /// All are released.
-    Over,
 }
 
 impl Backstop {
@@ -244,7 +225,7 @@ impl Backstop {
                 Some(Some(legs)) => legs.iter().copied().take(LEGS_AHEAD).collect(),
                 _ => state.horizon.iter().copied().take(LEGS_AHEAD).collect::<Vec<Leg>>(),
             };
-            let Some(hold) = held_legs(traffic, robot, &legs, &kept) else { continue };
+            let Some(hold) = legs_outside(traffic, robot, &legs, &kept) else { continue };
             match hold {
                 None => plans.frozen.push(robot),
                 Some(legs) => plans.kept_out.push((robot, legs)),
@@ -254,20 +235,6 @@ impl Backstop {
             }
         }
     }
-}
-
-/// Returns how many legs a robot may go on without coming to kept tracks: as many as lead to the last stand before; `Some(None)`
-/// if it must stay, `None` if it comes to none.
-fn held_legs(traffic: &Traffic<'_>, robot: u32, legs: &[Leg], kept: &[bool]) -> Option<Option<usize>> {
-    let roads = traffic.roads;
-    let stand = Stand::of(traffic, robot)?;
-    if kept[stand.leg.edge() as usize] && !stand.is_at_end(roads) {
-        return Some(None);
-    }
-    let is_kept = |leg: &Leg| kept[leg.edge() as usize] || kept[roads.disc(roads.start(*leg)) as usize];
-    let first = legs.iter().position(is_kept)?;
-    let last = (1..=first).rev().find(|count| ways::is_place(roads, legs[count - 1]));
-    Some(Some(last.unwrap_or(0)))
 }
 
 /// Returns the robots of a large group round which something can be done: the ring at the end of the chain of those for whom the
@@ -283,32 +250,6 @@ fn seeds(traffic: &Traffic<'_>, group: &[u32]) -> Vec<u32> {
         chain.push(next);
     }
     chain.split_off(chain.len().saturating_sub(MOST_SEEDS))
-}
-
-impl Case {
-    /// The robots that are led.
-    fn robots(&self) -> Box<dyn Iterator<Item = u32> + '_> {
-        match &self.phase {
-            Phase::Search(..) => Box::new(self.region.members.iter().copied()),
-            Phase::Drive(course) => Box::new(course.robots()),
-            Phase::Over => Box::new(std::iter::empty()),
-        }
-    }
-
-    /// Marks the tracks on which others would be in the way.
-    fn mark(&self, traffic: &Traffic<'_>, kept: &mut [bool]) {
-        match &self.phase {
-            Phase::Search(..) => self.region.mark(traffic.roads, kept),
-            Phase::Drive(course) => course.mark(kept),
-            Phase::Over => {}
-        }
-    }
-
-    fn kept(&self, traffic: &Traffic<'_>) -> Vec<bool> {
-        let mut kept = vec![false; traffic.roads.conflicts().tracks()];
-        self.mark(traffic, &mut kept);
-        kept
-    }
 }
 
 impl Planner for Backstop {

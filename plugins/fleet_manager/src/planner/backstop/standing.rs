@@ -102,7 +102,7 @@ fn is_idle(state: &Robot) -> bool {
 /// Whether a robot wants to drive on.
 fn is_under_way(traffic: &Traffic<'_>, robot: u32, state: &Robot) -> bool {
     let is_there = traffic.base_end(robot).is_none_or(|(_, node)| state.goal == Some(node));
-    is_movable(state) && !is_idle(state) && !state.is_held && !(is_there && state.blocker.is_none())
+    is_movable(state) && !is_idle(state) && !state.is_held && (!is_there || state.blocker.is_some())
 }
 
 /// The robots that are in the way of a robot: the one that steering has found, or those that its planner may have it wait for.

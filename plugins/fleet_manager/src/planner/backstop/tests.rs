@@ -4,9 +4,12 @@ use regatta_plugin::world::WorldData;
 
 use super::{Backstop, BackstopSettings};
 use crate::model::{Model, Spent, TICK_SECS, places, worlds};
-use crate::planner::{Lanes, LanesSettings, Planner};
+use crate::planner::{Lanes, LanesSettings, Planner, Tea, TeaSettings};
 use crate::roads::{Leg, Roads};
 use crate::steering::{AdmissionSettings, Settings};
+
+/// Makes a planner.
+type Maker = fn(&Roads) -> Box<dyn Planner>;
 
 fn lanes(roads: &Roads) -> Box<dyn Planner> {
     Box::new(Lanes::new(roads, LanesSettings::default()))
@@ -16,7 +19,15 @@ fn lanes_with_backstop(roads: &Roads) -> Box<dyn Planner> {
     Box::new(Backstop::new(lanes(roads), BackstopSettings::default()))
 }
 
-fn drive(name: &str, world: &WorldData, robots: usize, secs: u32, planner: fn(&Roads) -> Box<dyn Planner>) -> Model {
+fn tea(roads: &Roads) -> Box<dyn Planner> {
+    Box::new(Tea::new(roads, TeaSettings::default()))
+}
+
+fn tea_with_backstop(roads: &Roads) -> Box<dyn Planner> {
+    Box::new(Backstop::new(tea(roads), BackstopSettings::default()))
+}
+
+fn drive(name: &str, world: &WorldData, robots: usize, secs: u32, planner: Maker) -> Model {
     let settings = Settings {
         admission: AdmissionSettings { waiting_share: 1.0, ..AdmissionSettings::default() },
         ..Settings::default()
@@ -101,7 +112,7 @@ fn a_run_repeats() {
 #[test]
 fn plans_stay_as_they_are_while_nothing_stands() {
     let world = worlds::streets(4, 3.0, false);
-    let planners: [fn(&Roads) -> Box<dyn Planner>; 2] = [lanes, lanes_with_backstop];
+    let planners: [Maker; 2] = [lanes, lanes_with_backstop];
     let starts = places(&world, 6, 1);
     let [mut without, mut with] = planners.map(|planner| Model::new(&world, &starts, 1, Settings::default(), planner));
     for tick in 0..6_000 {
@@ -120,7 +131,7 @@ fn count(model: &Model, name: &str) -> u64 {
 }
 
 /// A robot in the middle of a track, and one that wants to drive past it: its goal, and the model.
-fn in_the_way(planner: fn(&Roads) -> Box<dyn Planner>) -> (u32, Model) {
+fn in_the_way(planner: Maker) -> (u32, Model) {
     let world = worlds::single_track(7);
     // From node 2 to 3, and from node 1 to 2.
     let starts = [4, 2].map(|edge| (Leg::new(edge, false), 4.0));
@@ -134,7 +145,7 @@ fn in_the_way(planner: fn(&Roads) -> Box<dyn Planner>) -> (u32, Model) {
 
 #[test]
 fn an_idle_robot_is_sent_out_of_the_way() {
-    for (planner, arrives) in [(lanes as fn(&Roads) -> Box<dyn Planner>, false), (lanes_with_backstop, true)] {
+    for (planner, arrives) in [(lanes as Maker, false), (lanes_with_backstop, true)] {
         let (goal, mut model) = in_the_way(planner);
         // It has no goal: whoever sends it anywhere is the backstop.
         model.run(1_500);
@@ -153,4 +164,17 @@ fn who_waits_for_a_robot_at_a_stop_is_not_stuck() {
     model.steering.halt(0);
     model.run(1_500);
     assert!(model.arrivals[1] > 0, "it was idle for more than a minute");
+}
+
+#[test]
+#[ignore = "figures for the documentation"]
+fn figures() {
+    for robots in [2, 4, 6] {
+        drive("track, tea", &worlds::single_track(7), robots, 3_600, tea);
+        drive("track, tea, backstop", &worlds::single_track(7), robots, 3_600, tea_with_backstop);
+    }
+    for robots in [10, 20] {
+        drive("grid, tea", &worlds::cells(8), robots, 1_200, tea);
+        drive("grid, tea, backstop", &worlds::cells(8), robots, 1_200, tea_with_backstop);
+    }
 }

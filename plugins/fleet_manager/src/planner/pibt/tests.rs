@@ -16,11 +16,14 @@ fn lanes(roads: &Roads) -> Box<dyn Planner> {
     Box::new(Lanes::new(roads, LanesSettings::default()))
 }
 
+/// Makes a planner.
+type Maker = fn(&Roads) -> Box<dyn Planner>;
+
 fn with_backstop(planner: Box<dyn Planner>) -> Box<dyn Planner> {
     Box::new(Backstop::new(planner, BackstopSettings::default()))
 }
 
-fn drive(name: &str, world: &WorldData, robots: usize, secs: u32, planner: fn(&Roads) -> Box<dyn Planner>) -> Model {
+fn drive(name: &str, world: &WorldData, robots: usize, secs: u32, planner: Maker) -> Model {
     let settings = Settings {
         admission: AdmissionSettings { waiting_share: 1.0, ..AdmissionSettings::default() },
         ..Settings::default()
@@ -55,8 +58,7 @@ fn robots_on_a_grid_push_each_other() {
 #[test]
 #[ignore = "figures for the documentation"]
 fn figures() {
-    let backed: [fn(&Roads) -> Box<dyn Planner>; 2] =
-        [|roads| with_backstop(pibt(roads)), |roads| with_backstop(lanes(roads))];
+    let backed: [Maker; 2] = [|roads| with_backstop(pibt(roads)), |roads| with_backstop(lanes(roads))];
     for robots in [1, 2, 4, 6] {
         drive("track, pibt", &worlds::single_track(7), robots, 600, pibt);
         drive("track, lanes", &worlds::single_track(7), robots, 600, lanes);
