@@ -57,6 +57,13 @@ fn opposing_traffic_on_a_track_goes_on() {
 }
 
 #[test]
+fn it_works_under_another_planner() {
+    let model = drive("track, tea", &worlds::single_track(7), 4, 1_800, tea_with_backstop);
+    assert!(count(&model, "regions solved") > 0);
+    assert!(model.arrivals.iter().all(|&goals| goals >= 5), "{:?}", model.arrivals);
+}
+
+#[test]
 fn robots_on_a_grid_go_on() {
     for robots in [20, 30] {
         let model = drive("grid", &worlds::cells(8), robots, 3_600, lanes_with_backstop);
@@ -170,11 +177,11 @@ fn who_waits_for_a_robot_at_a_stop_is_not_stuck() {
 #[ignore = "figures for the documentation"]
 fn figures() {
     for robots in [2, 4, 6] {
+        drive("track, lanes", &worlds::single_track(7), robots, 3_600, lanes);
         drive("track, tea", &worlds::single_track(7), robots, 3_600, tea);
         drive("track, tea, backstop", &worlds::single_track(7), robots, 3_600, tea_with_backstop);
     }
-    for robots in [10, 20] {
-        drive("grid, tea", &worlds::cells(8), robots, 1_200, tea);
-        drive("grid, tea, backstop", &worlds::cells(8), robots, 1_200, tea_with_backstop);
+    for robots in [20, 30] {
+        drive("grid, lanes", &worlds::cells(8), robots, 3_600, lanes);
     }
 }
