@@ -203,14 +203,45 @@ impl Claims {
         span: [f32; 2],
         counts: impl Fn(u32) -> bool + Copy,
     ) -> Reach {
-        let length = roads.conflicts().length(track);
-        let view = View { length, reverse: leg.is_some_and(Leg::is_reverse), from: span[0] };
         let mut reach = Reach { metres: span[1], blocker: None };
-        let mut limit = |metres: f32, blocker: u32| {
+        self.each_limit(roads, footprint, (track, leg, span[0]), counts, |metres, blocker| {
             if metres < reach.metres {
                 reach = Reach { metres, blocker: Some(blocker) };
             }
-        };
+        });
+        reach
+    }
+
+    /// Returns the robots whose claims conflict with a stretch, if a robot with a footprint claimed it; in ascending order.
+    pub(crate) fn in_way(&self, roads: &Roads, footprint: usize, stretch: &Stretch) -> Vec<u32> {
+        let mut robots = Vec::new();
+        self.each_limit(
+            roads,
+            footprint,
+            (stretch.track, stretch.leg, stretch.from),
+            |_| true,
+            |metres, robot| {
+                if metres < stretch.to {
+                    robots.push(robot);
+                }
+            },
+        );
+        robots.sort_unstable();
+        robots.dedup();
+        robots
+    }
+
+    /// Says how far a robot may go on a track past each claim of others, of those that count.
+    fn each_limit(
+        &self,
+        roads: &Roads,
+        footprint: usize,
+        (track, leg, from): (u32, Option<Leg>, f32),
+        counts: impl Fn(u32) -> bool + Copy,
+        mut limit: impl FnMut(f32, u32),
+    ) {
+        let length = roads.conflicts().length(track);
+        let view = View { length, reverse: leg.is_some_and(Leg::is_reverse), from };
         for holder in self.others(counts, track) {
             let separation = roads.conflicts().table(footprint, holder.footprint.into()).separation(track);
             limit(view.same_track(separation, holder), holder.robot);
@@ -222,7 +253,6 @@ impl Claims {
                 }
             }
         }
-        reach
     }
 
     /// Returns a robot whose claim conflicts with a stretch.

@@ -2,6 +2,7 @@
 //!
 //! A planner is free to decide as it likes: robots get only space that nobody else claims, whatever it says.
 
+mod backstop;
 mod driving_times;
 mod landmarks;
 mod lanes;
@@ -11,6 +12,7 @@ mod tea;
 
 use std::fmt;
 
+pub use self::backstop::{Backstop, BackstopSettings};
 pub use self::driving_times::DrivingTimes;
 pub use self::landmarks::Landmarks;
 pub use self::lanes::{CongestionSettings, Lanes, LanesSettings};
@@ -41,6 +43,17 @@ pub struct Plans {
     pub(crate) precedences: Vec<(u32, f64)>,
     pub(crate) holds: Vec<(u32, usize)>,
     pub(crate) follows: Vec<u32>,
+    /// By how many legs the bases of robots may grow that are kept out of a region. Unlike those that are held, they wait for
+    /// room: the ring guard knows where they will go on to.
+    pub(crate) kept_out: Vec<(u32, usize)>,
+    /// Robots whose bases stay as they are in this cycle.
+    pub(crate) frozen: Vec<u32>,
+    /// Robots that may enter the roads in this cycle, however many are there.
+    pub(crate) admitted: Vec<u32>,
+    /// Idle robots that are sent to a node, out of others' way.
+    pub(crate) evicted: Vec<(u32, u32)>,
+    /// Robots that need a route in the next cycle.
+    pub(crate) released: Vec<u32>,
 }
 
 impl Plans {

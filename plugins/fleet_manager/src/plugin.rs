@@ -24,7 +24,7 @@ pub use self::planner_kind::PlannerKind;
 use crate::charging::{Charging, ChargingSettings};
 use crate::columns::ManagerColumns;
 use crate::manager::Manager;
-use crate::planner::Planner;
+use crate::planner::{Backstop, BackstopSettings, Planner};
 use crate::roads::{Leg, Roads, default_cache_folder};
 use crate::run_figures::RunFigures;
 use crate::steering::{Command, Settings};
@@ -255,6 +255,7 @@ impl Plugin for FleetManager {
             None => (self.cli.planner.planner(&roads), self.cli.planner.settings()),
         };
         let settings = Settings { conflicts: !self.cli.no_conflicts, ..settings };
+        let planner = Box::new(Backstop::new(planner, BackstopSettings::default()));
         self.manager = Some(Manager::new(roads, planner, settings, tasks).with_charging(charging));
         self.figures = RunFigures::begin(start.elapsed());
         Ok(())

@@ -242,11 +242,13 @@ impl Steering {
     fn plan(&mut self) {
         for state in self.robots.iter_mut().flatten() {
             (state.most_legs, state.precedence, state.is_following) = (usize::MAX, state.sent, false);
+            (state.legs_outside, state.is_frozen, state.is_admitted) = (usize::MAX, false, false);
         }
         let mut plans = std::mem::take(&mut self.plans);
         // Not `self.traffic()`: the planner is borrowed beside it.
         let Self { roads, claims, robots, closed, now, .. } = self;
         self.planner.plan(&Traffic { roads, claims, robots, closed, now: *now }, &mut plans);
+        plans.evicted.drain(..).for_each(|(robot, goal)| self.evict(robot, goal));
         plans.routes.drain(..).for_each(|(robot, legs)| self.set_route(robot, legs));
         for (robot, key) in plans.precedences.drain(..) {
             self.robot_mut(robot).into_iter().for_each(|state| state.precedence = key);
@@ -256,6 +258,18 @@ impl Steering {
         }
         for robot in plans.follows.drain(..) {
             self.robot_mut(robot).into_iter().for_each(|state| state.is_following = true);
+        }
+        for (robot, legs) in plans.kept_out.drain(..) {
+            self.robot_mut(robot).into_iter().for_each(|state| state.legs_outside = legs);
+        }
+        for robot in plans.frozen.drain(..) {
+            self.robot_mut(robot).into_iter().for_each(|state| state.is_frozen = true);
+        }
+        for robot in plans.admitted.drain(..) {
+            self.robot_mut(robot).into_iter().for_each(|state| state.is_admitted = true);
+        }
+        for robot in plans.released.drain(..) {
+            self.robot_mut(robot).into_iter().for_each(|state| state.needs_route |= state.goal.is_some());
         }
         self.plans = plans;
     }

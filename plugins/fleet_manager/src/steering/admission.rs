@@ -40,7 +40,6 @@ const LONGEST_CHAIN: usize = 64;
 /// How many robots may be on the roads, and who waits for those that aren't.
 #[derive(Debug)]
 pub(super) struct Admission {
-    settings: AdmissionSettings,
     density: Density,
     /// By robot: how many robots on the roads wait for it, directly or not.
     pressure: Vec<u32>,
@@ -51,7 +50,7 @@ impl Admission {
         let edges = (0..).zip(roads.edges());
         let metres: f32 = edges.filter(|(edge, _)| !roads.is_reservoir(*edge)).map(|(_, edge)| edge.length).sum();
         let density = Density::new(settings.density, f64::from(metres / settings.metres_per_robot));
-        Self { settings, density, pressure: Vec::new() }
+        Self { density, pressure: Vec::new() }
     }
 
     /// Records that a robot enters the roads.
@@ -94,7 +93,10 @@ impl Steering {
         let is_in_way = self.admission.pressure.get(robot as usize).is_some_and(|waiting| *waiting > 0);
         let is_queued = self.claims.of(robot).iter().all(|stretch| self.is_in_reservoir(stretch.leg));
         let was_held = self.now - state.waiting_since > HELD_SECS;
-        self.is_on_roads(robot) || self.admission.density.is_open() || (is_in_way && (!is_queued || was_held))
+        state.is_admitted
+            || self.is_on_roads(robot)
+            || self.admission.density.is_open()
+            || (is_in_way && (!is_queued || was_held))
     }
 
     fn is_in_reservoir(&self, leg: Option<Leg>) -> bool {

@@ -26,12 +26,15 @@ impl Steering {
                 .is_some_and(|other| other.goal.is_none() && !other.is_pinned && other.stuck_since.is_infinite());
             if is_idle && let Some(goal) = self.refuge(blocker, robot) {
                 self.counts.evictions += 1;
-                self.send(blocker, goal);
-                if let Some(state) = &mut self.robots[blocker as usize] {
-                    state.is_evicted = true;
-                }
+                self.evict(blocker, goal);
             }
         }
+    }
+
+    /// Sends an idle robot to a node, where it is idle again.
+    pub(super) fn evict(&mut self, robot: u32, goal: u32) {
+        self.send(robot, goal);
+        self.robot_mut(robot).into_iter().for_each(|state| state.is_evicted = true);
     }
 
     /// Ends the errands of evicted robots that have arrived.

@@ -15,7 +15,8 @@ impl Steering {
         let mut due: Vec<(f64, u32)> = Vec::new();
         for (robot, state) in (0..).zip(&self.robots) {
             let Some(state) = state else { continue };
-            if state.goal.is_some() && !state.needs_route && !state.is_adopted && !self.is_base_whole(robot) {
+            let may_grow = state.goal.is_some() && !state.needs_route && !state.is_adopted && !state.is_frozen;
+            if may_grow && !self.is_base_whole(robot) {
                 due.push((self.precedence(robot, state.precedence), robot));
             }
         }

@@ -10,7 +10,7 @@ impl Steering {
     pub(super) fn closes_ring(&self, robot: u32) -> bool {
         let mut current = robot;
         for _ in 0..LONGEST_RING {
-            let extension = self.traffic().extension(current, 0.1, true);
+            let extension = self.traffic().extension_later(current, 0.1);
             let Some((blocker, _)) = extension.blocker.filter(|_| extension.stretches.is_empty()) else { return false };
             if blocker == robot {
                 return true;

@@ -44,11 +44,22 @@ impl Traffic<'_> {
     /// Finds how far a base can be extended: to the first good place at least `wanted` metres on, or else to the last one
     /// before. Unless it `may_enter` the roads, it ends in the reservoir that the robot is in.
     pub fn extension(&self, robot: u32, wanted: f32, may_enter: bool) -> Extension {
+        let legs = self.robot(robot).map_or(0, |state| state.most_legs.min(state.legs_outside));
+        self.extension_by(robot, legs, wanted, may_enter)
+    }
+
+    /// As [`extension`](Self::extension), wherever the robot is kept out for the time being.
+    pub(crate) fn extension_later(&self, robot: u32, wanted: f32) -> Extension {
+        let legs = self.robot(robot).map_or(0, |state| state.most_legs);
+        self.extension_by(robot, legs, wanted, true)
+    }
+
+    fn extension_by(&self, robot: u32, legs: usize, wanted: f32, may_enter: bool) -> Extension {
         let Some(state) = self.robot(robot) else { return Extension::default() };
-        if state.most_legs >= state.horizon.len() {
+        if legs >= state.horizon.len() {
             return self.extension_along(robot, &state.horizon, wanted, may_enter);
         }
-        let horizon = state.horizon.iter().take(state.most_legs).copied().collect();
+        let horizon = state.horizon.iter().take(legs).copied().collect();
         self.extension_along(robot, &horizon, wanted, may_enter)
     }
 

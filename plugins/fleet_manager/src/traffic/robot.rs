@@ -54,6 +54,12 @@ pub struct Robot {
     pub(crate) most_legs: usize,
     /// Whether its base may end anywhere in this cycle.
     pub(crate) is_following: bool,
+    /// By how many legs its base may grow in this cycle without coming into a region that it is kept out of.
+    pub(crate) legs_outside: usize,
+    /// Whether its base stays as it is in this cycle.
+    pub(crate) is_frozen: bool,
+    /// Whether it may enter the roads in this cycle, however many are there.
+    pub(crate) is_admitted: bool,
     /// Who is extended first in this cycle, in ascending order.
     pub(crate) precedence: f64,
     /// Whether it was sent to a goal, and has no route to it yet.
@@ -86,6 +92,9 @@ impl Robot {
             most_legs: usize::MAX,
             is_following: false,
             precedence: now,
+            legs_outside: usize::MAX,
+            is_frozen: false,
+            is_admitted: false,
             waiting_since: f64::INFINITY,
             stuck_since: f64::INFINITY,
             is_held: false,

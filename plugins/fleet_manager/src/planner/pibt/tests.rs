@@ -4,7 +4,7 @@ use regatta_plugin::world::WorldData;
 
 use super::{Pibt, PibtSettings};
 use crate::model::{Model, Spent, TICK_SECS, places, worlds};
-use crate::planner::{Lanes, LanesSettings, Planner};
+use crate::planner::{Backstop, BackstopSettings, Lanes, LanesSettings, Planner};
 use crate::roads::Roads;
 use crate::steering::{AdmissionSettings, Settings};
 
@@ -16,7 +16,14 @@ fn lanes(roads: &Roads) -> Box<dyn Planner> {
     Box::new(Lanes::new(roads, LanesSettings::default()))
 }
 
-fn drive(name: &str, world: &WorldData, robots: usize, secs: u32, planner: fn(&Roads) -> Box<dyn Planner>) -> Model {
+/// Makes a planner.
+type Maker = fn(&Roads) -> Box<dyn Planner>;
+
+fn with_backstop(planner: Box<dyn Planner>) -> Box<dyn Planner> {
+    Box::new(Backstop::new(planner, BackstopSettings::default()))
+}
+
+fn drive(name: &str, world: &WorldData, robots: usize, secs: u32, planner: Maker) -> Model {
     let settings = Settings { admission: AdmissionSettings::unlimited(), ..Settings::default() };
     let mut model = Model::new(world, &places(world, robots, 1), 1, settings, planner);
     model.run((secs as f32 / TICK_SECS) as u32);
@@ -48,12 +55,17 @@ fn robots_on_a_grid_push_each_other() {
 #[test]
 #[ignore = "figures for the documentation"]
 fn figures() {
+    let backed: [Maker; 2] = [|roads| with_backstop(pibt(roads)), |roads| with_backstop(lanes(roads))];
     for robots in [1, 2, 4, 6] {
         drive("track, pibt", &worlds::single_track(7), robots, 600, pibt);
         drive("track, lanes", &worlds::single_track(7), robots, 600, lanes);
+        drive("track, pibt, backstop", &worlds::single_track(7), robots, 600, backed[0]);
+        drive("track, lanes, backstop", &worlds::single_track(7), robots, 600, backed[1]);
     }
     for robots in [1, 10, 20, 30, 40] {
         drive("grid, pibt", &worlds::cells(8), robots, 600, pibt);
         drive("grid, lanes", &worlds::cells(8), robots, 600, lanes);
+        drive("grid, pibt, backstop", &worlds::cells(8), robots, 600, backed[0]);
+        drive("grid, lanes, backstop", &worlds::cells(8), robots, 600, backed[1]);
     }
 }

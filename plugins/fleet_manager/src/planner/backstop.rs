@@ -1,0 +1,279 @@
+//! The backstop: takes standstills apart, under any planner.
+//!
+//! Robots that have stood for a minute because each waits for another one, and the stands round them, are a *region*. Nobody else
+//! is admitted to it; LaCAM finds hops that lead its robots to their goals or out of it, and they drive in that order. Who has come
+//! to its end is left to the planner again. While nothing stands, the planner's plans stay as they are.
+
+mod case;
+mod course;
+mod lacam;
+mod region;
+mod standing;
+#[cfg(test)]
+mod tests;
+mod ways;
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use self::case::{Case, Phase, legs_outside};
+use self::course::Course;
+use self::lacam::{Outcome, Search, shorten};
+use self::region::{Region, Size};
+use self::standing::Standing;
+use super::{Planner, Plans};
+use crate::roads::Leg;
+use crate::traffic::Traffic;
+
+/// What can be set.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BackstopSettings {
+    /// How long robots stand before they are helped, in seconds: longer than planners take to sort things out themselves, and
+    /// than most stops last.
+    pub stand_secs: f64,
+    /// How many ways from those that stand a region reaches; twice as many if there is no solution.
+    pub ways: u32,
+    /// The most stands of a region.
+    pub stands: usize,
+    /// The most robots of a region.
+    pub members: usize,
+    /// How many choices of robots a search tries in a cycle.
+    pub work_per_cycle: u64,
+    /// How many choices a search tries before some robots go without a target.
+    pub work: u64,
+}
+
+impl Default for BackstopSettings {
+    fn default() -> Self {
+        Self { stand_secs: 60.0, ways: 4, stands: 300, members: 40, work_per_cycle: 5_000, work: 100_000 }
+    }
+}
+
+/// How often to look for robots that stand, in seconds.
+const CHECK_SECS: f64 = 1.0;
+/// The legs ahead in which a robot is kept out of a region.
+const LEGS_AHEAD: usize = 24;
+/// How much longer than others the last search may take, the one with the target of a single robot.
+const LAST_ATTEMPT: u64 = 4;
+/// How many robots of a longer chain a region is made round.
+const MOST_SEEDS: usize = 12;
+
+/// A planner, and the backstop under it.
+#[derive(Debug)]
+pub struct Backstop {
+    settings: BackstopSettings,
+    planner: Box<dyn Planner>,
+    standing: Standing,
+    cases: Vec<Case>,
+    next_check: f64,
+    counts: Counts,
+}
+
+/// Figures of the run.
+#[derive(Clone, Copy, Debug, Default)]
+struct Counts {
+    regions: u64,
+    solved: u64,
+    given_up: u64,
+    broken_off: u64,
+    steps: u64,
+}
+
+impl Backstop {
+    /// Puts the backstop under a planner.
+    pub fn new(planner: Box<dyn Planner>, settings: BackstopSettings) -> Self {
+        Self {
+            settings,
+            planner,
+            standing: Standing::default(),
+            cases: Vec::new(),
+            next_check: 0.0,
+            counts: Counts::default(),
+        }
+    }
+
+    /// Makes regions round robots that stand.
+    fn find_regions(&mut self, traffic: &Traffic<'_>) {
+        for group in self.standing.groups(traffic, self.settings.stand_secs) {
+            let BackstopSettings { ways, stands, members, .. } = self.settings;
+            let size = Size { ways, stands, members };
+            let seeds = if group.len() <= members { group } else { seeds(traffic, &group) };
+            match self.case(traffic, seeds.clone(), size) {
+                Some(case) => {
+                    self.counts.regions += 1;
+                    self.cases.push(case);
+                }
+                None => seeds.into_iter().for_each(|robot| self.standing.excuse(robot, traffic.now)),
+            }
+        }
+    }
+
+    /// Begins to help robots that stand; `None` if they are in a region already, or nothing can be done.
+    fn case(&self, traffic: &Traffic<'_>, seeds: Vec<u32>, size: Size) -> Option<Case> {
+        let region = (1..=size.ways).rev().find_map(|ways| Region::around(traffic, &seeds, Size { ways, ..size }))?;
+        let mut kept = vec![false; traffic.roads.conflicts().tracks()];
+        region.mark(traffic.roads, &mut kept);
+        let is_apart = |case: &Case| {
+            let others = case.kept(traffic);
+            !kept.iter().zip(others).any(|(own, other)| *own && other)
+                && !case.robots().any(|robot| region.members.contains(&robot))
+        };
+        let targets = region.targets();
+        if targets == 0 || !self.cases.iter().all(is_apart) {
+            return None;
+        }
+        let search = Box::new(Search::new(region.problem(targets)));
+        Some(Case { seeds, size, is_enlarged: false, region, phase: Phase::Search(search, targets) })
+    }
+
+    /// Leads the robots of regions, in place of the planner.
+    fn lead(&mut self, traffic: &Traffic<'_>, plans: &mut Plans) {
+        let led: BTreeSet<u32> = self.cases.iter().flat_map(Case::robots).collect();
+        plans.routes.retain(|(robot, _)| !led.contains(robot));
+        plans.precedences.retain(|(robot, _)| !led.contains(robot));
+        plans.holds.retain(|(robot, _)| !led.contains(robot));
+        for _ in 0..self.cases.len() {
+            let mut case = self.cases.remove(0);
+            self.go_on(&mut case, traffic, plans);
+            if !matches!(case.phase, Phase::Over) {
+                self.cases.push(case);
+            }
+        }
+        self.keep_others_out(traffic, plans);
+    }
+
+    fn go_on(&mut self, case: &mut Case, traffic: &Traffic<'_>, plans: &mut Plans) {
+        if let Phase::Search(..) = case.phase {
+            self.search(case, traffic);
+        }
+        match &mut case.phase {
+            Phase::Search(..) => plans.frozen.extend(&case.region.members),
+            Phase::Drive(course) => {
+                let done = course.follow(traffic);
+                let is_stuck = traffic.now - course.moved() > self.settings.stand_secs;
+                match done.filter(|_| !is_stuck) {
+                    Some(done) => {
+                        plans.released.extend(done);
+                        course.order(traffic, plans);
+                    }
+                    None => {
+                        self.counts.broken_off += 1;
+                        plans.released.extend(course.robots());
+                        case.phase = Phase::Over;
+                        return;
+                    }
+                }
+                if course.is_over() {
+                    case.phase = Phase::Over;
+                }
+            }
+            Phase::Over => {}
+        }
+    }
+
+    /// Searches on; with fewer targets, or in a larger region, if there is no solution.
+    fn search(&mut self, case: &mut Case, traffic: &Traffic<'_>) {
+        let Phase::Search(search, targets) = &mut case.phase else { return };
+        if !case.region.is_as_before(traffic) {
+            self.counts.broken_off += 1;
+            case.phase = Phase::Over;
+            return;
+        }
+        let before = search.steps();
+        let outcome = search.advance(self.settings.work_per_cycle);
+        self.counts.steps += search.steps() - before;
+        let fewer = *targets / 2;
+        match outcome {
+            Outcome::Open if search.work() < self.settings.work => {}
+            Outcome::Found(hops) if !hops.is_empty() => {
+                self.counts.solved += 1;
+                let hops = shorten(search.problem(), hops);
+                case.phase = Phase::Drive(Course::new(traffic, &case.region, &hops));
+            }
+            // The last attempt may take longer.
+            Outcome::Open if fewer == 0 && search.work() < LAST_ATTEMPT * self.settings.work => {}
+            // Where all are at their targets, fewer targets lead nowhere either.
+            Outcome::Open | Outcome::None if fewer > 0 => {
+                case.phase = Phase::Search(Box::new(Search::new(case.region.problem(fewer))), fewer);
+            }
+            _ => self.enlarge(case, traffic),
+        }
+    }
+
+    fn enlarge(&mut self, case: &mut Case, traffic: &Traffic<'_>) {
+        let Size { ways, stands, members } = case.size;
+        let size = Size { ways: 2 * ways, stands: 2 * stands, members: 2 * members };
+        let larger = if case.is_enlarged { None } else { self.case(traffic, case.seeds.clone(), size) };
+        // Where all of the roads are in the region, it doesn't get any larger.
+        match larger.filter(|larger| larger.region.stands.len() > case.region.stands.len()) {
+            Some(larger) => *case = Case { is_enlarged: true, ..larger },
+            None => {
+                self.counts.given_up += 1;
+                case.seeds.iter().for_each(|&robot| self.standing.excuse(robot, traffic.now));
+                case.phase = Phase::Over;
+            }
+        }
+    }
+
+    /// Holds all others back at the borders of regions.
+    fn keep_others_out(&mut self, traffic: &Traffic<'_>, plans: &mut Plans) {
+        let mut kept = vec![false; traffic.roads.conflicts().tracks()];
+        self.cases.iter().for_each(|case| case.mark(traffic, &mut kept));
+        let led: BTreeSet<u32> = self.cases.iter().flat_map(Case::robots).collect();
+        let routes: BTreeMap<u32, Option<Vec<Leg>>> = plans.routes.iter().cloned().collect();
+        for (robot, state) in traffic.robots().filter(|(robot, _)| !led.contains(robot)) {
+            let legs = match routes.get(&robot) {
+                Some(Some(legs)) => legs.iter().copied().take(LEGS_AHEAD).collect(),
+                _ => state.horizon.iter().copied().take(LEGS_AHEAD).collect::<Vec<Leg>>(),
+            };
+            let Some(hold) = legs_outside(traffic, robot, &legs, &kept) else { continue };
+            match hold {
+                None => plans.frozen.push(robot),
+                Some(legs) => plans.kept_out.push((robot, legs)),
+            }
+            if hold.is_none_or(|legs| legs == 0) {
+                self.standing.excuse(robot, traffic.now);
+            }
+        }
+    }
+}
+
+/// Returns the robots of a large group round which something can be done: the ring at the end of the chain of those for whom the
+/// one waits that was sent the longest ago.
+fn seeds(traffic: &Traffic<'_>, group: &[u32]) -> Vec<u32> {
+    let sent = |robot: &&u32| traffic.robot(**robot).map_or(f64::INFINITY, |state| state.sent);
+    let first = group.iter().min_by(|a, b| sent(a).total_cmp(&sent(b)));
+    let mut chain: Vec<u32> = first.into_iter().copied().collect();
+    while let Some(next) = chain.last().and_then(|&robot| traffic.robot(robot)?.blocker) {
+        if !group.contains(&next) || chain.contains(&next) {
+            break;
+        }
+        chain.push(next);
+    }
+    chain.split_off(chain.len().saturating_sub(MOST_SEEDS))
+}
+
+impl Planner for Backstop {
+    fn plan(&mut self, traffic: &Traffic<'_>, plans: &mut Plans) {
+        self.planner.plan(traffic, plans);
+        self.standing.observe(traffic);
+        if traffic.now >= self.next_check {
+            self.next_check = traffic.now + CHECK_SECS;
+            self.find_regions(traffic);
+        }
+        if !self.cases.is_empty() {
+            self.lead(traffic, plans);
+        }
+    }
+
+    fn counts(&self) -> Vec<(&'static str, u64)> {
+        let Counts { regions, solved, given_up, broken_off, steps } = self.counts;
+        let own = [
+            ("regions", regions),
+            ("regions solved", solved),
+            ("regions given up", given_up),
+            ("regions broken off", broken_off),
+            ("search steps", steps),
+        ];
+        self.planner.counts().into_iter().chain(own).collect()
+    }
+}

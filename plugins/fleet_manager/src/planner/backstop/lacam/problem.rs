@@ -1,0 +1,95 @@
+//! What LaCAM searches: stands, ways between them, and who wants to go where.
+
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+
+/// A way from a stand to another one.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Way {
+    /// Where it leads.
+    pub to: u16,
+    /// Stands on which a robot would be in the way, in ascending order: its end, and those that it passes too near.
+    pub blocked_by: Vec<u16>,
+    /// Driving time, in seconds.
+    pub secs: f32,
+}
+
+impl Way {
+    /// Whether a robot on a stand is in the way.
+    pub fn is_blocked_by(&self, stand: u16) -> bool {
+        self.blocked_by.binary_search(&stand).is_ok()
+    }
+}
+
+/// Some robots, here agents, and where they may go.
+#[derive(Clone, Debug, Default)]
+pub struct Problem {
+    /// By stand: the ways that leave it.
+    pub ways: Vec<Vec<Way>>,
+    /// By agent: its stand.
+    pub starts: Vec<u16>,
+    /// By agent: the stands of which it shall get to one; empty if any will do.
+    pub targets: Vec<Vec<u16>>,
+}
+
+/// An agent takes a way.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Hop {
+    /// The agent.
+    pub agent: u16,
+    /// The stand that it leaves.
+    pub from: u16,
+    /// Index of the way among those that leave the stand.
+    pub way: u16,
+}
+
+impl Problem {
+    /// The way of a hop.
+    pub fn way(&self, hop: Hop) -> &Way {
+        &self.ways[usize::from(hop.from)][usize::from(hop.way)]
+    }
+
+    /// Follows hops from the starts. Returns where agents are then; `None` if a hop doesn't start where its agent is, or another
+    /// one is in its way.
+    pub fn follow(&self, hops: &[Hop]) -> Option<Vec<u16>> {
+        let mut at = self.starts.clone();
+        for &hop in hops {
+            let (agent, way) = (usize::from(hop.agent), self.way(hop));
+            let is_free = !at.iter().enumerate().any(|(other, &stand)| other != agent && way.is_blocked_by(stand));
+            if at[agent] != hop.from || !is_free {
+                return None;
+            }
+            at[agent] = way.to;
+        }
+        Some(at)
+    }
+
+    /// Returns the seconds from each stand to the nearest of some targets, if nobody else were there; nothing without targets.
+    pub fn secs_to(&self, targets: &[u16]) -> Vec<f32> {
+        if targets.is_empty() {
+            return Vec::new();
+        }
+        let mut into: Vec<Vec<(u16, f32)>> = vec![Vec::new(); self.ways.len()];
+        for (from, ways) in (0..).zip(&self.ways) {
+            ways.iter().for_each(|way| into[usize::from(way.to)].push((from, way.secs)));
+        }
+        let mut secs = vec![f32::INFINITY; self.ways.len()];
+        // Seconds aren't negative: their bits are in their order.
+        let mut open: BinaryHeap<Reverse<(u32, u16)>> = targets.iter().map(|&target| Reverse((0, target))).collect();
+        targets.iter().for_each(|&target| secs[usize::from(target)] = 0.0);
+        while let Some(Reverse((bits, stand))) = open.pop() {
+            let so_far = f32::from_bits(bits);
+            if so_far > secs[usize::from(stand)] {
+                continue;
+            }
+            for &(from, more) in &into[usize::from(stand)] {
+                let total = so_far + more.max(1e-3);
+                if total < secs[usize::from(from)] {
+                    secs[usize::from(from)] = total;
+                    open.push(Reverse((total.to_bits(), from)));
+                }
+            }
+        }
+        secs
+    }
+}

@@ -1,0 +1,172 @@
+//! From a configuration to the next one: priority inheritance with backtracking.
+//!
+//! K. Okumura, M. Machida, X. Défago, Y. Tamura: Priority Inheritance with Backtracking for Iterative Multi-agent Path Finding,
+//! 2022. An agent whose way others block has them go first; who has gone doesn't come back within the step.
+
+use super::problem::{Hop, Problem};
+
+/// Index of the way that an agent takes; none to stay.
+pub(super) type Choice = Option<u16>;
+
+const NOBODY: u16 = u16::MAX;
+
+/// A step in the making.
+pub(super) struct Step<'a> {
+    problem: &'a Problem,
+    secs: &'a [Vec<f32>],
+    /// By agent: the choice that it is bound to.
+    bound: Vec<Option<Choice>>,
+    /// By agent: its stand.
+    pub at: Vec<u16>,
+    /// By stand: who is there.
+    who: Vec<u16>,
+    is_decided: Vec<bool>,
+    /// Ways that agents wait for to become free: stand and index.
+    pending: Vec<(u16, u16)>,
+    /// One after the other.
+    pub hops: Vec<Hop>,
+    /// What equal choices are ordered by.
+    salt: u64,
+    /// Choices tried.
+    pub work: u64,
+}
+
+impl<'a> Step<'a> {
+    pub(super) fn new(problem: &'a Problem, secs: &'a [Vec<f32>], at: &[u16], salt: u64) -> Self {
+        let mut who = vec![NOBODY; problem.ways.len()];
+        (0..).zip(at).for_each(|(agent, &stand)| who[usize::from(stand)] = agent);
+        let agents = at.len();
+        Self {
+            problem,
+            secs,
+            bound: vec![None; agents],
+            at: at.to_vec(),
+            who,
+            is_decided: vec![false; agents],
+            pending: Vec::new(),
+            hops: Vec::new(),
+            salt,
+            work: 1,
+        }
+    }
+
+    /// Binds an agent to a choice.
+    pub(super) fn bind(&mut self, agent: u16, choice: Choice) {
+        self.bound[usize::from(agent)] = Some(choice);
+    }
+
+    /// Lets agents choose in their order. Returns `false` if one can't do what it is bound to.
+    pub(super) fn run(&mut self, order: &[u16]) -> bool {
+        let is_bound = |step: &Self, agent: u16| step.bound[usize::from(agent)].is_some();
+        let bound: Vec<u16> = order.iter().copied().filter(|&agent| is_bound(self, agent)).collect();
+        if !bound.into_iter().all(|agent| self.is_decided[usize::from(agent)] || self.decide(agent, false)) {
+            return false;
+        }
+        for &agent in order {
+            if !self.is_decided[usize::from(agent)] {
+                self.decide(agent, false);
+            }
+        }
+        // Who couldn't get out of another one's way has stayed, whatever it was bound to.
+        let has_gone = |agent: usize| self.hops.iter().any(|hop| usize::from(hop.agent) == agent);
+        self.bound.iter().enumerate().all(|(agent, bound)| !matches!(bound, Some(Some(_))) || has_gone(agent))
+    }
+
+    /// Lets an agent choose; one that is in another one's way can't stay. Returns whether it does what is asked of it.
+    fn decide(&mut self, agent: u16, is_in_way: bool) -> bool {
+        self.is_decided[usize::from(agent)] = true;
+        let from = self.at[usize::from(agent)];
+        for choice in self.choices(agent, is_in_way) {
+            self.work += 1;
+            let Some(way) = choice else {
+                return true;
+            };
+            if self.clear(agent, from, way) {
+                let to = self.problem.ways[usize::from(from)][usize::from(way)].to;
+                self.who[usize::from(from)] = NOBODY;
+                self.who[usize::from(to)] = agent;
+                self.at[usize::from(agent)] = to;
+                self.hops.push(Hop { agent, from, way });
+                return true;
+            }
+        }
+        false
+    }
+
+    /// Has others leave that are in the way of an agent. Returns whether the way is free then.
+    fn clear(&mut self, agent: u16, from: u16, way: u16) -> bool {
+        let problem = self.problem;
+        let wanted = &problem.ways[usize::from(from)][usize::from(way)];
+        let ends_in_way =
+            |&(from, way): &(u16, u16)| problem.ways[usize::from(from)][usize::from(way)].is_blocked_by(wanted.to);
+        if self.pending.iter().any(ends_in_way) {
+            return false;
+        }
+        self.pending.push((from, way));
+        let is_free = wanted.blocked_by.iter().all(|&stand| {
+            let other = self.who[usize::from(stand)];
+            other == NOBODY || other == agent || (!self.is_decided[usize::from(other)] && self.decide(other, true))
+        });
+        self.pending.pop();
+        let is_left =
+            |stand: &u16| matches!(self.who[usize::from(*stand)], NOBODY) || self.who[usize::from(*stand)] == agent;
+        is_free && wanted.blocked_by.iter().all(is_left)
+    }
+
+    /// The choices of an agent, best first.
+    fn choices(&self, agent: u16, is_in_way: bool) -> Vec<Choice> {
+        let (secs, from) = (&self.secs[usize::from(agent)], self.at[usize::from(agent)]);
+        if let Some(choice) = self.bound[usize::from(agent)] {
+            return if is_in_way && choice.is_none() { Vec::new() } else { vec![choice] };
+        }
+        let to_go = |stand: u16| secs.get(usize::from(stand)).copied().unwrap_or(0.0);
+        let is_free = secs.is_empty();
+        if is_free && !is_in_way {
+            return vec![None];
+        }
+        let mut choices: Vec<(Wish, Choice)> = Vec::new();
+        if !is_in_way {
+            choices.push((Wish { class: 1, ..Wish::default() }, None));
+        }
+        for (index, way) in (0..).zip(&self.problem.ways[usize::from(from)]) {
+            let others = way.blocked_by.iter().filter(|&&stand| self.who[usize::from(stand)] != NOBODY).count();
+            let tie = mix(self.salt ^ u64::from(agent) << 32 ^ u64::from(way.to) << 16);
+            // Without a target, it goes where it pushes the fewest.
+            let class = if is_free { 2 + others } else { 2 * usize::from(to_go(way.to) >= to_go(from)) };
+            let secs = way.secs + to_go(way.to);
+            if secs.is_finite() {
+                choices.push((Wish { class, secs, others, tie }, Some(index)));
+            }
+        }
+        choices.sort_by(|(a, _), (b, _)| a.order(b));
+        choices.into_iter().map(|(_, choice)| choice).collect()
+    }
+}
+
+/// How much a choice is wished for: less of each is better, the first counts the most.
+#[derive(Clone, Copy, Debug, Default)]
+struct Wish {
+    /// Nearer to the target comes before staying, and that before all other ways.
+    class: usize,
+    /// Seconds to the target.
+    secs: f32,
+    /// Others in the way.
+    others: usize,
+    /// Makes an order of equal ones, another one in each step.
+    tie: u64,
+}
+
+impl Wish {
+    fn order(&self, other: &Self) -> std::cmp::Ordering {
+        let by_secs = self.class.cmp(&other.class).then(self.secs.total_cmp(&other.secs));
+        by_secs.then(self.others.cmp(&other.others)).then(self.tie.cmp(&other.tie))
+    }
+}
+
+/// SplitMix64: numbers that look random, the same in each run.
+fn mix(seed: u64) -> u64 {
+    let mut z = seed.wrapping_add(0x9e37_79b9_7f4a_7c15);
+    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    z ^ (z >> 31)
+}

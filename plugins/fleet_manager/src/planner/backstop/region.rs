@@ -1,0 +1,248 @@
+//! Regions: robots that stand, and the stands round them.
+
+mod alike;
+
+use std::collections::{BTreeMap, VecDeque};
+
+use self::alike::{alike, join};
+use super::lacam::{Problem, Way};
+use super::standing::is_movable;
+use super::ways::{Path, Stand, paths, stretches};
+use crate::claims::Claims;
+use crate::planner::DrivingTimes;
+use crate::roads::Leg;
+use crate::traffic::Traffic;
+
+/// How large a region may be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Size {
+    /// Ways from those that stand to the farthest stand.
+    pub ways: u32,
+    /// Stands.
+    pub stands: usize,
+    /// Robots.
+    pub members: usize,
+}
+
+/// A region.
+#[derive(Debug)]
+pub struct Region {
+    /// By stand: where it is.
+    pub stands: Vec<Stand>,
+    /// By stand: the ways that leave it, as in the problem.
+    pub paths: Vec<Vec<Path>>,
+    /// Robots that are led; agents of the problem.
+    pub members: Vec<u32>,
+    /// By member: where it is.
+    pub starts: Vec<Stand>,
+    /// The ways, and where members are; without targets.
+    problem: Problem,
+    /// Members and the stands of which each shall get to one: those first that were sent the longest ago.
+    targets: Vec<(usize, Vec<u16>)>,
+}
+
+/// A region in the making.
+struct Draft<'a> {
+    traffic: &'a Traffic<'a>,
+    stands: Vec<Stand>,
+    paths: Vec<Vec<Path>>,
+    /// By leg: the stand at its end.
+    ends: BTreeMap<Leg, u16>,
+}
+
+impl Region {
+    /// Makes the region round some robots; `None` if it would be larger, or nobody in it could be led.
+    pub fn around(traffic: &Traffic<'_>, robots: &[u32], size: Size) -> Option<Self> {
+        let mut draft = Draft { traffic, stands: Vec::new(), paths: Vec::new(), ends: BTreeMap::new() };
+        let seeds: Vec<Stand> = robots.iter().filter_map(|&robot| Stand::of(traffic, robot)).collect();
+        draft.spread(&seeds, size);
+        let (members, starts) = draft.members();
+        if members.is_empty() || members.len() > size.members {
+            return None;
+        }
+        let ways = draft.ways(&members);
+        let Draft { stands, paths, mut ends, .. } = draft;
+        let mut problem = Problem { ways, targets: vec![Vec::new(); starts.len()], starts };
+        let starts = problem.starts.iter().map(|&start| stands[usize::from(start)]).collect();
+        let alike = alike(traffic.roads, &stands, &paths, &problem.ways);
+        join(&mut problem, &alike);
+        ends.values_mut().for_each(|stand| *stand = alike[usize::from(*stand)]);
+        let mut region = Self { stands, paths, members, starts, problem, targets: Vec::new() };
+        region.find_targets(traffic, &ends);
+        Some(region)
+    }
+
+    /// The number of members that have targets.
+    pub fn targets(&self) -> usize {
+        self.targets.len()
+    }
+
+    /// What to solve, with the targets of some members only: of those that were sent the longest ago.
+    pub fn problem(&self, targets: usize) -> Problem {
+        let mut problem = self.problem.clone();
+        for (member, stands) in self.targets.iter().take(targets) {
+            problem.targets[*member].clone_from(stands);
+        }
+        problem
+    }
+
+    /// Whether all members are where they have been when the region was made.
+    pub fn is_as_before(&self, traffic: &Traffic<'_>) -> bool {
+        self.members.iter().zip(&self.starts).all(|(&robot, &start)| {
+            let is_there = Stand::of(traffic, robot) == Some(start);
+            is_there && traffic.robot(robot).is_some_and(is_movable)
+        })
+    }
+
+    /// Finds where members shall go: to their goals, or the stands nearest to these. Of several with the same target only the one
+    /// has it that was sent the longest ago.
+    fn find_targets(&mut self, traffic: &Traffic<'_>, ends: &BTreeMap<Leg, u16>) {
+        let roads = traffic.roads;
+        let mut times = DrivingTimes::new(roads);
+        let sent = |member: &usize| traffic.robot(self.members[*member]).map_or(f64::INFINITY, |state| state.sent);
+        let mut ranked: Vec<usize> = (0..self.members.len()).collect();
+        ranked.sort_by(|a, b| sent(a).total_cmp(&sent(b)));
+        let mut nodes: BTreeMap<u32, Vec<u16>> = BTreeMap::new();
+        ends.iter().for_each(|(leg, stand)| nodes.entry(roads.end(*leg)).or_default().push(*stand));
+        nodes.values_mut().for_each(|stands| {
+            stands.sort_unstable();
+            stands.dedup();
+        });
+        for member in ranked {
+            let state = traffic.robot(self.members[member]).filter(|state| !state.is_unreachable);
+            let Some(goal) = state.and_then(|state| state.goal) else { continue };
+            times.prepare(roads, goal);
+            let start = usize::from(self.problem.starts[member]);
+            let secs = |node: &u32| times.between(roads, *node, goal).unwrap_or(f64::INFINITY);
+            let nearest = if nodes.contains_key(&goal) {
+                Some(goal)
+            } else {
+                nodes.keys().copied().min_by(|a, b| secs(a).total_cmp(&secs(b)))
+            };
+            let is_free = |stands: &[u16]| self.targets.iter().all(|(_, taken)| taken != stands);
+            if let Some(stands) = nearest.and_then(|node| nodes.get(&node))
+                && is_free(stands)
+                && self.problem.secs_to(stands)[start].is_finite()
+            {
+                self.targets.push((member, stands.clone()));
+            }
+        }
+    }
+}
+
+impl Draft<'_> {
+    /// Adds the stands round some, up to a number of ways away.
+    fn spread(&mut self, seeds: &[Stand], size: Size) {
+        let mut open: VecDeque<(u16, u32)> = seeds.iter().map(|seed| (self.stand(*seed), 0)).collect();
+        while let Some((stand, depth)) = open.pop_front() {
+            if depth == size.ways {
+                continue;
+            }
+            for index in 0..self.paths[usize::from(stand)].len() {
+                let to = self.paths[usize::from(stand)][index].to;
+                if !self.ends.contains_key(&to) && self.stands.len() < size.stands {
+                    open.push_back((self.stand(Stand::at_end(self.traffic.roads, to)), depth + 1));
+                }
+            }
+        }
+    }
+
+    /// The number of a stand, which is added if it isn't there yet.
+    fn stand(&mut self, stand: Stand) -> u16 {
+        let is_place = stand.is_place(self.traffic.roads);
+        let known = if is_place {
+            self.ends.get(&stand.leg).copied()
+        } else {
+            (0..).zip(&self.stands).find(|(_, known)| **known == stand).map(|(number, _)| number)
+        };
+        known.unwrap_or_else(|| {
+            let number = self.stands.len() as u16;
+            self.stands.push(stand);
+            self.paths.push(paths(self.traffic, stand));
+            if is_place {
+                self.ends.insert(stand.leg, number);
+            }
+            number
+        })
+    }
+
+    /// The robots that can be led, and where they are: those whose bases end on legs of the region.
+    fn members(&mut self) -> (Vec<u32>, Vec<u16>) {
+        let ends = &self.ends;
+        let paths = self.paths.iter().flatten().filter(|path| ends.contains_key(&path.to));
+        let mut legs: Vec<Leg> = paths.flat_map(|path| path.legs.iter().copied().chain([path.to])).collect();
+        legs.extend(self.stands.iter().map(|stand| stand.leg));
+        legs.sort_unstable();
+        legs.dedup();
+        let mut members = (Vec::new(), Vec::new());
+        for (robot, state) in self.traffic.robots().filter(|(_, state)| is_movable(state)) {
+            let Some(stand) = Stand::of(self.traffic, robot) else { continue };
+            if legs.binary_search(&stand.leg).is_ok() && state.class.footprint < self.traffic.roads.footprints().len() {
+                members.0.push(robot);
+                members.1.push(self.stand(stand));
+            }
+        }
+        members
+    }
+
+    /// The ways of the region: those on which nobody is in the way who can't be led, with the stands that block each.
+    fn ways(&mut self, members: &[u32]) -> Vec<Vec<Way>> {
+        let Self { traffic, stands, paths, ends } = self;
+        let (roads, count) = (traffic.roads, stands.len());
+        let class = |robot: &u32| traffic.robot(*robot).map_or(0, |state| state.class.footprint);
+        let mut footprints: Vec<usize> = members.iter().map(class).collect();
+        footprints.sort_unstable();
+        footprints.dedup();
+        let field = field(traffic, stands, &footprints, members);
+        let is_fixed =
+            |robot: &u32| members.binary_search(robot).is_err() && !traffic.robot(*robot).is_some_and(is_movable);
+        let way = |number: u16, path: &Path| {
+            let mut blocked_by: Vec<u16> = vec![*ends.get(&path.to)?];
+            for stretch in stretches(roads, stands[usize::from(number)], &path.legs) {
+                for &footprint in &footprints {
+                    if traffic.claims.in_way(roads, footprint, &stretch).iter().any(is_fixed) {
+                        return None;
+                    }
+                    for holder in field.in_way(roads, footprint, &stretch) {
+                        let stand = holder as usize / footprints.len();
+                        if stand >= count {
+                            return None;
+                        }
+                        blocked_by.push(stand as u16);
+                    }
+                }
+            }
+            blocked_by.sort_unstable();
+            blocked_by.dedup();
+            blocked_by.retain(|&stand| stand != number);
+            Some(Way { to: *ends.get(&path.to)?, blocked_by, secs: path.secs })
+        };
+        let mut all = Vec::new();
+        for (number, paths) in (0..).zip(paths) {
+            let ways: Vec<Option<Way>> = paths.iter().map(|path| way(number, path)).collect();
+            let mut is_kept = ways.iter().map(Option::is_some);
+            paths.retain(|_| is_kept.next().unwrap_or(false));
+            all.push(ways.into_iter().flatten().collect());
+        }
+        all
+    }
+}
+
+/// Claims of a robot on each stand, for each footprint, and of all robots that aren't members, where their bases end.
+fn field(traffic: &Traffic<'_>, stands: &[Stand], footprints: &[usize], members: &[u32]) -> Claims {
+    let mut field = Claims::new(traffic.roads, true);
+    let mut number = 0;
+    for stand in stands {
+        for &footprint in footprints {
+            field.seize(traffic.roads, number, footprint, stand.stretch());
+            number += 1;
+        }
+    }
+    for (robot, state) in traffic.robots().filter(|(robot, _)| members.binary_search(robot).is_err()) {
+        if let Some(stand) = Stand::of(traffic, robot) {
+            field.seize(traffic.roads, number, state.class.footprint, stand.stretch());
+            number += 1;
+        }
+    }
+    field
+}

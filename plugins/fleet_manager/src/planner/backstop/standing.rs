@@ -1,0 +1,145 @@
+//! Who has stood for long, and will go on standing.
+
+use std::collections::BTreeSet;
+
+use super::ways::{Stand, paths, stretches};
+use crate::claims::Stretch;
+use crate::roads::Leg;
+use crate::traffic::{Robot, Traffic};
+
+/// How many legs ahead a robot is looked for that is in the way.
+const LEGS_AHEAD: usize = 24;
+
+/// Since when a robot stands.
+#[derive(Clone, Copy, Debug)]
+struct Since {
+    secs: f64,
+    /// What it claims, and when it was sent to its goal: if one changes, it doesn't stand.
+    extent: Extent,
+    sent: f64,
+}
+
+/// The first and the last stretch of a claim. Its version says less: it changes, too, when the ring guard takes a claim back.
+pub type Extent = Option<(Stretch, Stretch)>;
+
+/// What a robot claims.
+pub fn extent(traffic: &Traffic<'_>, robot: u32) -> Extent {
+    let claim = traffic.claims.of(robot);
+    Some((*claim.front()?, *claim.back()?))
+}
+
+/// Since when robots stand.
+#[derive(Debug, Default)]
+pub struct Standing {
+    /// By robot.
+    robots: Vec<Option<Since>>,
+}
+
+impl Standing {
+    /// Takes in who moves.
+    pub fn observe(&mut self, traffic: &Traffic<'_>) {
+        self.robots.resize(traffic.robots.len(), None);
+        for (robot, since) in (0..).zip(&mut self.robots) {
+            let Some(state) = traffic.robot(robot) else {
+                *since = None;
+                continue;
+            };
+            let (extent, sent) = (extent(traffic, robot), state.sent);
+            let stands = state.speed == 0.0 && since.is_some_and(|since| (since.extent, since.sent) == (extent, sent));
+            if !stands {
+                *since = Some(Since { secs: traffic.now, extent, sent });
+            }
+        }
+    }
+
+    /// Counts a robot as one that doesn't stand: it waits for something that ends.
+    pub fn excuse(&mut self, robot: u32, now: f64) {
+        if let Some(Some(since)) = self.robots.get_mut(robot as usize) {
+            since.secs = now;
+        }
+    }
+
+    /// Since when a robot stands, in simulated seconds; infinity for one that isn't there.
+    fn since(&self, robot: u32) -> f64 {
+        self.robots.get(robot as usize).copied().flatten().map_or(f64::INFINITY, |since| since.secs)
+    }
+
+    /// Finds the robots that have stood for some seconds, and wait for each other: in groups that don't.
+    pub fn groups(&self, traffic: &Traffic<'_>, secs: f64) -> Vec<Vec<u32>> {
+        let standing = |robot: &u32| traffic.now - self.since(*robot) >= secs;
+        let robots = || traffic.robots().filter(|(robot, _)| standing(robot));
+        // Who is in nobody's way any more, or stays where it is, ends a chain.
+        let ends: BTreeSet<u32> =
+            robots().filter(|(_, state)| is_movable(state) && is_idle(state)).map(by_id).collect();
+        let waiting = robots().filter(|(robot, state)| is_under_way(traffic, *robot, state)).map(by_id);
+        let mut waits: Vec<(u32, Vec<u32>)> = waiting.map(|robot| (robot, blockers(traffic, robot))).collect();
+        loop {
+            let stuck: BTreeSet<u32> = waits.iter().map(|(robot, _)| *robot).chain(ends.iter().copied()).collect();
+            let before = waits.len();
+            waits.retain(|(_, blockers)| blockers.iter().any(|blocker| stuck.contains(blocker)));
+            if waits.len() == before {
+                waits.iter_mut().for_each(|(_, blockers)| blockers.retain(|blocker| stuck.contains(blocker)));
+                return joined(&waits);
+            }
+        }
+    }
+}
+
+fn by_id((robot, _): (u32, &Robot)) -> u32 {
+    robot
+}
+
+/// Whether a robot can be sent elsewhere.
+pub fn is_movable(state: &Robot) -> bool {
+    !state.is_pinned && !state.is_adopted && !state.is_lost && state.stuck_since.is_infinite()
+}
+
+/// Whether a robot has nowhere to go.
+fn is_idle(state: &Robot) -> bool {
+    state.goal.is_none() || state.is_unreachable
+}
+
+/// Whether a robot wants to drive on.
+fn is_under_way(traffic: &Traffic<'_>, robot: u32, state: &Robot) -> bool {
+    let is_there = traffic.base_end(robot).is_none_or(|(_, node)| state.goal == Some(node));
+    is_movable(state) && !is_idle(state) && !state.is_held && (!is_there || state.blocker.is_some())
+}
+
+/// The robots that are in the way of a robot: the one that steering has found, or those that its planner may have it wait for.
+fn blockers(traffic: &Traffic<'_>, robot: u32) -> Vec<u32> {
+    let (Some(state), Some(stand)) = (traffic.robot(robot), Stand::of(traffic, robot)) else { return Vec::new() };
+    if let Some(blocker) = state.blocker.filter(|_| state.waiting_since.is_finite()) {
+        return vec![blocker];
+    }
+    let in_way = |stretch: &Stretch| traffic.claims.in_way(traffic.roads, state.class.footprint, stretch);
+    let near = paths(traffic, stand).into_iter().flat_map(|path| stretches(traffic.roads, stand, &path.legs));
+    let mut robots: Vec<u32> = near.flat_map(|stretch| in_way(&stretch)).collect();
+    // The ring guard looks farther ahead.
+    let route: Vec<Leg> = state.horizon.iter().copied().take(LEGS_AHEAD).collect();
+    let ahead = stretches(traffic.roads, stand, &route);
+    let first = ahead.iter().map(in_way).find(|others| others.iter().any(|other| *other != robot));
+    robots.extend(first.into_iter().flatten());
+    robots.sort_unstable();
+    robots.dedup();
+    robots.retain(|other| *other != robot);
+    robots
+}
+
+/// Joins robots and those that they wait for to groups, in ascending order.
+fn joined(waits: &[(u32, Vec<u32>)]) -> Vec<Vec<u32>> {
+    let mut groups: Vec<BTreeSet<u32>> = Vec::new();
+    for (robot, blockers) in waits {
+        let mut joined: BTreeSet<u32> = blockers.iter().copied().chain([*robot]).collect();
+        groups.retain(|group| {
+            let is_apart = group.is_disjoint(&joined);
+            if !is_apart {
+                joined.extend(group);
+            }
+            is_apart
+        });
+        groups.push(joined);
+    }
+    let mut groups: Vec<Vec<u32>> = groups.into_iter().map(|group| group.into_iter().collect()).collect();
+    groups.sort_unstable();
+    groups
+}
