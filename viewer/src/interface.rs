@@ -23,12 +23,14 @@ pub mod settings;
 mod shortcuts;
 mod state;
 pub mod style;
+pub mod symbols;
 pub mod timing;
 mod top_bar;
 mod transport;
 mod view;
 pub mod view_model;
 mod virtual_list;
+mod work;
 
 use egui::{CentralPanel, Panel, Rect, ScrollArea, Ui};
 

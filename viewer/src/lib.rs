@@ -21,10 +21,12 @@ pub mod mesh_file;
 pub mod options;
 pub mod palette;
 pub mod picture;
+pub mod plans;
 pub mod playhead;
 pub mod route;
 pub mod scene;
 pub mod stage;
+pub mod tasks;
 mod video;
 mod window;
 

@@ -14,7 +14,9 @@ use crate::camera::Bounds;
 use crate::feed::Counts;
 use crate::gpu::pick::Picked;
 use crate::palette::Legend;
+use crate::plans::PlanFacts;
 use crate::route::Remaining;
+use crate::tasks::RobotTask;
 
 /// The state of the engine, as seen by the viewer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -56,8 +58,12 @@ pub struct ViewModel<'a> {
     pub columns: &'a [ColumnName],
     /// The values of those columns for the selected robot.
     pub values: &'a [(ColumnName, f32)],
+    /// The selected robot's task, if the task log has named it.
+    pub task: Option<RobotTask>,
     /// The rest of the selected robot's route, if it is known.
     pub route: Option<Remaining>,
+    /// How much of the plans of all robots is known.
+    pub plans: PlanFacts,
     /// The answer to the last [`Action::Rows`].
     pub rows: Option<&'a Rows>,
     /// The bounds of everything to be seen.
@@ -130,6 +136,11 @@ impl ViewModel<'_> {
     pub fn is_paused(&self) -> bool {
         let clock = self.frame.map(|frame| frame.header().clock).or(self.status.map(|status| status.clock));
         clock == Some(ClockState::Paused as u32)
+    }
+
+    /// Returns the selected robot's value in a column, if it is published.
+    pub fn value(&self, column: &str) -> Option<f32> {
+        self.values.iter().find(|(name, _)| name.as_str() == column).map(|(_, value)| *value)
     }
 
     /// Returns the pose of a robot in the newest frame, moved by the offset.

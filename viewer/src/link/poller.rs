@@ -3,11 +3,14 @@
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, TryRecvError};
 use std::time::{Duration, Instant};
 
-use regatta_plugin::{ColumnName, ColumnReader, FleetName, Participant, Result, Subscriber, column_names};
+use regatta_plugin::{
+    ColumnName, ColumnReader, FleetName, Participant, ReadError, Result, Subscriber, TaskReader, column_names,
+};
 
 use super::report::{Fact, Report};
 use crate::interface::rows::{RowQuery, Rows};
 use crate::route::RoutePoller;
+use crate::tasks::TaskBook;
 
 /// The time between two sorts of the fleet list.
 const SORT_EVERY: Duration = Duration::from_millis(700);
@@ -15,6 +18,8 @@ const SORT_EVERY: Duration = Duration::from_millis(700);
 const LIST_EVERY: Duration = Duration::from_secs(2);
 /// The time between two reads of the selected robot's values.
 const VALUES_EVERY: Duration = Duration::from_millis(200);
+/// The time between two looks at the task log, which keeps some tens of ticks for a reader.
+const TASKS_EVERY: Duration = Duration::from_millis(100);
 /// The timeout of a request for routes, which delays all other polls.
 const ROUTE_TIMEOUT: Duration = Duration::from_millis(100);
 /// The most columns that are read for the selected robot: each occupies a reader's place at the column.
@@ -31,7 +36,7 @@ pub enum Query {
 /// Polls until the link is dropped.
 pub fn run(fleet: &FleetName, queried: &Receiver<Query>, report: &Sender<Report>) -> Result {
     let participant = Participant::join(fleet, "viewer-poller")?;
-    let mut poller = Poller::new(participant);
+    let mut poller = Poller::new(participant)?;
     loop {
         match queried.recv_timeout(poller.idle_time()) {
             Ok(query) => poller.set_query(query),
@@ -62,15 +67,21 @@ struct Poller {
     names: Vec<ColumnName>,
     columns: Vec<(ColumnName, ColumnReader)>,
     routes: RoutePoller,
+    task_log: TaskReader,
+    tasks: TaskBook,
+    tasks_at: Instant,
     sort_at: Instant,
     list_at: Instant,
     values_at: Instant,
 }
 
 impl Poller {
-    fn new(participant: Participant) -> Self {
+    fn new(participant: Participant) -> Result<Self> {
         let now = Instant::now();
-        Self {
+        Ok(Self {
+            task_log: TaskReader::open_on(&participant)?,
+            tasks: TaskBook::default(),
+            tasks_at: now,
             participant,
             query: RowQuery::default(),
             frames: None,
@@ -81,7 +92,7 @@ impl Poller {
             sort_at: now,
             list_at: now,
             values_at: now,
-        }
+        })
     }
 
     fn set_query(&mut self, query: Query) {
@@ -96,7 +107,8 @@ impl Poller {
     fn idle_time(&self) -> Duration {
         let rows = (!self.query.is_plain()).then_some(self.sort_at);
         let values = self.robot.map(|_| self.values_at);
-        let next = [Some(self.list_at), rows, values, self.routes.due()].into_iter().flatten().min();
+        let next =
+            [Some(self.list_at), Some(self.tasks_at), rows, values, self.routes.due()].into_iter().flatten().min();
         next.map_or(LIST_EVERY, |next| next.saturating_duration_since(Instant::now()))
     }
 
@@ -106,6 +118,10 @@ impl Poller {
             self.names = column_names(self.participant.fleet());
             found.push(Fact::Columns(self.names.clone()).into());
             self.list_at = Instant::now() + LIST_EVERY;
+        }
+        if Instant::now() >= self.tasks_at {
+            self.take_tasks()?;
+            self.tasks_at = Instant::now() + TASKS_EVERY;
         }
         if self.query.is_plain() {
             self.frames = None;
@@ -117,6 +133,7 @@ impl Poller {
             self.columns.clear();
         } else if Instant::now() >= self.values_at {
             found.push(Fact::Values(self.values()?).into());
+            found.push(Fact::Task(self.robot.and_then(|robot| self.tasks.of_robot(robot))).into());
             self.values_at = Instant::now() + VALUES_EVERY;
         }
         match self.routes.poll(&self.participant, ROUTE_TIMEOUT) {
@@ -124,6 +141,14 @@ impl Poller {
             Err(error) => found.push(Report::Notice(error.to_string())),
         }
         Ok(found)
+    }
+
+    fn take_tasks(&mut self) -> Result<(), ReadError> {
+        let Self { task_log, tasks, .. } = self;
+        task_log.take(|tick| {
+            tasks.take(tick.header.run_id, tick.records);
+            Ok(())
+        })
     }
 
     fn sort(&mut self) -> Result<Option<Rows>> {

@@ -5,6 +5,8 @@ use regatta_plugin::route::RouteResponse;
 use regatta_plugin::{ColumnName, ControlError};
 
 use crate::interface::rows::Rows;
+use crate::plans::PlanReport;
+use crate::tasks::RobotTask;
 
 /// A report of the background threads.
 #[derive(Debug)]
@@ -15,6 +17,8 @@ pub enum Report {
     Notice(String),
     /// The selected robots' routes; empty if no process answers.
     Routes(Vec<RouteResponse>),
+    /// What is watched of the plans of all robots.
+    Plans(Box<PlanReport>),
 }
 
 /// New data of the fleet.
@@ -28,6 +32,8 @@ pub enum Fact {
     Columns(Vec<ColumnName>),
     /// The selected robot's value in each column.
     Values(Vec<(ColumnName, f32)>),
+    /// The selected robot's task.
+    Task(Option<RobotTask>),
 }
 
 impl Report {

@@ -58,6 +58,8 @@ struct View {
     node: vec4f,
     selection: vec4f,
     route: vec4f,
+    waiting: vec4f,
+    ring: vec4f,
     palette: array<vec4f, 16>,
     lights: array<Light, 8>,
 }

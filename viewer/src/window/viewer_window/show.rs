@@ -52,10 +52,12 @@ impl ViewerWindow {
             legend: &legend,
             columns: &self.fleet_state.columns,
             values: &self.fleet_state.values,
+            task: self.fleet_state.task,
             route: match self.interface.selected {
                 Some(Item::Robot(id)) => self.stage.remaining(id),
                 _ => None,
             },
+            plans: self.stage.plan_facts(),
             rows: self.fleet_state.rows.as_ref(),
             bounds: self.stage.bounds(),
             followed: self.fleet_state.followed.map(|(_, [from, to])| interpolate(from, to, alpha)),
@@ -105,6 +107,7 @@ impl ViewerWindow {
         if self.fleet_state.values_of != selected {
             self.fleet_state.values_of = selected;
             self.fleet_state.values.clear();
+            self.fleet_state.task = None;
             self.link.robot(if let Some(Item::Robot(id)) = selected { Some(id) } else { None });
             self.window.set_title(&title(&self.fleet, selected));
         }
