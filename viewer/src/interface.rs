@@ -7,6 +7,7 @@
 pub mod camera_controller;
 mod collisions;
 mod connection;
+mod filter;
 mod fleet_list;
 mod help;
 mod history;

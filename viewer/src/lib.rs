@@ -10,6 +10,7 @@ mod caption;
 pub mod curves;
 pub mod feed;
 mod files;
+pub mod filter;
 pub mod floor_picture;
 pub mod gpu;
 mod headless;

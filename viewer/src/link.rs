@@ -13,6 +13,7 @@ use std::thread::JoinHandle;
 use regatta_plugin::control::ControlRequest;
 use regatta_plugin::{FleetName, Result};
 
+use crate::filter::Filter;
 use crate::interface::rows::RowQuery;
 use crate::plans::{PlanWatch, Watch};
 use poller::Query;
@@ -66,6 +67,11 @@ impl Link {
     /// Sets the query of the fleet list's rows.
     pub fn rows(&self, query: RowQuery) {
         self.query(Query::Rows(query));
+    }
+
+    /// Sets the filter whose matches are polled.
+    pub fn filter(&self, filter: Filter) {
+        self.query(Query::Filter(filter));
     }
 
     /// Sets the robot whose values are polled.

@@ -12,6 +12,7 @@ use regatta_plugin::world::{CurveRecord, EdgeRecord, NodeRecord, WorldData};
 use regatta_plugin::{Contacts, Frame};
 use regatta_viewer::camera::{Bounds, Camera};
 use regatta_viewer::feed::Counts;
+use regatta_viewer::filter::Filter;
 use regatta_viewer::interface::Interface;
 use regatta_viewer::interface::camera_controller::{CameraController, Follow};
 use regatta_viewer::interface::labels::Labels;
@@ -36,6 +37,7 @@ struct Fixture {
     plans: PlanFacts,
     values: Vec<(&'static str, f32)>,
     task: Option<RobotTask>,
+    matches: Option<[u32; 2]>,
     rows: Option<Rows>,
     status: Option<ControlResponse>,
     engine: EngineState,
@@ -84,6 +86,7 @@ impl Fixture {
             plans: PlanFacts::default(),
             values: vec![("battery", 75.0)],
             task: None,
+            matches: None,
             rows: None,
             status: Some(ControlResponse { robots: robots as u32, speed: 1.0, ..ControlResponse::default() }),
             engine: EngineState::Running,
@@ -114,6 +117,7 @@ impl Fixture {
             route: self.route,
             plans: self.plans,
             rows: self.rows.as_ref(),
+            matches: self.matches,
             bounds: Bounds::default(),
             followed: None,
             timing: &self.timing,
@@ -454,6 +458,34 @@ fn a_robot_without_work_waits_for_nobody() {
     harness.state_mut().values.clear();
     settle(&mut harness);
     assert!(harness.query_by_label("WORK").is_none(), "no fleet manager");
+}
+
+#[test]
+fn robots_are_filtered_and_those_that_match_are_counted() {
+    let mut fixture = Fixture::new(5);
+    fixture.interface.settings.left = Some(LeftPanel::Fleet);
+    let mut harness = harness(fixture);
+    harness.get_by_label("filter: state").click();
+    settle(&mut harness);
+    harness.get_by_label("held").click();
+    settle(&mut harness);
+    let wanted = Filter { state: Some(RobotState::Held), ..Filter::default() };
+    let filters = |actions: &[Action]| -> Vec<Filter> {
+        let filters = actions.iter().filter_map(|action| match action {
+            Action::Filter(filter) => Some(filter.clone()),
+            _ => None,
+        });
+        filters.collect()
+    };
+    assert_eq!(filters(&harness.state().actions), [wanted.clone()]);
+    harness.get_by_label("counting …");
+    harness.state_mut().matches = Some([2, 5]);
+    settle(&mut harness);
+    harness.get_by_label("2 of 5 robots match");
+    harness.get_by_label("show all").click();
+    settle(&mut harness);
+    assert_eq!(filters(&harness.state().actions), [wanted, Filter::default()]);
+    assert!(harness.query_by_label("2 of 5 robots match").is_none());
 }
 
 #[test]

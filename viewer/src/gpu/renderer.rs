@@ -256,6 +256,11 @@ impl Renderer {
         }
     }
 
+    /// Dims the robots whose bit is not set, 32 to a word; with `None` no robot.
+    pub fn set_matches(&mut self, matches: Option<&[u32]>) {
+        self.columns.set_matches(&self.gpu, matches);
+    }
+
     /// Records the commands that draw a picture into `target`.
     pub fn draw(&mut self, encoder: &mut CommandEncoder, target: &TextureView, picture: &Picture<'_>) {
         let view = self.view_uniform(picture);
@@ -340,6 +345,7 @@ impl Renderer {
         let room = (picture.size.as_vec2().element_product() / view.robots.max(1) as f32).sqrt() * 0.25;
         view.detail.z = room.clamp(view.detail.z, view.detail.z * 3.2);
         view.detail.w = self.columns.values() as f32;
+        view.filtered = u32::from(self.columns.is_filtered());
         view
     }
 

@@ -12,6 +12,7 @@ use super::rows::{RowQuery, Rows};
 use super::timing::Timing;
 use crate::camera::Bounds;
 use crate::feed::Counts;
+use crate::filter::Filter;
 use crate::gpu::pick::Picked;
 use crate::palette::Legend;
 use crate::plans::PlanFacts;
@@ -66,6 +67,8 @@ pub struct ViewModel<'a> {
     pub plans: PlanFacts,
     /// The answer to the last [`Action::Rows`].
     pub rows: Option<&'a Rows>,
+    /// The number of robots that match the filter, and of all; `None` until they are counted.
+    pub matches: Option<[u32; 2]>,
     /// The bounds of everything to be seen.
     pub bounds: Bounds,
     /// The pose of the followed robot, as drawn.
@@ -107,6 +110,8 @@ pub enum Action {
     },
     /// Compute rows of the fleet list.
     Rows(RowQuery),
+    /// Dim robots that don't match.
+    Filter(Filter),
     /// Start a program that receives robots by UDP and can answer.
     StartUdpSource {
         /// Host and port to receive at.

@@ -4,6 +4,7 @@ use regatta_plugin::control::ControlResponse;
 use regatta_plugin::route::RouteResponse;
 use regatta_plugin::{ColumnName, ControlError};
 
+use crate::filter::{Filter, Matches};
 use crate::interface::rows::Rows;
 use crate::plans::PlanReport;
 use crate::tasks::RobotTask;
@@ -17,6 +18,8 @@ pub enum Report {
     Notice(String),
     /// The selected robots' routes; empty if no process answers.
     Routes(Vec<RouteResponse>),
+    /// The robots that match a filter.
+    Matches(Filter, Matches),
     /// What is watched of the plans of all robots.
     Plans(Box<PlanReport>),
 }

@@ -6,6 +6,7 @@ use glam::Vec2;
 use regatta_plugin::control::ControlResponse;
 use regatta_plugin::{ColumnName, Frame};
 
+use crate::filter::Filter;
 use crate::interface::labels::Labels;
 use crate::interface::pose::Pose;
 use crate::interface::rows::Rows;
@@ -22,6 +23,10 @@ pub struct FleetState {
     pub labels: Labels,
     pub values: Vec<(ColumnName, f32)>,
     pub task: Option<RobotTask>,
+    /// The filter that was requested last.
+    pub filter: Filter,
+    /// The number of robots that match it, and of all.
+    pub matches: Option<[u32; 2]>,
     pub rows: Option<Rows>,
     /// The age of the newest frame when it was read, in seconds.
     pub lag: Option<f64>,

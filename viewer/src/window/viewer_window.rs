@@ -219,6 +219,12 @@ impl ViewerWindow {
                     self.stage.set_plans(&plans);
                     true
                 }
+                Report::Matches(filter, matches) if filter == self.fleet_state.filter => {
+                    self.fleet_state.matches = Some(matches.counts);
+                    self.stage.renderer.set_matches(Some(&matches.bits));
+                    true
+                }
+                Report::Matches(..) => false,
                 Report::Facts(fact) => self.fleet_state.apply(fact),
             };
         }

@@ -34,6 +34,7 @@ pub const TESTS: &[(&str, Test)] = &[
     ("stations", stations),
     ("plans", plans),
     ("waits", waits),
+    ("filter", filter),
     ("a_horizon_has_whole_dashes", a_horizon_has_whole_dashes),
     ("light_theme_from_the_top", light_theme_from_the_top),
     ("map_and_offset", map_and_offset),
@@ -74,6 +75,7 @@ pub fn references_are_told_apart() {
         ("graph", "stations"),
         ("robots_by_state", "plans"),
         ("robots_by_state", "waits"),
+        ("robots_by_state", "filter"),
         ("robots_by_state", "graph"),
     ] {
         let difference = difference(&read(one), &read(other));
@@ -235,6 +237,15 @@ fn waits(gpu: &Gpu) {
     assert_like("waits", &renderer.render(&camera(), &scene, 1.0));
     scene.layers.waits = false;
     assert_like("robots_by_state", &renderer.render(&camera(), &scene, 1.0));
+}
+
+/// Every other robot matches; without a filter all do.
+fn filter(gpu: &Gpu) {
+    let mut renderer = loop_renderer(gpu);
+    renderer.inner.set_matches(Some(&[0b0101_0101_0101]));
+    assert_like("filter", &renderer.render(&camera(), &coloured(Colouring::State), 1.0));
+    renderer.inner.set_matches(None);
+    assert_like("robots_by_state", &renderer.render(&camera(), &coloured(Colouring::State), 1.0));
 }
 
 /// The straight edge of seven metres has six dashes of about 1.2 m: six gaps, and half a dash at either end.

@@ -59,6 +59,7 @@ impl ViewerWindow {
             },
             plans: self.stage.plan_facts(),
             rows: self.fleet_state.rows.as_ref(),
+            matches: self.fleet_state.matches,
             bounds: self.stage.bounds(),
             followed: self.fleet_state.followed.map(|(_, [from, to])| interpolate(from, to, alpha)),
             timing: &self.timing,
@@ -91,6 +92,14 @@ impl ViewerWindow {
                     }
                 }
                 Action::Rows(query) => self.link.rows(query),
+                Action::Filter(filter) => {
+                    if filter.is_empty() {
+                        self.stage.renderer.set_matches(None);
+                    }
+                    self.fleet_state.matches = None;
+                    self.fleet_state.filter.clone_from(&filter);
+                    self.link.filter(filter);
+                }
                 Action::FullScreen => {
                     let full = self.window.fullscreen().is_some();
                     self.window.set_fullscreen((!full).then_some(Fullscreen::Borderless(None)));
