@@ -219,8 +219,10 @@ impl HeadlessViewer<'_> {
             self.stage.update(Instant::now())?;
             let Some(facts) = self.update_plans()? else { continue };
             let has_round = facts.routes.is_some_and(|routes| routes.round_secs.is_finite() || routes.under_way == 0);
-            let is_known = (!layers.plans || has_round) && (!layers.waits || facts.waiting.is_some());
-            if is_known || started.elapsed() > COLUMNS_WAIT && !facts.has_goals {
+            // Without a fleet manager, nobody publishes the columns.
+            let is_late = started.elapsed() > COLUMNS_WAIT;
+            let has_columns = facts.has_goals && (!layers.waits || facts.waiting.is_some());
+            if (!layers.plans || has_round) && (has_columns || is_late) {
                 break;
             }
         }

@@ -1,10 +1,10 @@
 // Marks at goals: pins that stand on their nodes and face the viewer.
 
 // The height of a pin in metres near the camera, and the least and the greatest height in pixels; of goals of selected robots
-// all are larger.
+// both are larger.
 const PIN_METRES = 0.9;
 const PIN_PIXELS = vec2f(9.0, 26.0);
-const SELECTED = 1.6;
+const SELECTED_PIXELS = vec2f(24.0, 42.0);
 
 struct Pin {
     @builtin(position) clip: vec4f,
@@ -20,8 +20,8 @@ struct Pin {
 fn mark(@location(0) place: vec2f, @location(1) selected: u32, @builtin(vertex_index) corner: u32) -> Pin {
     let local = vec3f(place - view.origin.xy, 0.0);
     let clip = clip_from(local);
-    let larger = select(1.0, SELECTED, selected == 1u);
-    let height = clamp(PIN_METRES / metres_per_pixel(local), PIN_PIXELS.x, PIN_PIXELS.y) * larger;
+    let pixels = select(PIN_PIXELS, SELECTED_PIXELS, selected == 1u);
+    let height = clamp(PIN_METRES / metres_per_pixel(local), pixels.x, pixels.y);
     let unit = vec2f(f32(corner & 1u) * 2.0 - 1.0, f32(corner >> 1u)) * vec2f(0.5, 1.3) - vec2f(0.0, 0.15);
     let offset = unit * height * 2.0 * view.viewport.zw * clip.w;
     return Pin(cropped(vec4f(clip.xy + offset, clip.zw)), unit, selected, 1.0 / height);
