@@ -477,7 +477,7 @@ fn robots_are_filtered_and_those_that_match_are_counted() {
         });
         filters.collect()
     };
-    assert_eq!(filters(&harness.state().actions), [wanted.clone()]);
+    assert_eq!(filters(&harness.state().actions), std::slice::from_ref(&wanted));
     harness.get_by_label("counting …");
     harness.state_mut().matches = Some([2, 5]);
     settle(&mut harness);
