@@ -13,6 +13,7 @@ use crate::gpu::renderer::{Picture, Renderer};
 use crate::options::Options;
 use crate::palette::{Colouring, Theme};
 use crate::picture::{FORMAT, Offscreen};
+use crate::plans::inbox::PlanInbox;
 use crate::scene::{Detail, Scene};
 use crate::stage::Stage;
 use synthetic::SyntheticFleet;
@@ -137,6 +138,7 @@ impl Bench<'_> {
             std::thread::sleep(Duration::from_millis(5));
         }
         let camera = self.camera(view, stage.bounds());
+        let plans = PlanInbox::open(&self.options.fleet, stage.plan_watch())?;
         let mut failed = None;
         let times = self.measure(|times| {
             let start = Instant::now();
@@ -146,6 +148,10 @@ impl Bench<'_> {
                     failed = stage.apply(news, start).err();
                 }
                 Err(error) => failed = Some(error.into()),
+            }
+            match plans.as_ref().map(PlanInbox::newest).transpose() {
+                Ok(found) => found.flatten().iter().for_each(|found| stage.set_plans(found)),
+                Err(error) => failed = Some(error),
             }
             let uploaded = start.elapsed().as_secs_f64();
             times.upload = uploaded - times.read;

@@ -8,9 +8,11 @@ use crate::camera::Camera;
 use crate::gpu::device::Gpu;
 use crate::gpu::painter::{Drawing, Painter};
 use crate::interface::labels::Labels;
+use crate::interface::symbols::Symbols;
 use crate::interface::{overlay, style};
 use crate::palette::Legend;
 use crate::picture::OVERLAY_FORMAT;
+use crate::plans::PlanFacts;
 use crate::scene::Scene;
 
 /// The height in pixels up to which pictures have text of the default size; text grows with larger pictures.
@@ -33,6 +35,8 @@ pub struct Annotations<'a> {
     pub scene: &'a Scene,
     /// The legend, if it is shown.
     pub legend: Option<&'a Legend>,
+    /// What is known of plans.
+    pub plans: PlanFacts,
     /// Robots whose ids are shown, with their positions in metres.
     pub robots: Vec<(u32, Vec2)>,
 }
@@ -77,7 +81,7 @@ impl Caption {
     }
 
     fn lay_out(&self, size: UVec2, scale: f32, annotations: &Annotations<'_>) -> FullOutput {
-        let Annotations { camera, scene, legend, robots } = annotations;
+        let Annotations { camera, scene, legend, plans, robots } = annotations;
         let picture = Rect::from_min_size(pos2(0.0, 0.0), vec2(size.x as f32, size.y as f32) / scale);
         let mut input = RawInput { screen_rect: Some(picture), ..RawInput::default() };
         input.viewports.entry(egui::ViewportId::ROOT).or_default().native_pixels_per_point = Some(scale);
@@ -87,7 +91,7 @@ impl Caption {
             }
             Labels::draw_robots(ui.ctx(), picture, camera, scene.theme, robots.iter().copied());
             if let Some(legend) = legend {
-                overlay::legend(ui.ctx(), picture, scene.theme, legend);
+                overlay::legend(ui.ctx(), picture, scene.theme, legend, &Symbols::new(scene.layers, *plans));
             }
         })
     }

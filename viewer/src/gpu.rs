@@ -7,15 +7,18 @@ pub mod device;
 mod floor;
 mod graph;
 mod highlights;
+mod instances;
 pub mod painter;
 pub mod pick;
 mod pipeline;
+mod plans;
 pub mod renderer;
 pub mod resources;
 mod robots;
 mod routes;
 mod shaders;
 mod splats;
+mod stations;
 mod timer;
 mod view;
 

@@ -18,6 +18,8 @@ use crate::interface::labels::Labels;
 use crate::options::Options;
 use crate::palette::Colouring;
 use crate::picture::{FORMAT, Offscreen, write_png};
+use crate::plans::inbox::PlanInbox;
+use crate::plans::{PlanFacts, Watch};
 use crate::route::RoutePoller;
 use crate::stage::Stage;
 use crate::video::VideoWriter;
@@ -31,6 +33,9 @@ const COLUMNS_WAIT: Duration = Duration::from_millis(300);
 /// The timeout of a request for routes, for a screenshot and for a picture of a recording.
 const ROUTE_TIMEOUTS: [Duration; 2] = [Duration::from_secs(2), Duration::from_millis(100)];
 
+/// The longest wait for the plans of all robots of a screenshot.
+const PLANS_WAIT: Duration = Duration::from_secs(10);
+
 /// A stage with the texture that it is drawn into.
 struct HeadlessViewer<'a> {
     options: &'a Options,
@@ -38,6 +43,7 @@ struct HeadlessViewer<'a> {
     participant: Participant,
     stage: Stage,
     routes: RoutePoller,
+    plans: Option<PlanInbox>,
     offscreen: Offscreen,
     caption: Caption,
     termination: Termination,
@@ -59,8 +65,11 @@ pub fn run(options: &Options) -> Result {
     let stage = Stage::new(&participant, renderer, options.look.scene())?;
     let mut routes = RoutePoller::default();
     routes.watch(options.follow.iter().chain(&options.look.select).copied().collect(), Instant::now());
+    let followed = options.follow.iter().chain(&options.look.select).copied().collect();
+    let plans = PlanInbox::open(&options.fleet, Watch { selected: followed, ..stage.plan_watch() })?;
     let caption = Caption::new(&gpu);
-    let mut viewer = HeadlessViewer { caption, options, gpu, participant, stage, routes, offscreen, termination };
+    let mut viewer =
+        HeadlessViewer { caption, options, gpu, participant, stage, routes, plans, offscreen, termination };
     match (&options.screenshot, &options.record) {
         (Some(path), _) => viewer.screenshot(path),
         (None, Some(path)) => viewer.record(path),
@@ -88,6 +97,7 @@ impl HeadlessViewer<'_> {
             return Ok(());
         }
         self.wait_for_columns()?;
+        self.wait_for_plans()?;
         self.warn_about_options();
         let picture = self.render(1.0)?;
         write_png(&picture, path)?;
@@ -200,6 +210,32 @@ impl HeadlessViewer<'_> {
         Ok(())
     }
 
+    /// Waits until the routes of all robots have been asked for once, and who waits is known.
+    fn wait_for_plans(&mut self) -> Result {
+        let started = Instant::now();
+        let layers = self.stage.scene.layers;
+        while self.plans.is_some() && started.elapsed() < PLANS_WAIT && !self.termination.requested() {
+            std::thread::sleep(POLL);
+            self.stage.update(Instant::now())?;
+            let Some(facts) = self.update_plans()? else { continue };
+            let has_round = facts.routes.is_some_and(|routes| routes.round_secs.is_finite() || routes.under_way == 0);
+            // Without a fleet manager, nobody publishes the columns.
+            let is_late = started.elapsed() > COLUMNS_WAIT;
+            let has_columns = facts.has_goals && (!layers.waits || facts.waiting.is_some());
+            if (!layers.plans || has_round) && (has_columns || is_late) {
+                break;
+            }
+        }
+        Ok(())
+    }
+
+    /// Takes the newest plans. Returns what is known if there are new ones.
+    fn update_plans(&mut self) -> Result<Option<PlanFacts>> {
+        let Some(found) = self.plans.as_ref().map(PlanInbox::newest).transpose()?.flatten() else { return Ok(None) };
+        self.stage.set_plans(&found);
+        Ok(Some(found.facts))
+    }
+
     /// The robots of --follow and --select.
     fn selected(&self) -> impl Iterator<Item = u32> {
         self.options.follow.iter().chain(&self.options.look.select).copied()
@@ -244,6 +280,7 @@ impl HeadlessViewer<'_> {
         if let Some(routes) = self.routes.poll(&self.participant, timeout)? {
             self.stage.set_routes(routes);
         }
+        self.update_plans()?;
         let camera = self.camera();
         let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let size = self.size();
@@ -252,7 +289,8 @@ impl HeadlessViewer<'_> {
         let legend = (!self.options.look.no_legend).then_some(&legend);
         let selected = self.selected().filter(|_| !self.options.look.no_ids);
         let robots = selected.filter_map(|robot| Some((robot, self.pose(robot)?.0))).collect();
-        let annotations = Annotations { camera: &camera, scene: &self.stage.scene, legend, robots };
+        let plans = self.stage.plan_facts();
+        let annotations = Annotations { camera: &camera, scene: &self.stage.scene, legend, plans, robots };
         self.caption.draw(&self.gpu, &mut encoder, target, &annotations);
         Ok(self.offscreen.read(encoder)?)
     }

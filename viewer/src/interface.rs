@@ -7,6 +7,7 @@
 pub mod camera_controller;
 mod collisions;
 mod connection;
+mod filter;
 mod fleet_list;
 mod help;
 mod history;
@@ -23,12 +24,14 @@ pub mod settings;
 mod shortcuts;
 mod state;
 pub mod style;
+pub mod symbols;
 pub mod timing;
 mod top_bar;
 mod transport;
 mod view;
 pub mod view_model;
 mod virtual_list;
+mod work;
 
 use egui::{CentralPanel, Panel, Rect, ScrollArea, Ui};
 

@@ -1,5 +1,5 @@
 //! Background threads for everything that takes time: requests to the engine, the order of the fleet list, the names of
-//! columns, and routes. None of it delays a picture. An iceoryx2 port stays on the thread that created it, so each thread
+//! columns, routes and plans. None of it delays a picture. An iceoryx2 port stays on the thread that created it, so each thread
 //! opens its own ports.
 
 mod control;
@@ -13,7 +13,9 @@ use std::thread::JoinHandle;
 use regatta_plugin::control::ControlRequest;
 use regatta_plugin::{FleetName, Result};
 
+use crate::filter::Filter;
 use crate::interface::rows::RowQuery;
+use crate::plans::{PlanWatch, Watch};
 use poller::Query;
 pub use report::{Fact, Report};
 
@@ -24,6 +26,7 @@ pub struct Link {
     queries: Option<Sender<Query>>,
     reports: Receiver<Report>,
     poller: Option<JoinHandle<()>>,
+    plans: PlanWatch,
 }
 
 impl Link {
@@ -40,11 +43,17 @@ impl Link {
         std::thread::Builder::new().name("control".into()).spawn(move || {
             report_error(&control_report, control::run(&name, &requested, &control_report));
         })?;
+        let plan_report = report.clone();
+        let plans = PlanWatch::start(fleet, move |found| {
+            let found =
+                found.map_or_else(|error| Report::Notice(error.to_string()), |found| Report::Plans(Box::new(found)));
+            plan_report.send(found).is_ok()
+        })?;
         let name = fleet.clone();
         let poller = std::thread::Builder::new().name("poller".into()).spawn(move || {
             report_error(&report, poller::run(&name, &queried, &report));
         })?;
-        Ok(Self { requests: Some(requests), queries: Some(queries), reports, poller: Some(poller) })
+        Ok(Self { requests: Some(requests), queries: Some(queries), reports, poller: Some(poller), plans })
     }
 
     /// Queues a request to the engine. Requests are sent one after the other.
@@ -60,6 +69,11 @@ impl Link {
         self.query(Query::Rows(query));
     }
 
+    /// Sets the filter whose matches are polled.
+    pub fn filter(&self, filter: Filter) {
+        self.query(Query::Filter(filter));
+    }
+
     /// Sets the robot whose values are polled.
     pub fn robot(&self, robot: Option<u32>) {
         self.query(Query::Robot(robot));
@@ -68,6 +82,11 @@ impl Link {
     /// Sets the robots whose routes are polled.
     pub fn routes(&self, robots: Vec<u32>) {
         self.query(Query::Routes(robots));
+    }
+
+    /// Sets which plans are watched.
+    pub fn plans(&self, watch: Watch) {
+        self.plans.watch(watch);
     }
 
     fn query(&self, query: Query) {

@@ -113,7 +113,13 @@ pub struct LookOptions {
     /// Hide the grid
     #[arg(long)]
     pub no_grid: bool,
-    /// Ids of robots to highlight, with their routes
+    /// Draw the routes and the goals of all robots: what they may drive now solid, what is only planned dashed
+    #[arg(long)]
+    pub plans: bool,
+    /// Draw arrows from robots that wait to those that they wait for; rings of waiting are red
+    #[arg(long)]
+    pub waits: bool,
+    /// Ids of robots to highlight, with their routes and goals
     #[arg(long, value_name = "ID", value_delimiter = ',')]
     pub select: Vec<u32>,
 }
@@ -155,6 +161,7 @@ impl LookOptions {
             (scene.layers.edges, scene.layers.arrows, scene.layers.nodes) = (false, false, false);
         }
         scene.layers.ids = !self.no_ids && !self.no_graph;
+        (scene.layers.plans, scene.layers.waits) = (self.plans, self.waits);
         scene.trails = Trails { points: self.trails.unwrap_or_default(), only_selected: self.trails_of_selected };
         scene.selected.clone_from(&self.select);
         scene

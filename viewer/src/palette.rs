@@ -1,6 +1,9 @@
 //! Colours: the two themes, and the colouring of robots by their data. The hues are Okabe and Ito's, which are
 //! distinguishable with any colour vision; ramps also increase in lightness.
 
+#[cfg(test)]
+mod vision;
+
 use core::fmt;
 use core::str::FromStr;
 
@@ -8,6 +11,8 @@ use glam::Vec3;
 use regatta_plugin::ColumnName;
 use regatta_plugin::activity::Activity;
 use regatta_plugin::frame::RobotState;
+
+use crate::interface::rows::state_name;
 
 /// The number of colours of a ramp, and the most colours of a set of categories.
 pub const COLOURS: usize = 16;
@@ -43,8 +48,12 @@ pub struct ThemeColours {
     pub node: Rgb,
     /// The ring around selected objects.
     pub selection: Rgb,
-    /// The routes of selected robots.
+    /// Routes and goals.
     pub route: Rgb,
+    /// Arrows to robots that are waited for.
+    pub waiting: Rgb,
+    /// Arrows of rings of robots that wait for each other.
+    pub ring: Rgb,
     /// Robots without a value.
     pub unknown: Rgb,
 }
@@ -134,6 +143,8 @@ impl Theme {
                 node: Rgb(0x93a5b5),
                 selection: YELLOW,
                 route: Rgb(0x24c79b),
+                waiting: Rgb(0xffb000),
+                ring: Rgb(0xff2d3a),
                 unknown: Rgb(0xa8adb2),
             },
             Self::Light => ThemeColours {
@@ -145,6 +156,8 @@ impl Theme {
                 node: Rgb(0x6d7b88),
                 selection: Rgb(0x111111),
                 route: GREEN,
+                waiting: Rgb(0xc77d00),
+                ring: Rgb(0xc40018),
                 unknown: Rgb(0x767c82),
             },
         }
@@ -182,41 +195,66 @@ impl Colouring {
     }
 }
 
+// The eight states and the eight activities are variants of Okabe and Ito's hues that differ in lightness too, because with
+// grey and brown beside them the hues alone are not told apart with every colour vision: see `vision.rs`.
+
 fn states(theme: Theme) -> Scale {
-    let idle = if theme == Theme::Dark { Rgb(0x7d8995) } else { Rgb(0x8a96a1) };
-    let driving = if theme == Theme::Dark { SKY_BLUE } else { BLUE };
-    let broken = if theme == Theme::Dark { Rgb(0xf4f4f4) } else { Rgb(0x1c1c1c) };
+    let colour = |state| match (state, theme) {
+        (RobotState::Idle, Theme::Dark) => 0x5d6d73,
+        (RobotState::Idle, Theme::Light) => 0x949ba4,
+        (RobotState::Driving, Theme::Dark) => 0x5fc0f8,
+        (RobotState::Driving, Theme::Light) => 0x00619e,
+        (RobotState::Waiting, Theme::Dark) => 0xd6ad00,
+        (RobotState::Waiting, Theme::Light) => 0xd29000,
+        (RobotState::Held, Theme::Dark) => 0xdc7bb1,
+        (RobotState::Held, Theme::Light) => 0xc787d2,
+        (RobotState::Faulted, Theme::Dark) => 0xcf5a00,
+        (RobotState::Faulted, Theme::Light) => 0xbc4900,
+        (RobotState::Turning, Theme::Dark) => 0x129c6d,
+        (RobotState::Turning, Theme::Light) => 0x0b9968,
+        (RobotState::Stalled, Theme::Dark) => 0xffec62,
+        (RobotState::Stalled, Theme::Light) => 0xf1cc08,
+        (RobotState::Broken, Theme::Dark) => 0xeffafd,
+        (RobotState::Broken, Theme::Light) => 0x1c1c1c,
+        (RobotState::Absent, _) => 0x999999,
+    };
     let states = [
-        (RobotState::Idle, idle),
-        (RobotState::Driving, driving),
-        (RobotState::Waiting, ORANGE),
-        (RobotState::Held, PURPLE),
-        (RobotState::Faulted, VERMILLION),
-        (RobotState::Turning, GREEN),
-        (RobotState::Stalled, YELLOW),
-        (RobotState::Broken, broken),
+        RobotState::Idle,
+        RobotState::Driving,
+        RobotState::Waiting,
+        RobotState::Held,
+        RobotState::Faulted,
+        RobotState::Turning,
+        RobotState::Stalled,
+        RobotState::Broken,
     ];
-    Scale::Categories(states.map(|(state, colour)| (format!("{state:?}").to_lowercase(), colour)).to_vec())
+    Scale::Categories(states.map(|state| (state_name(state).to_owned(), Rgb(colour(state)))).to_vec())
 }
 
 fn activities(theme: Theme) -> Scale {
-    let is_dark = theme == Theme::Dark;
-    let colour = |activity: Activity| match activity {
-        Activity::Idle => Rgb(if is_dark { 0x7d8995 } else { 0x8a96a1 }),
-        Activity::ToPick if is_dark => SKY_BLUE,
-        Activity::ToPick => BLUE,
-        Activity::Carrying => GREEN,
-        Activity::Handling => YELLOW,
-        Activity::Waiting => ORANGE,
-        Activity::Parked => Rgb(if is_dark { 0x8a6d3b } else { 0xa08558 }),
-        Activity::Charging => PURPLE,
-        Activity::OutOfService => VERMILLION,
+    let colour = |activity| match (activity, theme) {
+        (Activity::Idle, Theme::Dark) => 0x566873,
+        (Activity::Idle, Theme::Light) => 0x7a8798,
+        (Activity::ToPick, Theme::Dark) => 0x5abdf5,
+        (Activity::ToPick, Theme::Light) => 0x0070b0,
+        (Activity::Carrying, Theme::Dark) => 0x00986f,
+        (Activity::Carrying, Theme::Light) => 0x1fb78c,
+        (Activity::Handling, Theme::Dark) => 0xfff354,
+        (Activity::Handling, Theme::Light) => 0xfdce00,
+        (Activity::Waiting, Theme::Dark) => 0xeba200,
+        (Activity::Waiting, Theme::Light) => 0xdc9910,
+        (Activity::Parked, Theme::Dark) => 0x826533,
+        (Activity::Parked, Theme::Light) => 0x957c4d,
+        (Activity::Charging, Theme::Dark) => 0xcc88b3,
+        (Activity::Charging, Theme::Light) => 0xd097dd,
+        (Activity::OutOfService, Theme::Dark) => 0xd35c00,
+        (Activity::OutOfService, Theme::Light) => 0xc35100,
     };
-    Scale::Categories(Activity::ALL.map(|activity| (activity.name().to_owned(), colour(activity))).to_vec())
+    Scale::Categories(Activity::ALL.map(|activity| (activity.name().to_owned(), Rgb(colour(activity)))).to_vec())
 }
 
 fn collisions(theme: Theme) -> Scale {
-    let (clear, possible) = if theme == Theme::Dark { (SKY_BLUE, YELLOW) } else { (Rgb(0x3b7fb5), ORANGE) };
+    let (clear, possible) = if theme == Theme::Dark { (SKY_BLUE, YELLOW) } else { (Rgb(0x3b7fb5), Rgb(0xf0ac00)) };
     let levels = [("clear", clear), ("possible", possible), ("touching", VERMILLION)];
     Scale::Categories(levels.map(|(name, colour)| (name.to_owned(), colour)).to_vec())
 }

@@ -51,6 +51,10 @@ pub struct Layers {
     pub shadows: bool,
     /// Trails behind the robots, if there are any.
     pub trails: bool,
+    /// Routes and goals of all robots; those of selected ones are always drawn.
+    pub plans: bool,
+    /// Arrows from robots that wait to those that they wait for.
+    pub waits: bool,
 }
 
 /// Trails behind robots. They get a point every quarter of a simulated second.
@@ -102,6 +106,8 @@ impl Default for Layers {
             robots: true,
             shadows: true,
             trails: true,
+            plans: false,
+            waits: false,
         }
     }
 }

@@ -13,6 +13,7 @@ use crate::curves::curve_point;
 use crate::feed::{Feed, News};
 use crate::gpu::renderer::{Picture, Renderer};
 use crate::palette::{Colouring, Legend};
+use crate::plans::{PlanFacts, PlanReport, Watch};
 use crate::playhead::Playhead;
 use crate::route::{Remaining, remaining_route};
 use crate::scene::Scene;
@@ -48,6 +49,7 @@ pub struct Stage {
     routes: Vec<RouteResponse>,
     /// The rest of each route in the newest frame, by robot.
     remaining: Vec<(u32, Remaining)>,
+    plan_facts: PlanFacts,
 }
 
 impl Stage {
@@ -69,6 +71,7 @@ impl Stage {
             watched: None,
             routes: Vec::new(),
             remaining: Vec::new(),
+            plan_facts: PlanFacts::default(),
         })
     }
 
@@ -122,6 +125,23 @@ impl Stage {
     /// The rest of a robot's route, if its route is known.
     pub fn remaining(&self, robot: u32) -> Option<Remaining> {
         self.remaining.iter().find(|(id, _)| *id == robot).map(|(_, remaining)| *remaining)
+    }
+
+    /// What is to be watched for the scene.
+    pub fn plan_watch(&self) -> Watch {
+        let Scene { layers, selected, .. } = &self.scene;
+        Watch { plans: layers.plans, waits: layers.waits, selected: selected.clone() }
+    }
+
+    /// Replaces what is drawn of plans.
+    pub fn set_plans(&mut self, report: &PlanReport) {
+        self.plan_facts = report.facts;
+        self.renderer.set_plans(report);
+    }
+
+    /// How much of the plans is known.
+    pub fn plan_facts(&self) -> PlanFacts {
+        self.plan_facts
     }
 
     fn update_routes(&mut self) {

@@ -7,10 +7,12 @@ use glam::Vec2;
 use regatta_plugin::contact::{ContactHeader, ContactRecord};
 use regatta_plugin::control::{ControlKind, ControlResponse};
 use regatta_plugin::frame::{ClockState, ColumnsMut, FrameHeader, Line, RobotState, frame_lines, stride_lines};
+use regatta_plugin::task::StopAction;
 use regatta_plugin::world::{CurveRecord, EdgeRecord, NodeRecord, WorldData};
 use regatta_plugin::{Contacts, Frame};
 use regatta_viewer::camera::{Bounds, Camera};
 use regatta_viewer::feed::Counts;
+use regatta_viewer::filter::Filter;
 use regatta_viewer::interface::Interface;
 use regatta_viewer::interface::camera_controller::{CameraController, Follow};
 use regatta_viewer::interface::labels::Labels;
@@ -19,7 +21,9 @@ use regatta_viewer::interface::settings::{LeftPanel, RightPanel, Settings};
 use regatta_viewer::interface::timing::Timing;
 use regatta_viewer::interface::view_model::{Action, EngineState, Item, ViewModel};
 use regatta_viewer::palette::{Colouring, Legend, Theme};
+use regatta_viewer::plans::{Coverage, PlanFacts};
 use regatta_viewer::route::{Remaining, RouteLength};
+use regatta_viewer::tasks::{RobotTask, Stop};
 
 /// A fleet of robots in a row, and the interface that shows it.
 struct Fixture {
@@ -30,6 +34,10 @@ struct Fixture {
     labels: Labels,
     pairs: Vec<ContactRecord>,
     route: Option<Remaining>,
+    plans: PlanFacts,
+    values: Vec<(&'static str, f32)>,
+    task: Option<RobotTask>,
+    matches: Option<[u32; 2]>,
     rows: Option<Rows>,
     status: Option<ControlResponse>,
     engine: EngineState,
@@ -75,6 +83,10 @@ impl Fixture {
             labels: Labels::default(),
             pairs: Vec::new(),
             route: None,
+            plans: PlanFacts::default(),
+            values: vec![("battery", 75.0)],
+            task: None,
+            matches: None,
             rows: None,
             status: Some(ControlResponse { robots: robots as u32, speed: 1.0, ..ControlResponse::default() }),
             engine: EngineState::Running,
@@ -87,6 +99,7 @@ impl Fixture {
     fn show(&mut self, ui: &mut egui::Ui) {
         let touching = self.pairs.len() as u32;
         let contact_header = ContactHeader { touching, touching_ever: 9, ..ContactHeader::default() };
+        let values: Vec<_> = self.values.iter().map(|(name, value)| (name.parse().expect("a name"), *value)).collect();
         let model = ViewModel {
             fleet: "test",
             engine: self.engine,
@@ -99,9 +112,12 @@ impl Fixture {
             contacts: Some(Contacts { header: &contact_header, pairs: &self.pairs, missed: 0 }),
             legend: &self.legend,
             columns: &["battery".parse().expect("a name")],
-            values: &[("battery".parse().expect("a name"), 0.75)],
+            values: &values,
+            task: self.task,
             route: self.route,
+            plans: self.plans,
             rows: self.rows.as_ref(),
+            matches: self.matches,
             bounds: Bounds::default(),
             followed: None,
             timing: &self.timing,
@@ -369,6 +385,107 @@ fn panels_themes_and_colourings_have_keys_that_the_help_lists() {
     harness.get_by_label("pause, resume");
     press(&mut harness, Key::Escape);
     assert!(harness.query_by_label("pause, resume").is_none());
+}
+
+#[test]
+fn plans_of_all_robots_are_switched_on_and_say_what_they_lack() {
+    let mut fixture = Fixture::new(5);
+    fixture.interface.settings.right = Some(RightPanel::View);
+    let mut harness = harness(fixture);
+    harness.get_by_label("routes and goals of all robots").click();
+    settle(&mut harness);
+    assert!(harness.state().interface.settings.plans);
+    harness.get_by_label("nothing known yet");
+    harness.get_by_label("goals: not published");
+    let routes = Coverage { known: 640, under_way: 990, round_secs: f32::INFINITY };
+    harness.state_mut().plans = PlanFacts { routes: Some(routes), has_goals: true, waiting: None };
+    settle(&mut harness);
+    harness.get_by_label("routes of 640 of 990 robots under way so far");
+    harness.get_by_label("routes of 640 of 990 robots");
+    harness.get_by_label("planned");
+    let routes = Coverage { known: 985, under_way: 990, round_secs: 1.25 };
+    harness.state_mut().plans = PlanFacts { routes: Some(routes), has_goals: true, waiting: None };
+    settle(&mut harness);
+    harness.get_by_label("routes of 985 of 990 robots under way, at most 1.2 s old");
+    assert!(harness.query_by_label("routes of 985 of 990 robots").is_none(), "nothing notable is missing");
+    press(&mut harness, Key::H);
+    assert!(!harness.state().interface.settings.plans);
+    assert!(harness.query_by_label("planned").is_none());
+}
+
+#[test]
+fn who_waits_is_switched_on_and_counted() {
+    let mut harness = harness(Fixture::new(5));
+    press(&mut harness, Key::B);
+    assert!(harness.state().interface.settings.waits);
+    harness.get_by_label("who waits: not published");
+    harness.state_mut().plans = PlanFacts { waiting: Some([17, 4]), ..PlanFacts::default() };
+    settle(&mut harness);
+    harness.get_by_label("waits for (17)");
+    harness.get_by_label("ring of waiting (4)");
+    press(&mut harness, Key::Num4);
+    harness.get_by_label("17 wait, 4 of them in rings");
+}
+
+#[test]
+fn the_panel_tells_a_robots_work() {
+    let mut fixture = Fixture::new(5);
+    fixture.values = vec![("activity", 4.0), ("battery", 74.6), ("goal", 7.0), ("load", 1.5), ("waits-for", 3.0)];
+    let next = Some(Stop { node: 8, action: StopAction::Pick });
+    fixture.task = Some(RobotTask { task: 312, stop: [1, 2], next, is_handling: false });
+    let mut harness = harness(fixture);
+    harness.state_mut().interface.select(Some(Item::Robot(1)));
+    settle(&mut harness);
+    for text in ["waiting", "312", "to pick at node 8", "75 %", "1.500"] {
+        harness.get_by_label(text);
+    }
+    harness.get_by_label("robot 3").click();
+    settle(&mut harness);
+    assert_eq!(harness.state().interface.selected, Some(Item::Robot(3)));
+    harness.get_by_label("dock 1").click();
+    settle(&mut harness);
+    assert_eq!(harness.state().interface.selected, Some(Item::Node(0)));
+}
+
+#[test]
+fn a_robot_without_work_waits_for_nobody() {
+    let mut fixture = Fixture::new(5);
+    fixture.values = vec![("activity", 0.0), ("goal", f32::NAN), ("waits-for", f32::NAN)];
+    let mut harness = harness(fixture);
+    harness.state_mut().interface.select(Some(Item::Robot(1)));
+    settle(&mut harness);
+    assert_eq!(harness.query_all_by_label("none").count(), 2);
+    harness.state_mut().values.clear();
+    settle(&mut harness);
+    assert!(harness.query_by_label("WORK").is_none(), "no fleet manager");
+}
+
+#[test]
+fn robots_are_filtered_and_those_that_match_are_counted() {
+    let mut fixture = Fixture::new(5);
+    fixture.interface.settings.left = Some(LeftPanel::Fleet);
+    let mut harness = harness(fixture);
+    harness.get_by_label("filter: state").click();
+    settle(&mut harness);
+    harness.get_by_label("held").click();
+    settle(&mut harness);
+    let wanted = Filter { state: Some(RobotState::Held), ..Filter::default() };
+    let filters = |actions: &[Action]| -> Vec<Filter> {
+        let filters = actions.iter().filter_map(|action| match action {
+            Action::Filter(filter) => Some(filter.clone()),
+            _ => None,
+        });
+        filters.collect()
+    };
+    assert_eq!(filters(&harness.state().actions), std::slice::from_ref(&wanted));
+    harness.get_by_label("counting …");
+    harness.state_mut().matches = Some([2, 5]);
+    settle(&mut harness);
+    harness.get_by_label("2 of 5 robots match");
+    harness.get_by_label("show all").click();
+    settle(&mut harness);
+    assert_eq!(filters(&harness.state().actions), [wanted, Filter::default()]);
+    assert!(harness.query_by_label("2 of 5 robots match").is_none());
 }
 
 #[test]

@@ -82,6 +82,8 @@ pub struct Columns {
     /// Rows that have a value.
     values: usize,
     has_robot_type_column: bool,
+    /// The robots that match the filter, a bit each; empty without a filter.
+    matches: Vec<u32>,
     run: u64,
     sim_nanos: u64,
     teleport_distance: f32,
@@ -108,6 +110,7 @@ impl Columns {
             robots: [0; 2],
             values: 0,
             has_robot_type_column: false,
+            matches: Vec::new(),
             run: 0,
             sim_nanos: 0,
             teleport_distance: 0.0,
@@ -155,6 +158,27 @@ impl Columns {
         gpu.queue.write_buffer(&self.attributes, 0, bytemuck::cast_slice(&values[..self.values]));
     }
 
+    /// Sets or removes the filter: a bit per robot, 32 to a word. Robots beyond the end don't match.
+    pub fn set_matches(&mut self, gpu: &Gpu, matches: Option<&[u32]>) {
+        self.matches.clear();
+        self.matches.extend_from_slice(matches.unwrap_or_default());
+        self.write_matches(gpu);
+    }
+
+    /// Whether there is a filter.
+    pub fn is_filtered(&self) -> bool {
+        !self.matches.is_empty()
+    }
+
+    fn write_matches(&mut self, gpu: &Gpu) {
+        if self.is_filtered() {
+            // Bits of robots that have left the fleet are not cut off by a smaller buffer, but by the number of rows.
+            self.matches.resize(self.rows / 32, 0);
+            let at = self.column_offset(2) + self.rows as u64;
+            gpu.queue.write_buffer(&self.attributes, at, bytemuck::cast_slice(&self.matches));
+        }
+    }
+
     /// Uploads the states, four to a word. wgpu accepts uploads of whole words only.
     fn write_states(&self, gpu: &Gpu, states: &[u8]) {
         let whole = states.len() / 4 * 4;
@@ -183,6 +207,7 @@ impl Columns {
         (self.poses, self.attributes) = column_buffers(gpu, self.rows);
         (self.robots, self.values, self.has_robot_type_column) = ([0; 2], 0, false);
         self.groups = [None, None];
+        self.write_matches(gpu);
     }
 
     /// The layout of the columns' bind group.
@@ -231,5 +256,5 @@ impl Columns {
 fn column_buffers(gpu: &Gpu, rows: usize) -> ([Buffer; 2], Buffer) {
     let word = size_of::<f32>();
     let poses = [(); 2].map(|()| buffer(gpu, "poses", 3 * rows * word, BufferUsages::STORAGE));
-    (poses, buffer(gpu, "attributes", (2 * rows + rows / 4) * word, BufferUsages::STORAGE))
+    (poses, buffer(gpu, "attributes", (2 * rows + rows / 4 + rows / 32) * word, BufferUsages::STORAGE))
 }

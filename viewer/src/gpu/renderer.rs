@@ -14,15 +14,18 @@ use super::graph::Graph;
 use super::highlights::Highlights;
 use super::pick::{Pick, Picked};
 use super::pipeline::TargetConfig;
+use super::plans::PlanMarks;
 use super::resources::buffer;
 use super::robots::Robots;
 use super::routes::Routes;
+use super::stations::Stations;
 use super::timer::Timer;
 use super::view::ViewUniform;
 use crate::camera::Camera;
 use crate::floor_picture::FloorPicture;
 use crate::mesh::Mesh;
 use crate::palette::Legend;
+use crate::plans::PlanReport;
 use crate::route::RouteSegment;
 use crate::scene::{Layers, Scene};
 
@@ -60,8 +63,10 @@ pub struct Renderer {
     floor: Floor,
     graph: Graph,
     routes: Routes,
+    stations: Stations,
     robots: Robots,
     highlights: Highlights,
+    plan_marks: PlanMarks,
     robot_types: Vec<RobotTypeRecord>,
     assignments: Vec<MeshAssignment>,
     timer: Option<Timer>,
@@ -98,9 +103,11 @@ impl Renderer {
             attachments: None,
             floor: Floor::new(gpu, target, &layout),
             routes: Routes::new(gpu, target, &layout, graph.records_layout()),
+            stations: Stations::new(gpu, target, &layout),
             graph,
             robots: Robots::new(gpu, target, &layout, &columns),
             highlights: Highlights::new(gpu, target, &layout, &columns),
+            plan_marks: PlanMarks::new(gpu, target, &layout, &columns),
             columns,
             robot_types: Vec::new(),
             assignments: Vec::new(),
@@ -180,11 +187,19 @@ impl Renderer {
     /// Sets the route graph.
     pub fn set_graph(&mut self, world: &World<'_>) {
         self.graph.load(&self.gpu, world);
+        self.stations.load(&self.gpu, world);
     }
 
-    /// Replaces the routes that are drawn along the graph.
+    /// Replaces the routes of selected robots, which are drawn along the graph.
     pub fn set_routes(&mut self, segments: &[RouteSegment]) {
         self.routes.set(&self.gpu, segments);
+    }
+
+    /// Replaces what is drawn of plans: the routes of all robots, goals, and who waits for whom.
+    pub fn set_plans(&mut self, plans: &PlanReport) {
+        self.routes.set_all(&self.gpu, &plans.lines);
+        self.plan_marks.set_goals(&self.gpu, &plans.goals);
+        self.plan_marks.set_arrows(&self.gpu, &plans.arrows);
     }
 
     /// Sets the records of the robot types.
@@ -241,6 +256,11 @@ impl Renderer {
         }
     }
 
+    /// Dims the robots whose bit is not set, 32 to a word; with `None` no robot.
+    pub fn set_matches(&mut self, matches: Option<&[u32]>) {
+        self.columns.set_matches(&self.gpu, matches);
+    }
+
     /// Records the commands that draw a picture into `target`.
     pub fn draw(&mut self, encoder: &mut CommandEncoder, target: &TextureView, picture: &Picture<'_>) {
         let view = self.view_uniform(picture);
@@ -267,7 +287,10 @@ impl Renderer {
         self.floor.draw(&mut pass);
         self.graph.draw(&mut pass, layers);
         if let Some(records) = self.graph.records().filter(|_| layers.edges) {
-            self.routes.draw(&mut pass, records);
+            self.routes.draw(&mut pass, records, layers.plans);
+        }
+        if layers.nodes {
+            self.stations.draw(&mut pass);
         }
         if layers.trails {
             self.highlights.draw_trails(&mut pass, &poses, robots, trails);
@@ -279,6 +302,7 @@ impl Renderer {
         if layers.robots {
             self.robots.draw(&mut pass);
         }
+        self.plan_marks.draw(&mut pass, &poses, layers.waits);
         drop(pass);
         if let Some(timer) = timer {
             timer.finish(encoder);
@@ -321,6 +345,7 @@ impl Renderer {
         let room = (picture.size.as_vec2().element_product() / view.robots.max(1) as f32).sqrt() * 0.25;
         view.detail.z = room.clamp(view.detail.z, view.detail.z * 3.2);
         view.detail.w = self.columns.values() as f32;
+        view.filtered = u32::from(self.columns.is_filtered());
         view
     }
 

@@ -1,32 +1,31 @@
-//! The routes of selected robots, drawn along the edges' curves.
+//! Routes, drawn along the edges' curves: those of selected robots as wide ribbons, over narrow ones of all robots.
 
 use wgpu::{
-    BindGroup, BindGroupLayout, Buffer, BufferUsages, PrimitiveTopology, RenderPass, RenderPipeline,
-    VertexBufferLayout, VertexStepMode, vertex_attr_array,
+    BindGroup, BindGroupLayout, PrimitiveTopology, RenderPass, RenderPipeline, VertexBufferLayout, VertexStepMode,
+    vertex_attr_array,
 };
 
 use super::device::Gpu;
+use super::instances::Instances;
 use super::pipeline::{DepthMode, PipelineDescriptor, TargetConfig, render_pipeline};
-use super::resources::buffer;
 use super::shaders::shader;
-use crate::route::{MAX_ROBOTS, RouteSegment};
+use crate::route::RouteSegment;
 
-/// The most segments that are drawn: all legs of [`MAX_ROBOTS`] answers, each of which lists at most 256, of edges with four
-/// curves on average.
-const MAX_SEGMENTS: usize = MAX_ROBOTS * 256 * 4;
-/// Vertices of a segment's strip, which has 32 parts; the same as in routes.wgsl.
+/// Vertices of a wide segment's strip, which has 32 parts, and of a narrow one's with 12; the same as in routes.wgsl.
 const VERTICES: u32 = 2 * (32 + 1);
+const NARROW_VERTICES: u32 = 2 * (12 + 1);
 
 /// Draws routes.
 #[derive(Debug)]
 pub struct Routes {
-    pipeline: RenderPipeline,
-    segments: Buffer,
-    count: u32,
+    wide: RenderPipeline,
+    narrow: RenderPipeline,
+    selected: Instances<RouteSegment>,
+    all: Instances<RouteSegment>,
 }
 
 impl Routes {
-    /// Creates the pipeline. `records` is the layout of the graph's records.
+    /// Creates the pipelines. `records` is the layout of the graph's records.
     pub fn new(gpu: &Gpu, target: TargetConfig, view: &BindGroupLayout, records: &BindGroupLayout) -> Self {
         let attributes = vertex_attr_array![0 => Uint32, 1 => Float32x2, 2 => Uint32];
         let segment = VertexBufferLayout {
@@ -34,34 +33,47 @@ impl Routes {
             step_mode: VertexStepMode::Instance,
             attributes: &attributes,
         };
-        let descriptor = PipelineDescriptor {
-            module: &shader(gpu, "routes"),
-            vertex: "route",
-            fragment: "route_fill",
-            groups: &[view, records],
-            buffers: &[segment],
-            topology: PrimitiveTopology::TriangleStrip,
-            depth: DepthMode::Ignored,
-            blend: true,
+        let module = shader(gpu, "routes");
+        let strip = |vertex| {
+            let descriptor = PipelineDescriptor {
+                module: &module,
+                vertex,
+                fragment: "route_fill",
+                groups: &[view, records],
+                buffers: std::slice::from_ref(&segment),
+                topology: PrimitiveTopology::TriangleStrip,
+                depth: DepthMode::Ignored,
+                blend: true,
+            };
+            render_pipeline(gpu, target, &descriptor)
         };
-        let segments = buffer(gpu, "routes", MAX_SEGMENTS * size_of::<RouteSegment>(), BufferUsages::VERTEX);
-        Self { pipeline: render_pipeline(gpu, target, &descriptor), segments, count: 0 }
+        Self {
+            wide: strip("route"),
+            narrow: strip("narrow_route"),
+            selected: Instances::new(gpu, "routes"),
+            all: Instances::new(gpu, "all routes"),
+        }
     }
 
-    /// Replaces the segments that are drawn.
+    /// Replaces the routes of selected robots.
     pub fn set(&mut self, gpu: &Gpu, segments: &[RouteSegment]) {
-        let segments = &segments[..segments.len().min(MAX_SEGMENTS)];
-        self.count = segments.len() as u32;
-        gpu.queue.write_buffer(&self.segments, 0, bytemuck::cast_slice(segments));
+        self.selected.set(gpu, segments);
     }
 
-    /// Draws the segments along the graph's edges.
-    pub fn draw(&self, pass: &mut RenderPass<'_>, records: &BindGroup) {
-        if self.count > 0 {
-            pass.set_pipeline(&self.pipeline);
-            pass.set_bind_group(1, records, &[]);
-            pass.set_vertex_buffer(0, self.segments.slice(..));
-            pass.draw(0..VERTICES, 0..self.count);
+    /// Replaces the routes of all robots.
+    pub fn set_all(&mut self, gpu: &Gpu, segments: &[RouteSegment]) {
+        self.all.set(gpu, segments);
+    }
+
+    /// Draws the segments along the graph's edges: those of selected robots, and with `all` those of all.
+    pub fn draw(&self, pass: &mut RenderPass<'_>, records: &BindGroup, all: bool) {
+        let narrow = (&self.narrow, &self.all, NARROW_VERTICES, all);
+        for (pipeline, segments, vertices, is_shown) in [narrow, (&self.wide, &self.selected, VERTICES, true)] {
+            if is_shown && segments.count() > 0 {
+                pass.set_pipeline(pipeline);
+                pass.set_bind_group(1, records, &[]);
+                segments.draw(pass, vertices);
+            }
         }
     }
 }

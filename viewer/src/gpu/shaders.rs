@@ -5,7 +5,7 @@ use wgpu::ShaderModule;
 use super::device::Gpu;
 
 /// The source of each shader by name. Shared parts come before the shader's own part, as WGSL has no imports.
-pub const SHADERS: [(&str, &str); 8] = [
+pub const SHADERS: [(&str, &str); 11] = [
     ("floor", concat!(include_str!("shaders/view.wgsl"), include_str!("shaders/floor.wgsl"))),
     (
         "graph",
@@ -47,6 +47,16 @@ pub const SHADERS: [(&str, &str); 8] = [
             include_str!("shaders/view.wgsl"),
             include_str!("shaders/poses.wgsl"),
             include_str!("shaders/highlights.wgsl")
+        ),
+    ),
+    ("goals", concat!(include_str!("shaders/view.wgsl"), include_str!("shaders/goals.wgsl"))),
+    ("stations", concat!(include_str!("shaders/view.wgsl"), include_str!("shaders/stations.wgsl"))),
+    (
+        "waits",
+        concat!(
+            include_str!("shaders/view.wgsl"),
+            include_str!("shaders/poses.wgsl"),
+            include_str!("shaders/waits.wgsl")
         ),
     ),
     ("interface", include_str!("shaders/interface.wgsl")),

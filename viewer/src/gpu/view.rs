@@ -44,6 +44,10 @@ pub struct ViewUniform {
     pub node: Vec4,
     pub selection: Vec4,
     pub route: Vec4,
+    pub waiting: Vec4,
+    pub ring: Vec4,
+    pub filtered: u32,
+    pub reserved: [u32; 3],
     pub palette: [Vec4; 16],
     pub lights: [[Vec4; 2]; MAX_LIGHTS],
 }
@@ -119,6 +123,8 @@ impl ViewUniform {
         self.node = solid(colours.node);
         self.selection = solid(colours.selection);
         self.route = solid(colours.route);
+        self.waiting = solid(colours.waiting);
+        self.ring = solid(colours.ring);
         self.unknown = solid(colours.unknown);
         self.palette = legend.scale.colours(scene.theme).map(solid);
         self.source = match scene.colouring {

@@ -17,6 +17,7 @@ const COLUMNS: [(&str, SortBy, f32); 4] =
 impl Interface {
     pub(super) fn fleet_list(&mut self, ui: &mut Ui, model: &ViewModel<'_>, actions: &mut Vec<Action>) {
         let before = self.fleet_list.query.clone();
+        self.filter(ui, model, actions);
         self.search(ui, model);
         let colours = self.colours();
         header(ui, &mut self.fleet_list.query, &colours);

@@ -51,6 +51,10 @@ pub enum Command {
     Theme,
     /// Show or hide the route graph.
     Graph,
+    /// Show or hide the routes and goals of all robots.
+    Plans,
+    /// Show or hide who waits for whom.
+    Waits,
     /// Scroll the open list up by a page.
     PageUp,
     /// Scroll the open list down by a page.
@@ -106,6 +110,8 @@ const SHORTCUTS: &[Shortcut] = &[
     shortcut(NONE, Key::C, Command::Colour, "next colouring"),
     shortcut(NONE, Key::L, Command::Theme, "light or dark theme"),
     shortcut(NONE, Key::G, Command::Graph, "show or hide the graph"),
+    shortcut(NONE, Key::H, Command::Plans, "routes and goals of all robots"),
+    shortcut(NONE, Key::B, Command::Waits, "who waits for whom"),
     shortcut(NONE, Key::Questionmark, Command::Help, "this help"),
     shortcut(SHIFT, Key::Questionmark, Command::Help, ""),
     shortcut(SHIFT, Key::Slash, Command::Help, ""),

@@ -5,6 +5,7 @@ use std::collections::HashSet;
 use egui::{Align2, Context, FontId, LayerId, Rect, pos2};
 use glam::Vec2;
 use regatta_plugin::World;
+use regatta_plugin::world::{NodeRecord, NodeRole};
 
 use super::style;
 use crate::camera::Camera;
@@ -23,20 +24,26 @@ const CELL: Vec2 = Vec2::new(30.0, 15.0);
 #[derive(Debug, Default)]
 pub struct Labels(Vec<Label>);
 
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 struct Label {
     place: Vec2,
     id: u32,
     is_node: bool,
+    /// The name of a station, or its role and id.
+    station: Option<Box<str>>,
 }
 
 impl Labels {
     /// Collects the nodes and edges of a route graph.
     pub fn new(world: &World<'_>) -> Self {
-        let nodes = world.nodes().iter();
-        let nodes = nodes.map(|node| Label { place: Vec2::new(node.x, node.y), id: node.id, is_node: true });
+        let nodes = world.nodes().iter().map(|node| Label {
+            place: Vec2::new(node.x, node.y),
+            id: node.id,
+            is_node: true,
+            station: station_of(world, node),
+        });
         let middles = world.edges().iter().filter_map(|edge| Some((edge, midpoint(world, edge)?)));
-        let edges = middles.map(|(edge, place)| Label { place, id: edge.id, is_node: false });
+        let edges = middles.map(|(edge, place)| Label { place, id: edge.id, is_node: false, station: None });
         let mut all: Vec<_> = nodes.chain(edges).collect();
         all.sort_by(|a, b| a.place.x.total_cmp(&b.place.x));
         Self(all)
@@ -51,10 +58,15 @@ impl Labels {
             let (colour, size) =
                 if label.is_node { (colours.text, 11.0) } else { (colours.text.gamma_multiply(0.8), 10.0) };
             // Right of the node, or of the arrow in the middle of the edge.
-            let (anchor, gap) = if label.is_node { (Align2::LEFT_BOTTOM, 5.0) } else { (Align2::LEFT_TOP, 6.0) };
+            let (anchor, gap) = match (label.is_node, &label.station) {
+                // Beside the badge.
+                (_, Some(_)) => (Align2::LEFT_BOTTOM, 10.0),
+                (true, None) => (Align2::LEFT_BOTTOM, 5.0),
+                (false, None) => (Align2::LEFT_TOP, 6.0),
+            };
             let down = if label.is_node { -gap } else { gap };
             let at = pos2(picture.left() + at.x + gap, picture.top() + at.y + down);
-            let galley = painter.layout_no_wrap(label.id.to_string(), FontId::proportional(size), colour);
+            let galley = painter.layout_no_wrap(label.text(), FontId::proportional(size), colour);
             let text = anchor.anchor_size(at, galley.size());
             painter.rect_filled(text.expand2(egui::vec2(3.0, 0.0)), 3.0, colours.panel.gamma_multiply(0.6));
             painter.galley(text.min, galley, colour);
@@ -84,7 +96,7 @@ impl Labels {
     }
 
     /// Returns the labels to draw and their places in a picture of this size, in points.
-    fn visible(&self, camera: &Camera, offset: Vec2, size: Vec2) -> Vec<(Label, Vec2)> {
+    fn visible(&self, camera: &Camera, offset: Vec2, size: Vec2) -> Vec<(&Label, Vec2)> {
         let eye = camera.eye();
         let reach = size.y / (2.0 * (camera.fov_y / 2.0).tan() * MIN_POINTS_PER_METRE);
         if eye.z >= reach || size.min_element() <= 0.0 {
@@ -99,17 +111,46 @@ impl Labels {
                 let place = (label.place + offset).extend(0.0);
                 let far = place.distance(eye);
                 let at = camera.project(place, size).filter(|at| at.cmpge(Vec2::ZERO).all() && at.cmple(size).all())?;
-                (far < reach).then_some((far, *label, at))
+                (far < reach).then_some((far, label, at))
             })
             .collect();
-        near.sort_by(|a, b| b.1.is_node.cmp(&a.1.is_node).then(a.0.total_cmp(&b.0)));
+        // Stations come before nodes, and these before edges.
+        let rank = |label: &Label| u8::from(label.is_node) + u8::from(label.station.is_some());
+        near.sort_by(|a, b| rank(b.1).cmp(&rank(a.1)).then(a.0.total_cmp(&b.0)));
         let mut taken = HashSet::new();
-        let free = |(_, label, at): (f32, Label, Vec2)| {
-            let cell = (at / CELL).floor().as_ivec2();
-            let is_free = (-1..=1).all(|step| !taken.contains(&(cell.x + step, cell.y)));
-            (is_free && taken.insert((cell.x, cell.y))).then_some((label, at))
-        };
-        near.into_iter().filter_map(free).take(MAX_LABELS).collect()
+        let mut visible = Vec::new();
+        for (_, label, at) in near {
+            let (cell, cells) = ((at / CELL).floor().as_ivec2(), label.cells());
+            if (-1..=cells).all(|step| !taken.contains(&(cell.x + step, cell.y))) {
+                taken.extend((0..cells).map(|step| (cell.x + step, cell.y)));
+                visible.push((label, at));
+            }
+            if visible.len() == MAX_LABELS {
+                break;
+            }
+        }
+        visible
+    }
+}
+
+impl Label {
+    fn text(&self) -> String {
+        self.station.as_deref().map_or_else(|| self.id.to_string(), str::to_owned)
+    }
+
+    /// The number of cells that the text takes; a letter takes some six points.
+    fn cells(&self) -> i32 {
+        let letters = self.station.as_deref().map_or(0, |name| name.chars().count());
+        (letters as f32 * 6.0 / CELL.x).ceil().max(1.0) as i32
+    }
+}
+
+/// Returns the name of a node with a role, or its role and id; `None` without a role.
+fn station_of(world: &World<'_>, node: &NodeRecord) -> Option<Box<str>> {
+    match (node.role(), world.text(node.name)) {
+        (NodeRole::None, _) => None,
+        (role, "") => Some(format!("{} {}", role.name(), node.id).into()),
+        (_, name) => Some(name.into()),
     }
 }
 
@@ -117,7 +158,7 @@ impl Labels {
 mod tests {
     use super::*;
     use glam::Vec3;
-    use regatta_plugin::world::{NodeRecord, WorldData};
+    use regatta_plugin::world::WorldData;
 
     const SIZE: Vec2 = Vec2::new(1280.0, 720.0);
 
@@ -152,7 +193,8 @@ mod tests {
             y: (i / 200) as f32 * 0.1 - 10.0,
             ..NodeRecord::default()
         });
-        let near = labels(nodes).visible(&over(0.0, 20.0), Vec2::ZERO, SIZE);
+        let labels = labels(nodes);
+        let near = labels.visible(&over(0.0, 20.0), Vec2::ZERO, SIZE);
         assert!(near.len() > 100 && near.len() <= MAX_LABELS, "{}", near.len());
         for (i, (_, a)) in near.iter().enumerate() {
             assert!(
@@ -161,5 +203,26 @@ mod tests {
                     .all(|(_, b)| (a.y / CELL.y).floor() != (b.y / CELL.y).floor() || (a.x - b.x).abs() >= CELL.x)
             );
         }
+    }
+
+    #[test]
+    fn a_station_has_its_name_and_keeps_room_for_it() {
+        let mut world = WorldData::default();
+        let name = world.texts.add("inbound dock 4");
+        let station =
+            |id, name, x, role: NodeRole| NodeRecord { id, name, x, role: role as u32, ..NodeRecord::default() };
+        world.nodes = vec![
+            station(1, name, 0.0, NodeRole::Pick),
+            station(2, 0, 6.0, NodeRole::Charge),
+            station(3, name, -6.0, NodeRole::None),
+        ];
+        let labels = Labels::new(&world.view(1, 1));
+        let near = labels.visible(&over(0.0, 20.0), Vec2::ZERO, SIZE);
+        let texts: Vec<_> = near.iter().map(|(label, _)| label.text()).collect();
+        assert_eq!(texts, ["inbound dock 4", "charge 2", "3"]);
+        world.nodes[1].x = 0.9;
+        let labels = Labels::new(&world.view(1, 1));
+        let near = labels.visible(&over(0.0, 20.0), Vec2::ZERO, SIZE);
+        assert_eq!(near.len(), 2, "the name takes the place of the charger's: {near:?}");
     }
 }

@@ -8,6 +8,7 @@ use glam::Vec2;
 use super::labels::Labels;
 use super::state::Interface;
 use super::style;
+use super::symbols::Symbols;
 use super::view_model::{EngineState, ViewModel};
 use crate::palette::{Legend, Scale, Theme};
 
@@ -28,7 +29,8 @@ impl Interface {
                 let robots = self.robots().into_iter().filter_map(place);
                 Labels::draw_robots(context, picture, &self.camera_controller.camera(), self.settings.theme(), robots);
             }
-            legend(context, picture, self.settings.theme(), model.legend);
+            let symbols = Symbols { plans: self.settings.plans, waits: self.settings.waits, facts: model.plans };
+            legend(context, picture, self.settings.theme(), model.legend, &symbols);
             self.coordinates(context, picture);
         }
         self.messages(context, picture);
@@ -100,8 +102,8 @@ fn float(context: &Context, picture: Rect, theme: Theme, name: &str, place: Alig
     });
 }
 
-/// Shows the legend of the robots' colours.
-pub fn legend(context: &Context, picture: Rect, theme: Theme, legend: &Legend) {
+/// Shows the legend: the robots' colours, and the symbols of layers.
+pub fn legend(context: &Context, picture: Rect, theme: Theme, legend: &Legend, symbols: &Symbols) {
     let colours = style::colours(theme);
     float(context, picture, theme, "legend", Align2::LEFT_BOTTOM, |ui| {
         ui.spacing_mut().item_spacing.y = 4.0;
@@ -133,6 +135,7 @@ pub fn legend(context: &Context, picture: Rect, theme: Theme, legend: &Legend) {
                 );
             }
         }
+        symbols.show(ui, theme);
     });
 }
 

@@ -2,7 +2,6 @@
 
 use egui::{RichText, Ui};
 use egui_plot::{Line, Plot};
-use regatta_plugin::activity::Activity;
 use regatta_plugin::contact::ContactLevel;
 use regatta_plugin::frame::{Frame, NO_EDGE, RobotState};
 use regatta_plugin::world::{NodeRole, Orientation};
@@ -14,6 +13,7 @@ use super::rows::state_name;
 use super::state::Interface;
 use super::style::{self, heading, line, status_dot};
 use super::view_model::{Item, ViewModel};
+use super::work;
 use crate::route::Remaining;
 
 impl Interface {
@@ -45,6 +45,7 @@ impl Interface {
             ui.label(style::faint(ui, theme, robot_type.map_or("", |robot_type| robot_type.name())));
         });
         self.robot_buttons(ui, model, id);
+        self.work(ui, model);
         heading(ui, theme, "pose");
         let offset = self.settings.offset;
         line(ui, theme, "x", format!("{:.3} m", frame.x()[row] + offset[0]));
@@ -55,10 +56,11 @@ impl Interface {
         self.place_on_graph(ui, model, &frame, row);
         self.route(ui, model);
         self.robot_collisions(ui, model, id);
-        if !model.values.is_empty() {
+        let others: Vec<_> = model.values.iter().filter(|(name, _)| !work::COLUMNS.contains(&name.as_str())).collect();
+        if !others.is_empty() {
             heading(ui, theme, "columns");
-            for (name, value) in model.values {
-                line(ui, theme, &name.to_string(), column_text(&name.to_string(), *value));
+            for (name, value) in others {
+                line(ui, theme, name.as_str(), format!("{value:.3}"));
             }
         }
         heading(ui, theme, "last minute");
@@ -254,16 +256,5 @@ impl Interface {
                 }
             });
         }
-    }
-}
-
-/// Returns the text of a column's value. The fleet manager's columns hold ids and names; others hold numbers.
-fn column_text(column: &str, value: f32) -> String {
-    match column {
-        "activity" => Activity::from_value(value).map_or_else(|| "unknown".to_owned(), |it| it.name().to_owned()),
-        "waits-for" | "goal" if value.is_nan() => "none".to_owned(),
-        "waits-for" => format!("robot {value:.0}"),
-        "goal" => format!("node {value:.0}"),
-        _ => format!("{value:.3}"),
     }
 }

@@ -28,6 +28,10 @@ pub struct Settings {
     pub ids: bool,
     /// Whether shadows are shown.
     pub shadows: bool,
+    /// Whether the routes and goals of all robots are shown.
+    pub plans: bool,
+    /// Whether arrows show who waits for whom.
+    pub waits: bool,
     /// Metres added to all positions, east and north.
     pub offset: [f32; 2],
     /// Width and height of the floor in metres; `None` for a floor up to the horizon.
@@ -124,6 +128,8 @@ impl Default for Settings {
             nodes: true,
             ids: true,
             shadows: true,
+            plans: false,
+            waits: false,
             offset: [0.0; 2],
             floor: None,
             trails: 0,
@@ -191,6 +197,7 @@ impl Settings {
         scene.layers.grid = self.grid;
         (scene.layers.edges, scene.layers.arrows, scene.layers.nodes) = (self.edges, self.edges, self.nodes);
         (scene.layers.ids, scene.layers.shadows) = (self.ids, self.shadows);
+        (scene.layers.plans, scene.layers.waits) = (self.plans, self.waits);
         scene.trails = Trails { points: self.trails, only_selected: self.trails_of_selected };
         scene.lights.clear();
         scene.lights.extend(self.lamps.iter().take(MAX_LIGHTS).map(|[x, y, z, red, green, blue]| Light {

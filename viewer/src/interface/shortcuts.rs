@@ -48,6 +48,8 @@ impl Interface {
                 let is_shown = self.settings.edges || self.settings.nodes;
                 (self.settings.edges, self.settings.nodes) = (!is_shown, !is_shown);
             }
+            Command::Plans => self.settings.plans = !self.settings.plans,
+            Command::Waits => self.settings.waits = !self.settings.waits,
             Command::PageUp => self.page(-1.0),
             Command::PageDown => self.page(1.0),
             Command::Help => self.help = !self.help,

@@ -12,6 +12,7 @@ use super::style::{self, ThemeColours};
 use super::view_model::{Item, ViewModel};
 use super::virtual_list::VirtualList;
 use crate::curves::midpoint;
+use crate::filter::Filter;
 use crate::palette::Theme;
 use crate::scene::MAX_SELECTED;
 
@@ -29,6 +30,10 @@ pub struct Interface {
     pub selected: Option<Item>,
     /// More selected robots, if `selected` is a robot.
     pub(super) also_selected: Vec<u32>,
+    /// The robots that are not dimmed.
+    pub(super) filter: Filter,
+    /// A task's number as typed into the filter.
+    pub(super) task_number: String,
     pub(super) fleet_list: FleetList,
     pub(super) collision_list: VirtualList,
     pub(super) history: History,
@@ -105,6 +110,8 @@ impl Interface {
             camera_controller,
             selected: None,
             also_selected: Vec::new(),
+            filter: Filter::default(),
+            task_number: String::new(),
             fleet_list: FleetList::default(),
             collision_list: VirtualList::default(),
             history: History::default(),

@@ -6,9 +6,10 @@ use egui::{DragValue, Key, Role, Slider, TextEdit, Ui, WidgetInfo};
 
 use super::settings::RobotMesh;
 use super::state::Interface;
-use super::style::{faint, heading};
+use super::style::{faint, heading, thousands};
 use super::view_model::ViewModel;
 use crate::palette::Colouring;
+use crate::plans::{Coverage, PlanFacts};
 use crate::scene::MAX_LIGHTS;
 
 impl Interface {
@@ -27,6 +28,8 @@ impl Interface {
         ui.checkbox(&mut settings.ids, "ids when near");
         ui.checkbox(&mut settings.grid, "grid");
         ui.checkbox(&mut settings.shadows, "shadows");
+        self.plan_layers(ui, model);
+        let settings = &mut self.settings;
         heading(ui, theme, "trails");
         ui.add(Slider::new(&mut settings.trails, 0..=4096).logarithmic(true).text("points"));
         if (1..settings.trails).contains(&model.trail_points) {
@@ -61,11 +64,26 @@ impl Interface {
         });
         heading(ui, theme, "interface");
         let percent = |scale: f32| format!("{:.0} %", scale * 100.0);
-        egui::ComboBox::from_id_salt("scale").selected_text(percent(settings.scale)).show_ui(ui, |ui| {
+        let choice = egui::ComboBox::from_id_salt("scale").selected_text(percent(settings.scale));
+        let shown = choice.show_ui(ui, |ui| {
             for scale in [0.75, 0.9, 1.0, 1.15, 1.3, 1.5, 2.0] {
                 ui.selectable_value(&mut settings.scale, scale, percent(scale));
             }
         });
+        shown.response.widget_info(|| WidgetInfo::labeled(Role::ComboBox, true, "size of the interface"));
+    }
+
+    /// Shows the switches of what a fleet manager plans, each with what is known of it.
+    fn plan_layers(&mut self, ui: &mut Ui, model: &ViewModel<'_>) {
+        let (theme, settings, plans) = (self.settings.theme(), &mut self.settings, &model.plans);
+        ui.checkbox(&mut settings.plans, "routes and goals of all robots").on_hover_text("Key H");
+        if settings.plans {
+            ui.label(faint(ui, theme, routes_text(plans)));
+        }
+        ui.checkbox(&mut settings.waits, "who waits for whom").on_hover_text("Key B");
+        if settings.waits {
+            ui.label(faint(ui, theme, waits_text(plans)));
+        }
     }
 
     /// Uses a file that was dropped on the window: a mesh for the robots, any other file for the floor.
@@ -113,11 +131,13 @@ impl Interface {
 
     /// Shows the choice of colourings of the robots.
     pub(super) fn colour_choice(&mut self, ui: &mut Ui, model: &ViewModel<'_>) {
-        egui::ComboBox::from_id_salt("colour").selected_text(&self.settings.colour).width(110.0).show_ui(ui, |ui| {
+        let choice = egui::ComboBox::from_id_salt("colour").selected_text(&self.settings.colour).width(110.0);
+        let shown = choice.show_ui(ui, |ui| {
             for name in colourings(model) {
                 ui.selectable_value(&mut self.settings.colour, name.clone(), name);
             }
         });
+        shown.response.widget_info(|| WidgetInfo::labeled(Role::ComboBox, true, "robot colours"));
     }
 
     /// Selects the next colouring.
@@ -125,6 +145,33 @@ impl Interface {
         let all = colourings(model);
         let next = all.iter().position(|name| *name == self.settings.colour).map_or(0, |index| index + 1);
         self.settings.colour = all[next % all.len()].clone();
+    }
+}
+
+/// Returns what is known of the routes of all robots.
+fn routes_text(plans: &PlanFacts) -> String {
+    let goals = if plans.has_goals { "" } else { "; no goals: no fleet manager publishes them" };
+    match plans.routes {
+        Some(Coverage { known, under_way, round_secs }) if round_secs.is_finite() => {
+            let [known, under_way] = [known, under_way].map(|count| thousands(count.into()));
+            format!("routes of {known} of {under_way} robots under way, at most {round_secs:.1} s old{goals}")
+        }
+        Some(Coverage { known, under_way, .. }) => {
+            let [known, under_way] = [known, under_way].map(|count| thousands(count.into()));
+            format!("routes of {known} of {under_way} robots under way so far{goals}")
+        }
+        None => "nothing known yet".to_owned(),
+    }
+}
+
+/// Returns how many robots wait.
+fn waits_text(plans: &PlanFacts) -> String {
+    match plans.waiting {
+        Some([waiting, 0]) => format!("{} wait, none in a ring", thousands(waiting.into())),
+        Some([waiting, in_rings]) => {
+            format!("{} wait, {} of them in rings", thousands(waiting.into()), thousands(in_rings.into()))
+        }
+        None => "no fleet manager says who waits".to_owned(),
     }
 }
 
@@ -178,6 +225,8 @@ fn colourings(model: &ViewModel<'_>) -> Vec<String> {
     let built_in = [Colouring::default(), Colouring::State, Colouring::Speed, Colouring::Type]
         .map(|colouring| colouring.to_string());
     let columns = model.columns.iter().map(ToString::to_string);
-    let columns: Vec<_> = columns.filter(|name| !built_in.contains(name)).collect();
+    // Ids make no colours, and the names are listed as long as this viewer reads them.
+    let ids = ["goal", "waits-for"];
+    let columns: Vec<_> = columns.filter(|name| !built_in.contains(name) && !ids.contains(&name.as_str())).collect();
     built_in.into_iter().chain(columns).collect()
 }

@@ -12,9 +12,12 @@ use super::rows::{RowQuery, Rows};
 use super::timing::Timing;
 use crate::camera::Bounds;
 use crate::feed::Counts;
+use crate::filter::Filter;
 use crate::gpu::pick::Picked;
 use crate::palette::Legend;
+use crate::plans::PlanFacts;
 use crate::route::Remaining;
+use crate::tasks::RobotTask;
 
 /// The state of the engine, as seen by the viewer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -56,10 +59,16 @@ pub struct ViewModel<'a> {
     pub columns: &'a [ColumnName],
     /// The values of those columns for the selected robot.
     pub values: &'a [(ColumnName, f32)],
+    /// The selected robot's task, if the task log has named it.
+    pub task: Option<RobotTask>,
     /// The rest of the selected robot's route, if it is known.
     pub route: Option<Remaining>,
+    /// How much of the plans of all robots is known.
+    pub plans: PlanFacts,
     /// The answer to the last [`Action::Rows`].
     pub rows: Option<&'a Rows>,
+    /// The number of robots that match the filter, and of all; `None` until they are counted.
+    pub matches: Option<[u32; 2]>,
     /// The bounds of everything to be seen.
     pub bounds: Bounds,
     /// The pose of the followed robot, as drawn.
@@ -101,6 +110,8 @@ pub enum Action {
     },
     /// Compute rows of the fleet list.
     Rows(RowQuery),
+    /// Dim robots that don't match.
+    Filter(Filter),
     /// Start a program that receives robots by UDP and can answer.
     StartUdpSource {
         /// Host and port to receive at.
@@ -130,6 +141,11 @@ impl ViewModel<'_> {
     pub fn is_paused(&self) -> bool {
         let clock = self.frame.map(|frame| frame.header().clock).or(self.status.map(|status| status.clock));
         clock == Some(ClockState::Paused as u32)
+    }
+
+    /// Returns the selected robot's value in a column, if it is published.
+    pub fn value(&self, column: &str) -> Option<f32> {
+        self.values.iter().find(|(name, _)| name.as_str() == column).map(|(_, value)| *value)
     }
 
     /// Returns the pose of a robot in the newest frame, moved by the offset.

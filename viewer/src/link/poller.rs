@@ -3,18 +3,27 @@
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, TryRecvError};
 use std::time::{Duration, Instant};
 
-use regatta_plugin::{ColumnName, ColumnReader, FleetName, Participant, Result, Subscriber, column_names};
+use regatta_plugin::{
+    ColumnName, ColumnReader, FleetName, Participant, ReadError, Result, Subscriber, TaskReader, WorldReader,
+    column_names,
+};
 
 use super::report::{Fact, Report};
+use crate::filter::{Filter, Matches};
 use crate::interface::rows::{RowQuery, Rows};
 use crate::route::RoutePoller;
+use crate::tasks::TaskBook;
 
 /// The time between two sorts of the fleet list.
 const SORT_EVERY: Duration = Duration::from_millis(700);
 /// The time between two lists of the columns, each of which goes through all services of the machine.
 const LIST_EVERY: Duration = Duration::from_secs(2);
+/// The time between two looks at which robots match the filter.
+const FILTER_EVERY: Duration = Duration::from_millis(200);
 /// The time between two reads of the selected robot's values.
 const VALUES_EVERY: Duration = Duration::from_millis(200);
+/// The time between two looks at the task log, which keeps some tens of ticks for a reader.
+const TASKS_EVERY: Duration = Duration::from_millis(100);
 /// The timeout of a request for routes, which delays all other polls.
 const ROUTE_TIMEOUT: Duration = Duration::from_millis(100);
 /// The most columns that are read for the selected robot: each occupies a reader's place at the column.
@@ -24,6 +33,7 @@ const MAX_COLUMNS: usize = 16;
 #[derive(Debug)]
 pub enum Query {
     Rows(RowQuery),
+    Filter(Filter),
     Robot(Option<u32>),
     Routes(Vec<u32>),
 }
@@ -31,7 +41,7 @@ pub enum Query {
 /// Polls until the link is dropped.
 pub fn run(fleet: &FleetName, queried: &Receiver<Query>, report: &Sender<Report>) -> Result {
     let participant = Participant::join(fleet, "viewer-poller")?;
-    let mut poller = Poller::new(participant);
+    let mut poller = Poller::new(participant)?;
     loop {
         match queried.recv_timeout(poller.idle_time()) {
             Ok(query) => poller.set_query(query),
@@ -58,22 +68,42 @@ struct Poller {
     query: RowQuery,
     /// Open only while rows are polled, because a reader holds a frame.
     frames: Option<Subscriber>,
+    filter: Filter,
+    /// Open only while a filter is set.
+    filtered: Option<Filtered>,
+    filter_at: Instant,
     robot: Option<u32>,
     names: Vec<ColumnName>,
     columns: Vec<(ColumnName, ColumnReader)>,
     routes: RoutePoller,
+    task_log: TaskReader,
+    tasks: TaskBook,
+    tasks_at: Instant,
     sort_at: Instant,
     list_at: Instant,
     values_at: Instant,
 }
 
+/// What a filter looks at.
+struct Filtered {
+    frames: Subscriber,
+    worlds: WorldReader,
+    types: ColumnReader,
+}
+
 impl Poller {
-    fn new(participant: Participant) -> Self {
+    fn new(participant: Participant) -> Result<Self> {
         let now = Instant::now();
-        Self {
+        Ok(Self {
+            task_log: TaskReader::open_on(&participant)?,
+            tasks: TaskBook::default(),
+            tasks_at: now,
             participant,
             query: RowQuery::default(),
             frames: None,
+            filter: Filter::default(),
+            filtered: None,
+            filter_at: now,
             robot: None,
             names: Vec::new(),
             columns: Vec::new(),
@@ -81,12 +111,13 @@ impl Poller {
             sort_at: now,
             list_at: now,
             values_at: now,
-        }
+        })
     }
 
     fn set_query(&mut self, query: Query) {
         match query {
             Query::Rows(query) => (self.query, self.sort_at) = (query, Instant::now()),
+            Query::Filter(filter) => (self.filter, self.filter_at) = (filter, Instant::now()),
             Query::Robot(robot) => (self.robot, self.values_at) = (robot, Instant::now()),
             Query::Routes(robots) => self.routes.watch(robots, Instant::now()),
         }
@@ -96,7 +127,11 @@ impl Poller {
     fn idle_time(&self) -> Duration {
         let rows = (!self.query.is_plain()).then_some(self.sort_at);
         let values = self.robot.map(|_| self.values_at);
-        let next = [Some(self.list_at), rows, values, self.routes.due()].into_iter().flatten().min();
+        let filter = (!self.filter.is_empty()).then_some(self.filter_at);
+        let next = [Some(self.list_at), Some(self.tasks_at), filter, rows, values, self.routes.due()]
+            .into_iter()
+            .flatten()
+            .min();
         next.map_or(LIST_EVERY, |next| next.saturating_duration_since(Instant::now()))
     }
 
@@ -107,16 +142,28 @@ impl Poller {
             found.push(Fact::Columns(self.names.clone()).into());
             self.list_at = Instant::now() + LIST_EVERY;
         }
+        if Instant::now() >= self.tasks_at {
+            self.take_tasks()?;
+            self.tasks_at = Instant::now() + TASKS_EVERY;
+        }
         if self.query.is_plain() {
             self.frames = None;
         } else if Instant::now() >= self.sort_at {
             found.extend(self.sort()?.map(Fact::Rows).map(Report::from));
             self.sort_at = Instant::now() + SORT_EVERY;
         }
+        if self.filter.is_empty() {
+            self.filtered = None;
+        } else if Instant::now() >= self.filter_at {
+            let start = Instant::now();
+            found.extend(self.matches()?.map(|matches| Report::Matches(self.filter.clone(), matches)));
+            self.filter_at = Instant::now() + FILTER_EVERY.max(start.elapsed() * 4);
+        }
         if self.robot.is_none() {
             self.columns.clear();
         } else if Instant::now() >= self.values_at {
             found.push(Fact::Values(self.values()?).into());
+            found.push(Fact::Task(self.robot.and_then(|robot| self.tasks.of_robot(robot))).into());
             self.values_at = Instant::now() + VALUES_EVERY;
         }
         match self.routes.poll(&self.participant, ROUTE_TIMEOUT) {
@@ -124,6 +171,31 @@ impl Poller {
             Err(error) => found.push(Report::Notice(error.to_string())),
         }
         Ok(found)
+    }
+
+    fn matches(&mut self) -> Result<Option<Matches>> {
+        let ports = match &mut self.filtered {
+            Some(ports) => ports,
+            none => none.insert(Filtered {
+                frames: Subscriber::open_on(&self.participant)?,
+                worlds: WorldReader::open_on(&self.participant)?,
+                types: ColumnReader::open_on(&self.participant, "type")?,
+            }),
+        };
+        ports.frames.latest()?;
+        ports.worlds.latest()?;
+        ports.types.latest()?;
+        let (Some(frame), Some(world)) = (ports.frames.current()?, ports.worlds.current()?) else { return Ok(None) };
+        let types = ports.types.current()?.map(|column| column.values);
+        Ok(Some(self.filter.matches(&frame, &world, types, &self.tasks)))
+    }
+
+    fn take_tasks(&mut self) -> Result<(), ReadError> {
+        let Self { task_log, tasks, .. } = self;
+        task_log.take(|tick| {
+            tasks.take(tick.header.run_id, tick.records);
+            Ok(())
+        })
     }
 
     fn sort(&mut self) -> Result<Option<Rows>> {

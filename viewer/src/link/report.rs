@@ -4,7 +4,10 @@ use regatta_plugin::control::ControlResponse;
 use regatta_plugin::route::RouteResponse;
 use regatta_plugin::{ColumnName, ControlError};
 
+use crate::filter::{Filter, Matches};
 use crate::interface::rows::Rows;
+use crate::plans::PlanReport;
+use crate::tasks::RobotTask;
 
 /// A report of the background threads.
 #[derive(Debug)]
@@ -15,6 +18,10 @@ pub enum Report {
     Notice(String),
     /// The selected robots' routes; empty if no process answers.
     Routes(Vec<RouteResponse>),
+    /// The robots that match a filter.
+    Matches(Filter, Matches),
+    /// What is watched of the plans of all robots.
+    Plans(Box<PlanReport>),
 }
 
 /// New data of the fleet.
@@ -28,6 +35,8 @@ pub enum Fact {
     Columns(Vec<ColumnName>),
     /// The selected robot's value in each column.
     Values(Vec<(ColumnName, f32)>),
+    /// The selected robot's task.
+    Task(Option<RobotTask>),
 }
 
 impl Report {

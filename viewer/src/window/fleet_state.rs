@@ -6,11 +6,14 @@ use glam::Vec2;
 use regatta_plugin::control::ControlResponse;
 use regatta_plugin::{ColumnName, Frame};
 
+use crate::filter::Filter;
 use crate::interface::labels::Labels;
 use crate::interface::pose::Pose;
 use crate::interface::rows::Rows;
 use crate::interface::view_model::Item;
 use crate::link::Fact;
+use crate::plans::Watch;
+use crate::tasks::RobotTask;
 
 /// The state of a fleet as reported by the link, and values derived from its frames.
 #[derive(Debug, Default)]
@@ -19,6 +22,11 @@ pub struct FleetState {
     pub columns: Vec<ColumnName>,
     pub labels: Labels,
     pub values: Vec<(ColumnName, f32)>,
+    pub task: Option<RobotTask>,
+    /// The filter that was requested last.
+    pub filter: Filter,
+    /// The number of robots that match it, and of all.
+    pub matches: Option<[u32; 2]>,
     pub rows: Option<Rows>,
     /// The age of the newest frame when it was read, in seconds.
     pub lag: Option<f64>,
@@ -30,6 +38,8 @@ pub struct FleetState {
     pub values_of: Option<Item>,
     /// The robots whose routes were requested last.
     pub routes_of: Vec<u32>,
+    /// The plans that are watched.
+    pub watched: Watch,
 }
 
 impl FleetState {
@@ -43,6 +53,7 @@ impl FleetState {
             }
             Fact::Rows(rows) => self.rows.replace(rows) != self.rows,
             Fact::Columns(columns) => std::mem::replace(&mut self.columns, columns) != self.columns,
+            Fact::Task(task) => std::mem::replace(&mut self.task, task) != self.task,
             Fact::Values(values) => std::mem::replace(&mut self.values, values) != self.values,
         }
     }

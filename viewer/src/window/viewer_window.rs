@@ -215,6 +215,16 @@ impl ViewerWindow {
                     self.stage.set_routes(routes);
                     true
                 }
+                Report::Plans(plans) => {
+                    self.stage.set_plans(&plans);
+                    true
+                }
+                Report::Matches(filter, matches) if filter == self.fleet_state.filter => {
+                    self.fleet_state.matches = Some(matches.counts);
+                    self.stage.renderer.set_matches(Some(&matches.bits));
+                    true
+                }
+                Report::Matches(..) => false,
                 Report::Facts(fact) => self.fleet_state.apply(fact),
             };
         }
@@ -238,6 +248,11 @@ impl ViewerWindow {
             self.fleet_state.routes_of.clone_from(&self.stage.scene.selected);
             self.stage.set_routes(Vec::new());
             self.link.routes(self.fleet_state.routes_of.clone());
+        }
+        let watch = self.stage.plan_watch();
+        if self.fleet_state.watched != watch {
+            self.fleet_state.watched.clone_from(&watch);
+            self.link.plans(watch);
         }
         let news = self.stage.feed.poll()?;
         let read = Instant::now();

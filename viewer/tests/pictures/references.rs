@@ -4,12 +4,16 @@ use std::path::{Path, PathBuf};
 
 use glam::{Vec2, Vec3};
 use image::{DynamicImage, Rgb, RgbImage, RgbaImage};
+use regatta_plugin::world::NodeRole;
 use regatta_viewer::camera::{Bounds, Camera};
 use regatta_viewer::floor_picture::FloorPicture;
 use regatta_viewer::gpu::TargetConfig;
 use regatta_viewer::gpu::device::Gpu;
 use regatta_viewer::palette::{Colouring, Theme};
 use regatta_viewer::picture::FORMAT;
+use regatta_viewer::plans::PlanReport;
+use regatta_viewer::plans::goals::GoalMark;
+use regatta_viewer::plans::waits::arrows;
 use regatta_viewer::route::RouteSegment;
 use regatta_viewer::scene::{Light, Scene, Trails};
 
@@ -27,6 +31,11 @@ pub const TESTS: &[(&str, Test)] = &[
     ("trails", trails),
     ("selection", selection),
     ("routes", routes),
+    ("stations", stations),
+    ("plans", plans),
+    ("waits", waits),
+    ("filter", filter),
+    ("a_horizon_has_whole_dashes", a_horizon_has_whole_dashes),
     ("light_theme_from_the_top", light_theme_from_the_top),
     ("map_and_offset", map_and_offset),
     ("lamps", lamps),
@@ -63,6 +72,10 @@ pub fn references_are_told_apart() {
         ("selection", "routes"),
         ("robots_by_state", "robots_by_collision"),
         ("robots_by_state", "lamps"),
+        ("graph", "stations"),
+        ("robots_by_state", "plans"),
+        ("robots_by_state", "waits"),
+        ("robots_by_state", "filter"),
         ("robots_by_state", "graph"),
     ] {
         let difference = difference(&read(one), &read(other));
@@ -175,6 +188,89 @@ fn routes(gpu: &Gpu) {
     assert_like("routes", &renderer.render(&camera(), &scene, 1.0));
 }
 
+/// A node of each role, and badges that are too small to be drawn from farther away.
+fn stations(gpu: &Gpu) {
+    let mut renderer = loop_renderer(gpu);
+    let mut world = graph();
+    let roles = [NodeRole::Pick, NodeRole::Drop, NodeRole::Park, NodeRole::Charge];
+    world.nodes.iter_mut().zip(roles).for_each(|(node, role)| node.role = role as u32);
+    renderer.inner.set_graph(&world.view(1, 1));
+    let mut scene = coloured(Colouring::State);
+    scene.layers.robots = false;
+    assert_like("stations", &renderer.render(&top(), &scene, 1.0));
+    let far = Camera { distance: 300.0, ..camera() };
+    let mut without = loop_renderer(gpu);
+    let [with, without] = [&mut renderer, &mut without]
+        .map(|renderer| DynamicImage::from(renderer.render(&far, &scene, 1.0)).into_rgb8());
+    assert_eq!(difference(&with, &without), 0.0);
+}
+
+/// The routes of several robots, the goals of two of them, and one of a selected robot.
+fn plans(gpu: &Gpu) {
+    let mut renderer = loop_renderer(gpu);
+    let line = |curve, range, released| RouteSegment { curve, range, released };
+    let goal = |place, selected| GoalMark { place, selected };
+    renderer.inner.set_plans(&PlanReport {
+        lines: vec![
+            line(2, [0.5, 1.0], 0),
+            line(3, [0.0, 1.0], 0),
+            line(0, [0.2, 1.0], 1),
+            line(1, [0.0, 1.0], 1),
+            line(2, [0.0, 0.5], 1),
+        ],
+        goals: vec![goal([0.0, 4.0], 0), goal([8.0, 0.0], 0), goal([8.0, 4.0], 1)],
+        ..PlanReport::default()
+    });
+    let mut scene = coloured(Colouring::State);
+    scene.layers.plans = true;
+    assert_like("plans", &renderer.render(&camera(), &scene, 1.0));
+}
+
+/// In the first row, robots wait for the one before them; in the second one, three of them wait for each other.
+fn waits(gpu: &Gpu) {
+    let mut renderer = loop_renderer(gpu);
+    let nan = f32::NAN;
+    let waits_for = [1.0, 2.0, nan, 4.0, nan, 11.0, 7.0, 9.0, nan, 6.0, 9.0, 3.0];
+    renderer.inner.set_plans(&PlanReport { arrows: arrows(&waits_for), ..PlanReport::default() });
+    let mut scene = coloured(Colouring::State);
+    scene.layers.waits = true;
+    assert_like("waits", &renderer.render(&camera(), &scene, 1.0));
+    scene.layers.waits = false;
+    assert_like("robots_by_state", &renderer.render(&camera(), &scene, 1.0));
+}
+
+/// Every other robot matches; without a filter all do.
+fn filter(gpu: &Gpu) {
+    let mut renderer = loop_renderer(gpu);
+    renderer.inner.set_matches(Some(&[0b0101_0101_0101]));
+    assert_like("filter", &renderer.render(&camera(), &coloured(Colouring::State), 1.0));
+    renderer.inner.set_matches(None);
+    assert_like("robots_by_state", &renderer.render(&camera(), &coloured(Colouring::State), 1.0));
+}
+
+/// The straight edge of seven metres has six dashes of about 1.2 m: six gaps, and half a dash at either end.
+fn a_horizon_has_whole_dashes(gpu: &Gpu) {
+    let mut renderer = loop_renderer(gpu);
+    let mut scene = Scene::default();
+    (scene.layers.robots, scene.layers.grid, scene.layers.arrows, scene.layers.nodes) = (false, false, false, false);
+    scene.layers.plans = true;
+    let mut render = |released| {
+        let lines = vec![RouteSegment { curve: 0, range: [0.0, 1.0], released }];
+        renderer.inner.set_plans(&PlanReport { lines, ..PlanReport::default() });
+        renderer.render(&top(), &scene, 1.0)
+    };
+    let [horizon, base] = [render(0), render(1)];
+    let pixel = |x: f32| {
+        let at = top().project(Vec3::new(x, 0.0, 0.0), SIZE.as_vec2()).expect("in the picture").as_uvec2();
+        let [dash, solid] = [&horizon, &base].map(|picture| picture.get_pixel(at.x, at.y));
+        dash[0].abs_diff(solid[0]) < 30
+    };
+    let dashes: Vec<bool> = (5..155).map(|step| pixel(step as f32 * 0.05)).collect();
+    let gaps = dashes.windows(2).filter(|pair| pair[0] && !pair[1]).count();
+    assert_eq!(gaps, 6, "{dashes:?}");
+    assert!(dashes[0] && dashes[dashes.len() - 1], "an edge begins and ends within a dash: {dashes:?}");
+}
+
 fn light_theme_from_the_top(gpu: &Gpu) {
     let scene = Scene { theme: Theme::Light, ..coloured(Colouring::State) };
     assert_like("light_theme_from_the_top", &loop_renderer(gpu).render(&top(), &scene, 1.0));
@@ -193,7 +289,7 @@ fn map_and_offset(gpu: &Gpu) {
 
 fn lamps(gpu: &Gpu) {
     let lamp = |x, colour| Light { position: Vec3::new(x, 2.0, 2.0), colour };
-    let lights = vec![lamp(0.0, Vec3::new(1.0, 0.5, 0.2)), lamp(8.0, Vec3::new(0.2, 0.5, 1.0))];
+    let lights = vec![lamp(0.0, Vec3::new(2.0, 1.0, 0.4)), lamp(8.0, Vec3::new(0.4, 1.0, 2.0))];
     assert_like("lamps", &loop_renderer(gpu).render(&camera(), &Scene { lights, ..coloured(Colouring::State) }, 1.0));
 }
 

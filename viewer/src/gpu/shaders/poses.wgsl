@@ -13,7 +13,7 @@ const ABSENT = 255u;
 // The columns x, y and theta.
 @group(1) @binding(0) var<storage, read> previous: array<f32>;
 @group(1) @binding(1) var<storage, read> current: array<f32>;
-// The columns of values, robot types and states; four states per word.
+// The columns of values, robot types and states, four states per word; then a bit per robot: whether it matches the filter.
 @group(1) @binding(2) var<storage, read> attributes: array<u32>;
 @group(1) @binding(3) var<uniform> robot_types: array<RobotType, 64>;
 
@@ -52,7 +52,20 @@ fn pose_of(i: u32) -> vec3f {
     return vec3f(position - view.origin.xy, theta);
 }
 
+// How much of a robot's colour is left if it doesn't match the filter.
+const DIMMED = 0.16;
+
+fn matches(i: u32) -> bool {
+    let stride = rows();
+    return view.filtered == 0u || extractBits(attributes[2u * stride + stride / 4u + i / 32u], i % 32u, 1u) == 1u;
+}
+
 fn colour_of(i: u32) -> vec3f {
+    let colour = undimmed_colour_of(i);
+    return select(mix(view.floor.rgb, colour, DIMMED), colour, matches(i));
+}
+
+fn undimmed_colour_of(i: u32) -> vec3f {
     let by_state = view.source == 1u;
     let by_type = view.source == 2u;
     if !(by_state | by_type | (i < u32(view.detail.w))) {

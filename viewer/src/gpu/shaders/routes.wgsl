@@ -1,10 +1,14 @@
-// The routes of selected robots: wide ribbons along the remaining edges. Released edges are solid, planned ones dashed.
+// Routes: ribbons along the remaining edges, wide ones of selected robots and narrow ones of all. Released edges are solid,
+// planned ones dashed.
 
 // The width in metres near the camera; the least and the greatest width in pixels.
 const ROUTE_METRES = 0.34;
 const ROUTE_PIXELS = vec2f(5.0, 18.0);
-// Parts of a segment's strip; the same as in routes.rs.
+const NARROW_METRES = 0.12;
+const NARROW_PIXELS = vec2f(1.8, 6.0);
+// Parts of a segment's strip: of wide and of narrow routes; the same as in routes.rs.
 const PARTS = 32u;
+const NARROW_PARTS = 12u;
 // The least length of a dash with its gap, in metres and in pixels.
 const DASH_METRES = 1.2;
 const DASH_PIXELS = 18.0;
@@ -27,12 +31,26 @@ fn route(
     @location(2) released: u32,
     @builtin(vertex_index) vertex: u32,
 ) -> Route {
+    return ribbon(index, range, released, f32(vertex / 2u) / f32(PARTS), vertex & 1u, ROUTE_METRES, ROUTE_PIXELS);
+}
+
+@vertex
+fn narrow_route(
+    @location(0) index: u32,
+    @location(1) range: vec2f,
+    @location(2) released: u32,
+    @builtin(vertex_index) vertex: u32,
+) -> Route {
+    return ribbon(index, range, released, f32(vertex / 2u) / f32(NARROW_PARTS), vertex & 1u, NARROW_METRES, NARROW_PIXELS);
+}
+
+fn ribbon(index: u32, range: vec2f, released: u32, part: f32, side: u32, metres: f32, pixels: vec2f) -> Route {
     let curve = curves[index];
-    let at = mix(range.x, range.y, f32(vertex / 2u) / f32(PARTS));
+    let at = mix(range.x, range.y, part);
     let spine = spine(curve, at);
     let pixel = metres_per_pixel(vec3f(spine.local, 0.0));
-    let half_width = clamp(ROUTE_METRES / pixel, ROUTE_PIXELS.x, ROUTE_PIXELS.y) * 0.5;
-    let across = select(-1.0, 1.0, (vertex & 1u) == 1u) * (half_width + 0.5);
+    let half_width = clamp(metres / pixel, pixels.x, pixels.y) * 0.5;
+    let across = select(-1.0, 1.0, side == 1u) * (half_width + 0.5);
     // A curve has a whole number of dashes, and begins and ends in the middle of one, so that dashes continue from curve to
     // curve. Their length grows by powers of two as the camera moves away, so that it seldom changes.
     let dash = max(DASH_METRES, exp2(ceil(log2(DASH_PIXELS * view.spacing.y))));
@@ -50,6 +68,7 @@ fn route_fill(in: Route) -> @location(0) vec4f {
     let dash = mix(clamp(beside_gap / fine + 0.5, 0.0, 1.0), 0.5, clamp(fine * 4.0 - 0.6, 0.0, 1.0));
     let rim = clamp(away - in.half_width + 2.0, 0.0, 1.0);
     let solid = mix(0.42, 0.95, rim);
-    let strength = select(dash * 0.55, solid, in.released == 1u);
+    // Narrow dashes have no area to be faint in.
+    let strength = select(dash * mix(0.9, 0.55, clamp(in.half_width - 2.0, 0.0, 1.0)), solid, in.released == 1u);
     return vec4f(view.route.rgb, strength * cover);
 }

@@ -58,6 +58,10 @@ struct View {
     node: vec4f,
     selection: vec4f,
     route: vec4f,
+    waiting: vec4f,
+    ring: vec4f,
+    // Whether robots that don't match a filter are dimmed.
+    filtered: u32,
     palette: array<vec4f, 16>,
     lights: array<Light, 8>,
 }

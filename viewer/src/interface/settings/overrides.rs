@@ -42,6 +42,8 @@ impl Settings {
         self.shadows &= !look.no_shadows;
         (self.edges, self.nodes) = (self.edges && !look.no_graph, self.nodes && !look.no_graph);
         self.ids &= !look.no_graph && !look.no_ids;
+        self.plans |= look.plans;
+        self.waits |= look.waits;
         self.sanitized()
     }
 
@@ -62,6 +64,8 @@ impl Settings {
         restore(&mut result.edges, &initial.edges, &stored.edges);
         restore(&mut result.nodes, &initial.nodes, &stored.nodes);
         restore(&mut result.ids, &initial.ids, &stored.ids);
+        restore(&mut result.plans, &initial.plans, &stored.plans);
+        restore(&mut result.waits, &initial.waits, &stored.waits);
         restore(&mut result.offset, &initial.offset, &stored.offset);
         restore(&mut result.floor, &initial.floor, &stored.floor);
         restore(&mut result.trails, &initial.trails, &stored.trails);
@@ -95,7 +99,10 @@ mod tests {
             "--trails",
             "0",
             "--no-grid",
+            "--plans",
+            "--waits",
         ]));
+        assert!(initial.plans && initial.waits);
         assert_eq!(
             (initial.light, initial.colour.as_str(), initial.trails, initial.grid),
             (false, "collision", 0, false)

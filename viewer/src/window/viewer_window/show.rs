@@ -52,11 +52,14 @@ impl ViewerWindow {
             legend: &legend,
             columns: &self.fleet_state.columns,
             values: &self.fleet_state.values,
+            task: self.fleet_state.task,
             route: match self.interface.selected {
                 Some(Item::Robot(id)) => self.stage.remaining(id),
                 _ => None,
             },
+            plans: self.stage.plan_facts(),
             rows: self.fleet_state.rows.as_ref(),
+            matches: self.fleet_state.matches,
             bounds: self.stage.bounds(),
             followed: self.fleet_state.followed.map(|(_, [from, to])| interpolate(from, to, alpha)),
             timing: &self.timing,
@@ -89,6 +92,14 @@ impl ViewerWindow {
                     }
                 }
                 Action::Rows(query) => self.link.rows(query),
+                Action::Filter(filter) => {
+                    if filter.is_empty() {
+                        self.stage.renderer.set_matches(None);
+                    }
+                    self.fleet_state.matches = None;
+                    self.fleet_state.filter.clone_from(&filter);
+                    self.link.filter(filter);
+                }
                 Action::FullScreen => {
                     let full = self.window.fullscreen().is_some();
                     self.window.set_fullscreen((!full).then_some(Fullscreen::Borderless(None)));
@@ -105,6 +116,7 @@ impl ViewerWindow {
         if self.fleet_state.values_of != selected {
             self.fleet_state.values_of = selected;
             self.fleet_state.values.clear();
+            self.fleet_state.task = None;
             self.link.robot(if let Some(Item::Robot(id)) = selected { Some(id) } else { None });
             self.window.set_title(&title(&self.fleet, selected));
         }

@@ -1,0 +1,79 @@
+//! Tests that colours are told apart with any colour vision. Vision is simulated as by Machado, Oliveira and Fernandes (2009) for
+//! a complete lack of one kind of cones; the distance is that of CIE 1976, in which 20 is a plain difference.
+
+use glam::{Mat3, Vec3};
+
+use super::{Rgb, Scale, Theme, activities, collisions, states};
+
+const LEAST: f32 = 20.0;
+
+/// Normal vision, protanopia, deuteranopia and tritanopia, on linear colours; by columns.
+fn visions() -> [Mat3; 4] {
+    let rows = |rows: [[f32; 3]; 3]| Mat3::from_cols_array_2d(&rows).transpose();
+    [
+        Mat3::IDENTITY,
+        rows([
+            [0.152_286, 1.052_583, -0.204_868],
+            [0.114_503, 0.786_281, 0.099_216],
+            [-0.003_882, -0.048_116, 1.051_998],
+        ]),
+        rows([
+            [0.367_322, 0.860_646, -0.227_968],
+            [0.280_085, 0.672_501, 0.047_413],
+            [-0.011_820, 0.042_940, 0.968_881],
+        ]),
+        rows([
+            [1.255_528, -0.076_749, -0.178_779],
+            [-0.078_411, 0.930_809, 0.147_602],
+            [0.004_733, 0.691_367, 0.303_9],
+        ]),
+    ]
+}
+
+/// The colour in CIE L*a*b* under daylight.
+fn lab(linear: Vec3) -> Vec3 {
+    let xyz_from = Mat3::from_cols_array_2d(&[
+        [0.412_4 / 0.950_47, 0.212_6, 0.019_3 / 1.088_83],
+        [0.357_6 / 0.950_47, 0.715_2, 0.119_2 / 1.088_83],
+        [0.180_5 / 0.950_47, 0.072_2, 0.950_5 / 1.088_83],
+    ]);
+    let xyz = xyz_from * linear.clamp(Vec3::ZERO, Vec3::ONE);
+    let [x, y, z] = xyz.to_array().map(|t| if t > 0.008_856 { t.cbrt() } else { 7.787 * t + 16.0 / 116.0 });
+    Vec3::new(116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z))
+}
+
+/// The smallest distance of two colours for any vision.
+fn distance(one: Rgb, other: Rgb) -> f32 {
+    let apart = |vision: Mat3| lab(vision * one.linear()).distance(lab(vision * other.linear()));
+    visions().map(apart).into_iter().fold(f32::INFINITY, f32::min)
+}
+
+fn assert_apart(named: &[(String, Rgb)]) {
+    for (i, (name, colour)) in named.iter().enumerate() {
+        for (other_name, other) in &named[..i] {
+            let distance = distance(*colour, *other);
+            assert!(distance >= LEAST, "{name} and {other_name}: {distance:.1}");
+        }
+    }
+}
+
+#[test]
+fn categories_are_told_apart_with_any_colour_vision() {
+    for theme in [Theme::Dark, Theme::Light] {
+        for scale in [states(theme), activities(theme), collisions(theme)] {
+            let Scale::Categories(mut categories) = scale else { panic!("categories") };
+            categories.push(("the floor".to_owned(), theme.colours().floor));
+            assert_apart(&categories);
+        }
+    }
+}
+
+#[test]
+fn lines_are_told_apart_with_any_colour_vision() {
+    for theme in [Theme::Dark, Theme::Light] {
+        let colours = theme.colours();
+        let lines =
+            [("route", colours.route), ("waiting", colours.waiting), ("ring", colours.ring), ("floor", colours.floor)];
+        assert_apart(&lines.map(|(name, colour)| (name.to_owned(), colour)));
+    }
+}

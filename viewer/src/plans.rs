@@ -1,0 +1,257 @@
+//! What a fleet manager plans, for all robots: routes, goals, and who waits for whom. A background thread collects and reduces
+//! it to lists to draw, so that no picture waits for it.
+
+mod collector;
+pub mod goals;
+pub mod inbox;
+pub mod lines;
+pub mod waits;
+
+use std::sync::mpsc::{self, Receiver, RecvTimeoutError, Sender};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+use regatta_plugin::{ColumnReader, FleetName, Participant, ReadError, Result, RouteClient, Subscriber, WorldReader};
+
+use crate::route::RouteSegment;
+use collector::Collector;
+pub use collector::Coverage;
+use goals::{GoalMark, Places};
+use waits::WaitArrow;
+
+/// The time between two reports, unless they take long, and between two rounds of requests for routes.
+const REPORT_EVERY: Duration = Duration::from_millis(100);
+/// The time for which routes are asked for between two looks at what is to be watched.
+const ASK_FOR: Duration = Duration::from_millis(40);
+/// The time after which routes are asked for again if nobody answers.
+const ASK_AGAIN: Duration = Duration::from_millis(500);
+/// A report is followed by a pause of at least so many times the time that it took.
+const PAUSES: u32 = 5;
+
+/// What is to be watched.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Watch {
+    /// Routes and goals of all robots.
+    pub plans: bool,
+    /// Who waits for whom.
+    pub waits: bool,
+    /// Robots whose goals are watched even if those of all aren't.
+    pub selected: Vec<u32>,
+}
+
+impl Watch {
+    fn is_idle(&self) -> bool {
+        !self.plans && !self.waits && self.selected.is_empty()
+    }
+}
+
+/// What was found: lists to draw, and facts to tell.
+#[derive(Clone, Debug, Default)]
+pub struct PlanReport {
+    /// The routes of all robots.
+    pub lines: Vec<RouteSegment>,
+    /// Their goals, and those of selected robots.
+    pub goals: Vec<GoalMark>,
+    /// Who waits for whom.
+    pub arrows: Vec<WaitArrow>,
+    /// What the lists leave out.
+    pub facts: PlanFacts,
+}
+
+/// How much is known.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PlanFacts {
+    /// The routes of all robots, while they are watched.
+    pub routes: Option<Coverage>,
+    /// Whether a fleet manager says where robots go.
+    pub has_goals: bool,
+    /// The number of robots that wait for others, and of those among them in rings; `None` if no fleet manager says so.
+    pub waiting: Option<[u32; 2]>,
+}
+
+impl PlanFacts {
+    /// Whether the routes of a notable part of the robots under way are not known (yet).
+    pub fn lacks_routes(&self) -> bool {
+        self.routes.is_some_and(|routes| f64::from(routes.known) < 0.95 * f64::from(routes.under_way))
+    }
+}
+
+/// A running thread that watches plans. Dropping it ends the thread.
+#[derive(Debug)]
+pub struct PlanWatch {
+    changes: Option<Sender<Watch>>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl PlanWatch {
+    /// Starts the thread, which watches nothing at first. `report` gets what it finds, and returns whether it wants more.
+    ///
+    /// # Errors
+    /// If the system can't start a thread.
+    pub fn start(
+        fleet: &FleetName,
+        mut report: impl FnMut(Result<PlanReport>) -> bool + Send + 'static,
+    ) -> std::io::Result<Self> {
+        let (changes, changed) = mpsc::channel();
+        let fleet = fleet.clone();
+        let thread = std::thread::Builder::new().name("plans".into()).spawn(move || {
+            if let Err(error) = run(&fleet, &changed, &mut |found| report(Ok(found))) {
+                report(Err(error));
+            }
+        })?;
+        Ok(Self { changes: Some(changes), thread: Some(thread) })
+    }
+
+    /// Sets what is watched from now on.
+    pub fn watch(&self, watch: Watch) {
+        if let Some(changes) = &self.changes {
+            // Fails only after the thread has reported its error.
+            let _ = changes.send(watch);
+        }
+    }
+}
+
+impl Drop for PlanWatch {
+    fn drop(&mut self) {
+        self.changes = None;
+        if let Some(thread) = self.thread.take() {
+            // The result is an error only if the thread panicked, and the panic has been printed.
+            let _ = thread.join();
+        }
+    }
+}
+
+fn run(fleet: &FleetName, changed: &Receiver<Watch>, report: &mut dyn FnMut(PlanReport) -> bool) -> Result {
+    let participant = Participant::join(fleet, "viewer-plans")?;
+    let mut watch = Watch::default();
+    let mut watcher: Option<Watcher> = None;
+    loop {
+        let wait = watcher.as_ref().map_or(Duration::MAX, Watcher::idle_time);
+        let change = if wait == Duration::MAX {
+            changed.recv().map_err(|_| RecvTimeoutError::Disconnected)
+        } else {
+            changed.recv_timeout(wait)
+        };
+        let is_changed = change.is_ok();
+        match change {
+            Ok(newer) => watch = changed.try_iter().last().unwrap_or(newer),
+            Err(RecvTimeoutError::Timeout) => {}
+            Err(RecvTimeoutError::Disconnected) => return Ok(()),
+        }
+        let found = if watch.is_idle() {
+            watcher.take().map(|_| PlanReport::default())
+        } else {
+            let open = match &mut watcher {
+                Some(open) => open,
+                none => none.insert(Watcher::open(&participant)?),
+            };
+            open.poll(&watch, is_changed)?
+        };
+        if found.is_some_and(|found| !report(found)) {
+            return Ok(());
+        }
+    }
+}
+
+/// The ports that are open while something is watched.
+struct Watcher {
+    frames: Subscriber,
+    worlds: WorldReader,
+    places: Places,
+    goals: ColumnReader,
+    waits: ColumnReader,
+    client: RouteClient,
+    collector: Collector,
+    ask_at: Option<Instant>,
+    report_at: Instant,
+}
+
+impl Watcher {
+    fn open(participant: &Participant) -> Result<Self> {
+        Ok(Self {
+            frames: Subscriber::open_on(participant)?,
+            worlds: WorldReader::open_on(participant)?,
+            places: Places::default(),
+            goals: ColumnReader::open_on(participant, "goal")?,
+            waits: ColumnReader::open_on(participant, "waits-for")?,
+            client: RouteClient::open_on(participant)?,
+            collector: Collector::new(),
+            ask_at: None,
+            report_at: Instant::now(),
+        })
+    }
+
+    fn idle_time(&self) -> Duration {
+        let next = self.ask_at.map_or(self.report_at, |ask| ask.min(self.report_at));
+        next.saturating_duration_since(Instant::now())
+    }
+
+    /// Does what is due. Returns a report if one is, or `at_once` if what is watched has changed.
+    fn poll(&mut self, watch: &Watch, at_once: bool) -> Result<Option<PlanReport>> {
+        self.frames.latest()?;
+        if self.worlds.latest()?.is_some() {
+            self.places = self.worlds.current()?.map(|world| Places::new(&world)).unwrap_or_default();
+        }
+        if !watch.plans {
+            self.ask_at = None;
+            self.collector = Collector::new();
+        } else if self.ask_at.is_none_or(|ask| Instant::now() >= ask) {
+            self.ask()?;
+        }
+        if !at_once && Instant::now() < self.report_at {
+            return Ok(None);
+        }
+        let start = Instant::now();
+        let report = self.report(watch)?;
+        self.report_at = Instant::now() + REPORT_EVERY.max(start.elapsed() * PAUSES);
+        Ok(Some(report))
+    }
+
+    fn ask(&mut self) -> Result<(), ReadError> {
+        let now = Instant::now();
+        let Some(frame) = self.frames.current()? else {
+            self.ask_at = Some(now + REPORT_EVERY);
+            return Ok(());
+        };
+        let asked = self.collector.advance(&mut self.client, &frame, now + ASK_FOR);
+        let rest = match asked {
+            Ok(false) => Duration::ZERO,
+            Ok(true) => REPORT_EVERY,
+            Err(error) => {
+                tracing::debug!(%error, "asking for all routes");
+                ASK_AGAIN
+            }
+        };
+        self.ask_at = Some(Instant::now() + rest);
+        Ok(())
+    }
+
+    fn report(&mut self, watch: &Watch) -> Result<PlanReport, ReadError> {
+        let mut found = PlanReport::default();
+        let (Some(frame), Some(world)) = (self.frames.current()?, self.worlds.current()?) else { return Ok(found) };
+        if watch.plans {
+            found.lines = lines::lines(self.collector.routes(), &frame, &world);
+            found.facts.routes = Some(self.collector.coverage(&frame));
+        }
+        if let Some(goals) = values(&mut self.goals, frame.run_id())? {
+            found.facts.has_goals = true;
+            found.goals = goals::marks(goals, watch.plans, &watch.selected, &self.places);
+        }
+        if let Some(waits_for) = values(&mut self.waits, frame.run_id())?.filter(|_| watch.waits) {
+            found.arrows = waits::arrows(waits_for);
+            let in_rings = found.arrows.iter().filter(|arrow| arrow.in_ring == 1).count();
+            found.facts.waiting = Some([found.arrows.len() as u32, in_rings as u32]);
+        }
+        Ok(found)
+    }
+}
+
+/// Returns the newest values of a column of a run, while it has a publisher.
+fn values(reader: &mut ColumnReader, run: u64) -> Result<Option<&[f32]>, ReadError> {
+    reader.latest()?;
+    let has_publisher = reader.has_publisher();
+    Ok(reader.current()?.filter(|column| has_publisher && column.header.run_id == run).map(|column| column.values))
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,68 @@
+//! The goals of robots: marks at the nodes to which a fleet manager has sent them.
+
+use bytemuck::{Pod, Zeroable};
+use regatta_plugin::World;
+
+/// A mark at a goal: an instance of goals.wgsl.
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct GoalMark {
+    /// Metres east and north of the world's origin.
+    pub place: [f32; 2],
+    /// 1 for the goal of a selected robot, else 0.
+    pub selected: u32,
+}
+
+/// The nodes of a route graph by their ids.
+#[derive(Clone, Debug, Default)]
+pub struct Places(Vec<(u32, [f32; 2])>);
+
+impl Places {
+    /// Collects the nodes of a world.
+    pub fn new(world: &World<'_>) -> Self {
+        let mut places: Vec<_> = world.nodes().iter().map(|node| (node.id, [node.x, node.y])).collect();
+        places.sort_by_key(|(id, _)| *id);
+        Self(places)
+    }
+
+    fn index(&self, id: f32) -> Option<usize> {
+        // The conversion would turn NaN and negative numbers into 0.
+        (id >= 0.0).then(|| self.0.binary_search_by_key(&(id as u32), |(id, _)| *id).ok())?
+    }
+}
+
+/// Returns a mark for each node that is a goal: of a selected robot, or if `all` of any robot. `goals` holds the id of the node
+/// that each robot was sent to, or NaN. Marks of selected robots come last, so that they are drawn over the others.
+pub fn marks(goals: &[f32], all: bool, selected: &[u32], places: &Places) -> Vec<GoalMark> {
+    let mut is_marked = vec![0_u8; places.0.len()];
+    let everybody = if all { goals } else { &[] };
+    let chosen = selected.iter().filter_map(|robot| goals.get(*robot as usize));
+    for (mark, goal) in everybody.iter().map(|goal| (1, goal)).chain(chosen.map(|goal| (2, goal))) {
+        if let Some(index) = places.index(*goal) {
+            is_marked[index] = mark;
+        }
+    }
+    let of = |mark: u8| places.0.iter().zip(&is_marked).filter(move |(_, marked)| **marked == mark);
+    let goal = |selected| move |((_, place), _): (&(u32, [f32; 2]), &u8)| GoalMark { place: *place, selected };
+    of(1).map(goal(0)).chain(of(2).map(goal(1))).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use regatta_plugin::world::{NodeRecord, WorldData};
+
+    use super::*;
+
+    #[test]
+    fn each_goal_is_marked_once_and_those_of_selected_robots_last() {
+        let node = |id, x| NodeRecord { id, x, ..NodeRecord::default() };
+        let world = WorldData { nodes: vec![node(30, 3.0), node(10, 1.0), node(20, 2.0)], ..WorldData::default() };
+        let places = Places::new(&world.view(1, 1));
+        let mark = |x, selected| GoalMark { place: [x, 0.0], selected };
+        let goals = [20.0, 10.0, f32::NAN, 20.0, 99.0, -1.0, 30.0];
+        assert_eq!(marks(&goals, true, &[1, 77], &places), [mark(2.0, 0), mark(3.0, 0), mark(1.0, 1)]);
+        assert_eq!(marks(&goals, false, &[0, 2, 5], &places), [mark(2.0, 1)]);
+        assert_eq!(marks(&goals, false, &[], &places), []);
+        assert_eq!(marks(&[0.0], true, &[], &Places::default()), []);
+    }
+}
