@@ -132,7 +132,7 @@ impl Body {
         seen(self.leg.edge(), s, self.speed, outlines.at(self.leg, self.place).centre)
     }
 
-    pub(super) fn obey(&mut self, command: &Command) {
+    pub(super) fn obey(&mut self, command: &Command, roads: &Roads) {
         match command {
             Command::Route { legs, .. } => {
                 self.legs.truncate(self.limit.0);
@@ -142,6 +142,8 @@ impl Body {
                 let ahead = [self.leg].into_iter().chain(self.legs.iter().copied()).skip(self.limit.0);
                 let further = ahead.take_while(|next| next != leg).count();
                 assert!(self.limit.0 + further <= self.legs.len(), "{leg:?} is not ahead of {self:?}");
+                let length = roads.edge(leg.edge()).length;
+                assert!(*metres > length || *metres < length - 1e-3, "{metres} m of {length} m count as the whole leg");
                 self.limit = (self.limit.0 + further, *metres);
             }
             Command::Cancel { .. } => {}

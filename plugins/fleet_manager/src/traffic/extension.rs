@@ -8,6 +8,8 @@ use crate::roads::Leg;
 
 /// How far along a route to look for an open place, in metres. Where there is none, robots may wait at nodes.
 const OPEN_WITHIN: f32 = 12.0;
+/// How far before the end of a leg a base ends at least that doesn't end there, in metres.
+const AT_END: f32 = 2e-3;
 /// The shortest extension that is worth an order, in metres.
 pub const LEAST: f32 = 0.05;
 /// A way to extend a base.
@@ -146,6 +148,8 @@ impl Traffic<'_> {
         let further = stops.next_open(leg, length, cap).filter(|place| *place <= to);
         let before = || if ends.anywhere { Some(cap) } else { stops.last_open(leg, length, from, cap) };
         let place = further.or(at_end.then_some(length)).or_else(before);
+        // Not at the end, but so near that the producer takes it for the end: then the rest could not be released.
+        let place = place.map(|place| if place < length { place.min(length - AT_END) } else { place });
         place.filter(|place| *place >= least)
     }
 
