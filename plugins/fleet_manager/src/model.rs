@@ -1,6 +1,7 @@
 //! A kinematic model of a fleet, for tests: robots that are late, slow and stall at random. None may ever touch another.
 
 mod body;
+mod drive;
 pub mod worlds;
 
 use std::sync::Arc;
@@ -11,6 +12,7 @@ use regatta_plugin::frame::RobotState;
 use regatta_plugin::world::WorldData;
 
 use self::body::{Body, Outlines};
+pub use self::drive::{Maker, drive};
 use crate::planner::{Planner, Plans};
 use crate::roads::{Leg, Rectangle, Roads};
 use crate::steering::{Command, Settings, Steering};

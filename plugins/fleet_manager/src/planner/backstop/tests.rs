@@ -1,15 +1,10 @@
 //! The backstop against the model of a fleet, where `lanes` alone comes to a standstill.
 
-use regatta_plugin::world::WorldData;
-
 use super::{Backstop, BackstopSettings};
-use crate::model::{Model, Spent, TICK_SECS, places, worlds};
+use crate::model::{Maker, Model, drive, places, worlds};
 use crate::planner::{Lanes, LanesSettings, Planner, Tea, TeaSettings};
 use crate::roads::{Leg, Roads};
-use crate::steering::{AdmissionSettings, Settings};
-
-/// Makes a planner.
-type Maker = fn(&Roads) -> Box<dyn Planner>;
+use crate::steering::Settings;
 
 fn lanes(roads: &Roads) -> Box<dyn Planner> {
     Box::new(Lanes::new(roads, LanesSettings::default()))
@@ -27,27 +22,10 @@ fn tea_with_backstop(roads: &Roads) -> Box<dyn Planner> {
     Box::new(Backstop::new(tea(roads), BackstopSettings::default()))
 }
 
-fn drive(name: &str, world: &WorldData, robots: usize, secs: u32, planner: Maker) -> Model {
-    let settings = Settings { admission: AdmissionSettings::unlimited(), ..Settings::default() };
-    let mut model = Model::new(world, &places(world, robots, 1), 1, settings, planner);
-    model.run((secs as f32 / TICK_SECS) as u32);
-    let Spent { cycles, sum, longest } = model.spent();
-    println!(
-        "{name}, {robots} robots, {secs} s: {} goals, fewest {:?}, longest {:.0} s; {:.2} ms a cycle, longest {:.1} ms; {:?}",
-        model.total(),
-        model.arrivals.iter().min(),
-        model.longest_secs(),
-        1e3 * sum.as_secs_f64() / f64::from(cycles),
-        1e3 * longest.as_secs_f64(),
-        model.counts()
-    );
-    model
-}
-
 #[test]
 fn opposing_traffic_on_a_track_goes_on() {
     for robots in [2, 4, 6] {
-        let model = drive("track", &worlds::single_track(7), robots, 3_600, lanes_with_backstop);
+        let model = drive("track", &worlds::single_track(7), (robots, 1), 3_600, lanes_with_backstop);
         assert!(model.arrivals.iter().all(|&goals| goals >= 10), "{:?}", model.arrivals);
         assert!(model.longest_secs() < 1_200.0, "{} s without a goal", model.longest_secs());
     }
@@ -55,7 +33,7 @@ fn opposing_traffic_on_a_track_goes_on() {
 
 #[test]
 fn it_works_under_another_planner() {
-    let model = drive("track, tea", &worlds::single_track(7), 4, 1_800, tea_with_backstop);
+    let model = drive("track, tea", &worlds::single_track(7), (4, 1), 1_800, tea_with_backstop);
     assert!(count(&model, "regions solved") > 0);
     assert!(model.arrivals.iter().all(|&goals| goals >= 5), "{:?}", model.arrivals);
 }
@@ -63,7 +41,7 @@ fn it_works_under_another_planner() {
 #[test]
 fn robots_on_a_grid_go_on() {
     for robots in [20, 30] {
-        let model = drive("grid", &worlds::cells(8), robots, 3_600, lanes_with_backstop);
+        let model = drive("grid", &worlds::cells(8), (robots, 1), 3_600, lanes_with_backstop);
         assert!(model.arrivals.iter().all(|&goals| goals >= 10), "{:?}", model.arrivals);
         assert!(model.longest_secs() < 1_200.0, "{} s without a goal", model.longest_secs());
     }
@@ -107,7 +85,7 @@ fn robots_go_on_beside_broken_ones() {
 
 #[test]
 fn a_run_repeats() {
-    let [a, b] = [1, 2].map(|_| drive("grid", &worlds::cells(8), 24, 900, lanes_with_backstop));
+    let [a, b] = [1, 2].map(|_| drive("grid", &worlds::cells(8), (24, 1), 900, lanes_with_backstop));
     assert!(count(&a, "regions solved") > 0);
     let ends = |model: &Model| (0..24).map(|robot| model.steering.claims().end(robot).copied()).collect::<Vec<_>>();
     assert_eq!((a.arrivals.clone(), a.counts(), ends(&a)), (b.arrivals.clone(), b.counts(), ends(&b)));
@@ -174,11 +152,11 @@ fn who_waits_for_a_robot_at_a_stop_is_not_stuck() {
 #[ignore = "figures for the documentation"]
 fn figures() {
     for robots in [2, 4, 6] {
-        drive("track, lanes", &worlds::single_track(7), robots, 3_600, lanes);
-        drive("track, tea", &worlds::single_track(7), robots, 3_600, tea);
-        drive("track, tea, backstop", &worlds::single_track(7), robots, 3_600, tea_with_backstop);
+        drive("track, lanes", &worlds::single_track(7), (robots, 1), 3_600, lanes);
+        drive("track, tea", &worlds::single_track(7), (robots, 1), 3_600, tea);
+        drive("track, tea, backstop", &worlds::single_track(7), (robots, 1), 3_600, tea_with_backstop);
     }
     for robots in [20, 30] {
-        drive("grid, lanes", &worlds::cells(8), robots, 3_600, lanes);
+        drive("grid, lanes", &worlds::cells(8), (robots, 1), 3_600, lanes);
     }
 }

@@ -1,12 +1,9 @@
 //! PIBT where opposing traffic shares tracks, against the model of a fleet; and the planner `lanes` on the same roads.
 
-use regatta_plugin::world::WorldData;
-
 use super::{Pibt, PibtSettings};
-use crate::model::{Model, Spent, TICK_SECS, places, worlds};
+use crate::model::{Maker, drive, worlds};
 use crate::planner::{Backstop, BackstopSettings, Lanes, LanesSettings, Planner};
 use crate::roads::Roads;
-use crate::steering::{AdmissionSettings, Settings};
 
 fn pibt(roads: &Roads) -> Box<dyn Planner> {
     Box::new(Pibt::new(roads, PibtSettings::default()))
@@ -16,39 +13,19 @@ fn lanes(roads: &Roads) -> Box<dyn Planner> {
     Box::new(Lanes::new(roads, LanesSettings::default()))
 }
 
-/// Makes a planner.
-type Maker = fn(&Roads) -> Box<dyn Planner>;
-
 fn with_backstop(planner: Box<dyn Planner>) -> Box<dyn Planner> {
     Box::new(Backstop::new(planner, BackstopSettings::default()))
 }
 
-fn drive(name: &str, world: &WorldData, robots: usize, secs: u32, planner: Maker) -> Model {
-    let settings = Settings { admission: AdmissionSettings::unlimited(), ..Settings::default() };
-    let mut model = Model::new(world, &places(world, robots, 1), 1, settings, planner);
-    model.run((secs as f32 / TICK_SECS) as u32);
-    let Spent { cycles, sum, longest } = model.spent();
-    println!(
-        "{name}, {robots} robots, {secs} s: {} goals, fewest {:?}, longest {:.0} s; {:.2} ms a cycle, longest {:.1} ms; {:?}",
-        model.total(),
-        model.arrivals.iter().min(),
-        model.longest_secs(),
-        1e3 * sum.as_secs_f64() / f64::from(cycles),
-        1e3 * longest.as_secs_f64(),
-        model.counts()
-    );
-    model
-}
-
 #[test]
 fn opposing_traffic_shares_a_track() {
-    let model = drive("track, pibt", &worlds::single_track(7), 4, 1_200, pibt);
+    let model = drive("track, pibt", &worlds::single_track(7), (4, 1), 1_200, pibt);
     assert!(model.arrivals.iter().all(|&goals| goals >= 5), "{:?}", model.arrivals);
 }
 
 #[test]
 fn robots_on_a_grid_push_each_other() {
-    let model = drive("grid, pibt", &worlds::cells(8), 20, 600, pibt);
+    let model = drive("grid, pibt", &worlds::cells(8), (20, 1), 600, pibt);
     assert!(model.arrivals.iter().all(|&goals| goals >= 5), "{:?}", model.arrivals);
 }
 
@@ -57,15 +34,15 @@ fn robots_on_a_grid_push_each_other() {
 fn figures() {
     let backed: [Maker; 2] = [|roads| with_backstop(pibt(roads)), |roads| with_backstop(lanes(roads))];
     for robots in [1, 2, 4, 6] {
-        drive("track, pibt", &worlds::single_track(7), robots, 600, pibt);
-        drive("track, lanes", &worlds::single_track(7), robots, 600, lanes);
-        drive("track, pibt, backstop", &worlds::single_track(7), robots, 600, backed[0]);
-        drive("track, lanes, backstop", &worlds::single_track(7), robots, 600, backed[1]);
+        drive("track, pibt", &worlds::single_track(7), (robots, 1), 600, pibt);
+        drive("track, lanes", &worlds::single_track(7), (robots, 1), 600, lanes);
+        drive("track, pibt, backstop", &worlds::single_track(7), (robots, 1), 600, backed[0]);
+        drive("track, lanes, backstop", &worlds::single_track(7), (robots, 1), 600, backed[1]);
     }
     for robots in [1, 10, 20, 30, 40] {
-        drive("grid, pibt", &worlds::cells(8), robots, 600, pibt);
-        drive("grid, lanes", &worlds::cells(8), robots, 600, lanes);
-        drive("grid, pibt, backstop", &worlds::cells(8), robots, 600, backed[0]);
-        drive("grid, lanes, backstop", &worlds::cells(8), robots, 600, backed[1]);
+        drive("grid, pibt", &worlds::cells(8), (robots, 1), 600, pibt);
+        drive("grid, lanes", &worlds::cells(8), (robots, 1), 600, lanes);
+        drive("grid, pibt, backstop", &worlds::cells(8), (robots, 1), 600, backed[0]);
+        drive("grid, lanes, backstop", &worlds::cells(8), (robots, 1), 600, backed[1]);
     }
 }
