@@ -90,6 +90,21 @@ impl Random {
     }
 }
 
+/// Lets robots arrive, and lets a second pass for their batteries.
+fn drive_and_charge(bodies: &mut [Body], now: f64) {
+    for body in bodies {
+        if body.way.is_some_and(|(_, at)| at <= now) {
+            body.node = body.way.take().map_or(body.node, |(goal, _)| goal);
+        }
+        let per_second = match (body.way, body.node >= RING) {
+            (Some(_), _) => -DRAIN_MOVING,
+            (None, true) => CHARGE_RATE,
+            (None, false) => -DRAIN_STANDING,
+        };
+        body.charge = (body.charge + per_second / 36.0 / CAPACITY_WH).clamp(0.0, 100.0);
+    }
+}
+
 /// Runs the model for some seconds; returns the lowest charge, and the number of stops served.
 fn run(robots: u32, chargers: u32, seed: u64, seconds: u32) -> (f32, u32) {
     let data = ring(chargers);
@@ -110,18 +125,8 @@ fn run(robots: u32, chargers: u32, seed: u64, seconds: u32) -> (f32, u32) {
     let (mut lowest, mut served) = (100.0_f32, 0);
     for second in 0..seconds {
         let now = f64::from(second);
-        for body in &mut bodies {
-            if body.way.is_some_and(|(_, at)| at <= now) {
-                body.node = body.way.take().map_or(body.node, |(goal, _)| goal);
-            }
-            let per_second = match (body.way, body.node >= RING) {
-                (Some(_), _) => -DRAIN_MOVING,
-                (None, true) => CHARGE_RATE,
-                (None, false) => -DRAIN_STANDING,
-            };
-            body.charge = (body.charge + per_second / 36.0 / CAPACITY_WH).clamp(0.0, 100.0);
-            lowest = lowest.min(body.charge);
-        }
+        drive_and_charge(&mut bodies, now);
+        lowest = bodies.iter().fold(lowest, |lowest, body| lowest.min(body.charge));
         let at_chargers: Vec<u32> =
             bodies.iter().filter(|body| body.way.is_none() && body.node >= RING).map(|body| body.node).collect();
         assert!((RING..RING + chargers).all(|node| at_chargers.iter().filter(|at| **at == node).count() < 2));
