@@ -143,7 +143,8 @@ pub(crate) fn orders(message: &[u8]) -> Result<(u64, u64, Vec<OrderRecord>), Mes
 /// Returns the header of the task log's records of a tick, the records, and how many ticks the recorder missed before it.
 pub(crate) fn tasks(message: &[u8]) -> Result<(TaskHeader, Vec<TaskRecord>, u64), MessageError> {
     let tasks = regatta::Tasks::decode(message)?;
-    let header = TaskHeader { run_id: tasks.run_id, tick: tasks.tick, dropped: tasks.dropped, ..TaskHeader::default() };
+    let regatta::Tasks { run_id, tick, dropped, sequence, .. } = tasks;
+    let header = TaskHeader { run_id, tick, dropped, sequence };
     let task = |task: &regatta::Task| TaskRecord {
         task: task.task,
         kind: task.kind as u32,

@@ -214,6 +214,7 @@ pub(crate) fn tasks(log: &Tasks<'_>) -> Vec<u8> {
         tick: log.header.tick,
         dropped: log.header.dropped,
         missed: log.missed,
+        sequence: log.header.sequence,
         tasks: log.records.iter().map(task).collect(),
     }
     .encode_to_vec()

@@ -62,6 +62,8 @@ pub struct Judge {
     placed: VecDeque<((u64, u64), u32)>,
     stands: Stands,
     tasks: Tasks,
+    /// The task log of a run whose first frame hasn't come yet.
+    next_tasks: Option<(u64, Tasks)>,
     findings: Findings,
     run: Option<u64>,
     now: Now,
@@ -84,6 +86,7 @@ impl Judge {
             placed: VecDeque::new(),
             stands: Stands::default(),
             tasks: Tasks::default(),
+            next_tasks: None,
             findings: Findings::new(settings.examples),
             run: None,
             now: Now::default(),
@@ -145,15 +148,19 @@ impl Judge {
     /// Takes the task log's records of a tick, before or after the frame of that tick. `missed` is the number of samples that
     /// were lost before it.
     pub fn take_tasks(&mut self, header: &TaskHeader, missed: u64, records: &[TaskRecord]) {
-        if self.run.is_some_and(|run| run != header.run_id) {
-            return;
-        }
-        let is_incomplete = missed > 0 || header.dropped > 0;
         self.report.task_samples_missed += missed;
-        self.tasks.take(header.tick, records, is_incomplete);
-        if self.run.is_some() && header.tick <= self.now.tick {
+        let is_current = self.run == Some(header.run_id);
+        let tasks = if is_current { &mut self.tasks } else { self.tasks_before_run(header.run_id) };
+        tasks.take(header, records, missed > 0);
+        if is_current && header.tick <= self.now.tick {
             self.judge_tasks();
         }
+    }
+
+    /// Returns the task log of a run that hasn't begun.
+    fn tasks_before_run(&mut self, run: u64) -> &mut Tasks {
+        let kept = self.next_tasks.take().filter(|(of, _)| *of == run);
+        &mut self.next_tasks.insert(kept.unwrap_or((run, Tasks::default()))).1
     }
 
     /// Takes a frame.
@@ -184,10 +191,8 @@ impl Judge {
         self.contacts.finish(&mut self.findings);
         self.report.runs += 1;
         self.report.tasks += self.tasks.len();
-        let is_first = self.run.is_none();
-        if !is_first {
-            self.tasks = Tasks::default();
-        }
+        let early = self.next_tasks.take_if(|(run, _)| *run == frame.run_id());
+        self.tasks = early.map(|(_, tasks)| tasks).unwrap_or_default();
         self.tasks.has_gaps |= frame.tick() > 1;
         self.tracks.clear();
         self.stands = Stands::default();

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, VecDeque};
 
-use regatta_plugin::task::{NO_ROBOT, StopAction, TaskKind, TaskRecord};
+use regatta_plugin::task::{NO_ROBOT, StopAction, TaskHeader, TaskKind, TaskRecord};
 
 use crate::findings::{Finding, Findings, Kind};
 use crate::stands::{Presence, Stands};
@@ -51,6 +51,8 @@ pub(crate) struct Tasks {
     early: VecDeque<(u64, TaskRecord)>,
     /// Whether records are missing: then a task may have begun or gone on without the judge.
     pub has_gaps: bool,
+    /// Whether a sample of the log has come.
+    has_begun: bool,
     /// Open tasks without a robot.
     waiting: u64,
     pub records: u64,
@@ -64,12 +66,14 @@ pub(crate) struct Context<'a> {
 }
 
 impl Tasks {
-    /// Takes the records of a tick. `is_incomplete` says that records before them are missing.
-    pub fn take(&mut self, tick: u64, records: &[TaskRecord], is_incomplete: bool) {
-        if is_incomplete {
+    /// Takes the records of a tick. `is_incomplete` says that samples before them are missing.
+    pub fn take(&mut self, header: &TaskHeader, records: &[TaskRecord], is_incomplete: bool) {
+        // What was published before the judge joined the log isn't counted as missing, but isn't known either.
+        let joined_late = !std::mem::replace(&mut self.has_begun, true) && header.sequence > 1;
+        if is_incomplete || joined_late || header.dropped > 0 {
             self.lose();
         }
-        self.early.extend(records.iter().map(|record| (tick, *record)));
+        self.early.extend(records.iter().map(|record| (header.tick, *record)));
     }
 
     /// Records are missing: what is known of open tasks may be wrong from here on.

@@ -144,7 +144,7 @@ fn events_and_orders_are_decoded_as_they_were_encoded() {
 fn tasks_are_decoded_as_they_were_encoded() {
     let stop = TaskRecord::new(u64::MAX, TaskKind::Handled).of_robot(4).at_stop(1, 9, StopAction::Park);
     let records = [TaskRecord { dwell_secs: 2.5, detail: 3, ..stop }, TaskRecord::default()];
-    let header = TaskHeader { run_id: 1, tick: 42, dropped: 5, sequence: 0 };
+    let header = TaskHeader { run_id: 1, tick: 42, dropped: 5, sequence: 3 };
     let message = encode::tasks(&Tasks { header: &header, records: &records, missed: 6 });
     assert_eq!(decode::tasks(&message).unwrap(), (header, records.to_vec(), 6));
 }

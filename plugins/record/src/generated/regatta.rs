@@ -281,6 +281,9 @@ pub struct Tasks {
     pub missed: u64,
     #[prost(message, repeated, tag = "5")]
     pub tasks: ::prost::alloc::vec::Vec<Task>,
+    /// The number of this tick among those with records of the run, from 1; 0 if unknown.
+    #[prost(uint64, tag = "6")]
+    pub sequence: u64,
 }
 /// Something that happened to a task.
 #[derive(Clone, Copy, PartialEq, ::prost::Message)]

@@ -305,3 +305,36 @@ fn a_log_with_a_gap_is_judged_as_far_as_it_is_known() {
     assert_eq!(judge.report.task_samples_missed, 1);
     assert_eq!(found(judge), []);
 }
+
+/// Judges the transport as the log of run 7, whose samples have the numbers from `first` on. The samples of the first ticks are
+/// there `early` ticks before their frame, and so before the run's first one.
+fn numbered(log: &[(u64, TaskRecord)], first: u64, early: u64) -> Vec<(Kind, u64)> {
+    let mut judge = judge();
+    judge.site.types[0].max_acceleration = f32::INFINITY;
+    let mut samples = log.iter().zip(first..).peekable();
+    for tick in 0..=400 {
+        while let Some(((at, record), sequence)) = samples.next_if(|((at, _), _)| *at <= tick + early) {
+            judge.take_tasks(&TaskHeader { run_id: 7, tick: *at, sequence, ..TaskHeader::default() }, 0, &[*record]);
+        }
+        show(&mut judge, tick, &[carrier(tick)]);
+    }
+    found(judge)
+}
+
+#[test]
+fn what_was_logged_before_the_judge_joined_is_unknown() {
+    assert_eq!(numbered(&transport(), 1, 0), []);
+    assert_eq!(numbered(&transport()[3..], 4, 0), [], "joined after the stops were told");
+    assert_eq!(numbered(&transport()[3..], 1, 0)[0].0, Kind::TaskOrder, "nothing was before: they weren't told");
+}
+
+#[test]
+fn a_log_that_is_ahead_of_its_run_is_kept() {
+    assert_eq!(numbered(&transport(), 1, 30), []);
+    let mut judge = judge();
+    judge.site.types[0].max_acceleration = f32::INFINITY;
+    show(&mut judge, 0, &[carrier(0)]);
+    judge.take_tasks(&TaskHeader { run_id: 8, tick: 1, ..TaskHeader::default() }, 0, &[transport()[0].1]);
+    assert_eq!(judge.tasks.records, 0);
+    assert_eq!(judge.next_tasks.as_ref().map(|(run, _)| *run), Some(8));
+}
