@@ -73,7 +73,7 @@ fn all_records() -> Map<String, Value> {
         CurveRecord { control_points }
         RobotTypeRecord { name, shape, length, width, max_speed, max_acceleration, max_rotation_speed,
             max_rotation_acceleration, battery_capacity, drain_moving, drain_standing, charge_rate }
-        ColumnHeader { run_id, tick, sequence, robots, reserved }
+        ColumnHeader { run_id, tick, sequence, robots, cost_micros }
         OrderHeader { sender }
         OrderRecord { token, kind, robot, legs, id, reverse, released, robot_type, s }
         OrderLogHeader { run_id, tick, sequence }

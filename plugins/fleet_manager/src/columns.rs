@@ -1,5 +1,7 @@
 //! The columns that the manager publishes: what robots are about, whom they wait for, and where they go.
 
+use std::time::Duration;
+
 use regatta_plugin::ports::columns::ColumnPublisher;
 use regatta_plugin::{Frame, Participant, Result};
 
@@ -25,9 +27,12 @@ impl ManagerColumns {
     }
 
     /// Publishes what the manager has made of a frame.
-    pub fn publish(&mut self, frame: &Frame<'_>, manager: &Manager) -> Result {
+    ///
+    /// `cost` is the time that this took.
+    pub fn publish(&mut self, frame: &Frame<'_>, manager: &Manager, cost: Duration) -> Result {
         let id = |id: Option<u32>| id.map_or(f32::NAN, |id| id as f32);
         let Self { activity, waits_for, goal, values } = self;
+        activity.set_cost(cost);
         Self::write(activity, frame, values, |robot| f32::from(manager.activity(robot) as u8))?;
         Self::write(waits_for, frame, values, |robot| id(manager.waits_for(robot)))?;
         Self::write(goal, frame, values, |robot| id(manager.goal_id(robot)))

@@ -278,8 +278,8 @@ impl Plugin for FleetManager {
         Self::publish_tasks(ports, &mut self.log, &mut self.figures, manager, frame)?;
         let present = (0..frame.len()).filter(|robot| columns.state[*robot] != RobotState::Absent as u8);
         self.figures.spend(secs.max(0.0), present.map(|robot| manager.doing(robot as u32, columns.speed[robot])));
-        ports.columns.publish(frame, manager)?;
         manager.tasks_mut().publish(now_secs);
+        ports.columns.publish(frame, manager, start.elapsed())?;
         self.figures.end_cycle(start.elapsed());
         Ok(())
     }

@@ -141,7 +141,12 @@ impl Plugin for Exporter {
 
     fn on_frame(&mut self, frame: &Frame<'_>) -> Result {
         let now = wall_time_nanos();
-        self.shared.state.lock().aggregator.add_frame(frame, now);
+        let mut state = self.shared.state.lock();
+        state.aggregator.add_frame(frame, now);
+        if let Some(reader) = &mut self.work {
+            reader.add_frame(&mut state.work, frame);
+        }
+        drop(state);
         self.read_results(now);
         Ok(())
     }

@@ -6,6 +6,7 @@
 
 pub mod aggregator;
 pub mod collisions;
+pub mod effort;
 pub mod exporter;
 pub mod exposition;
 pub mod histogram;

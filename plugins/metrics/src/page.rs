@@ -9,6 +9,7 @@ use regatta_plugin::RowCounts;
 use regatta_plugin::activity::Activity;
 use regatta_plugin::frame::{CONTRACT_VERSION, ClockState};
 
+use crate::effort::Effort;
 use crate::exposition::{Exposition, Format};
 use crate::snapshot::{Collisions, Process, Run, Snapshot, TaskFigures, Totals, Work};
 use crate::state_counts::STATE_NAMES;
@@ -35,6 +36,7 @@ pub fn page(snapshot: &Snapshot, exporter: &ExporterState, format: Format) -> St
     }
     if let Some(work) = &snapshot.work {
         add_robots_at_work(&mut page, work);
+        add_effort(&mut page, work);
         add_tasks(&mut page, &work.tasks);
     }
     add_processes(&mut page, &snapshot.processes);
@@ -115,6 +117,20 @@ fn add_robots_at_work(page: &mut Exposition<'_>, work: &Work) {
     let keys = Activity::ALL.map(activity_key);
     let robots = keys.iter().zip(work.robots).map(|(key, robots)| ([("activity", &**key)], robots));
     page.each("regatta_manager_robots", "Robots by what they are about, as the fleet manager sees it.", robots);
+}
+
+fn add_effort(page: &mut Exposition<'_>, work: &Work) {
+    let Effort { busy_secs, robot_secs, loaded_metres, empty_metres } = work.effort;
+    let help = "Simulated time that robots had a task, in the run since this exporter reads it.";
+    page.one("regatta_manager_busy_robot_seconds_total", help, busy_secs);
+    page.one("regatta_manager_robot_seconds_total", "Simulated time that robots were there, as above.", robot_secs);
+    let metres = [([("load", "loaded")], loaded_metres), ([("load", "empty")], empty_metres)];
+    page.each("regatta_manager_driven_metres_total", "Distance with a load and without, as above, in metres.", metres);
+    if work.cycle.count > 0 {
+        let help = "Wall time that the fleet manager spent on a frame.";
+        page.summary("regatta_manager_cycle_seconds", help, &work.cycle);
+        page.one("regatta_manager_longest_cycle_seconds", "The longest of these times.", work.cycle.longest);
+    }
 }
 
 fn add_tasks(page: &mut Exposition<'_>, tasks: &TaskFigures) {

@@ -112,6 +112,11 @@ fn work_cells(work: Option<&Work>) -> Vec<Cell> {
         cell("tasks_failed", tasks.map(|tasks| tasks.failed)),
         cell("tasks_cancelled", tasks.map(|tasks| tasks.cancelled)),
         cell("tasks_open", tasks.and_then(|tasks| tasks.open)),
+        cell("manager_utilisation_ratio", work.and_then(|work| work.effort.utilisation())),
+        cell("manager_loaded_metres", work.map(|work| work.effort.loaded_metres)),
+        cell("manager_empty_metres", work.map(|work| work.effort.empty_metres)),
+        cell("manager_cycle_mean_seconds", work.and_then(|work| work.cycle.mean())),
+        cell("manager_cycle_max_seconds", work.filter(|work| work.cycle.count > 0).map(|work| work.cycle.longest)),
     ]);
     cells
 }

@@ -8,6 +8,7 @@ use regatta_plugin::activity::Activity;
 use regatta_plugin::contact::{ContactHeader, ContactRecord};
 use regatta_plugin::frame::ClockState;
 
+use crate::effort::Effort;
 use crate::histogram::{DurationStats, Histogram};
 use crate::state_counts::StateCounts;
 use crate::task_times::TimeSummary;
@@ -111,6 +112,10 @@ pub struct Work {
     pub robots: [u64; Activity::ALL.len()],
     /// Figures of its tasks.
     pub tasks: TaskFigures,
+    /// What its robots drive.
+    pub effort: Effort,
+    /// Wall time that it spends on a frame, of the frames whose columns were read.
+    pub cycle: TimeSummary,
 }
 
 /// Figures of transport tasks, from the task log of a run since this reader began to read it.

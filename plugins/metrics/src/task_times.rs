@@ -1,4 +1,4 @@
-//! Distributions of the times of tasks, in bounded memory.
+//! Distributions of times, in bounded memory.
 
 use std::collections::BTreeMap;
 
@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 /// group differ by less than 0.2 %.
 const IGNORED_BITS: u32 = 43;
 
-/// The distribution of some times, in seconds of simulated time.
+/// The distribution of some times, in seconds.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct TimeSummary {
     /// Number of times.

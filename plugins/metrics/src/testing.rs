@@ -6,6 +6,7 @@ use regatta_plugin::FleetName;
 use regatta_plugin::contact::{ContactHeader, ContactRecord};
 use regatta_plugin::frame::ClockState;
 
+use crate::effort::Effort;
 use crate::histogram::DurationRecorder;
 use crate::snapshot::{Collisions, Process, RobotLevels, Run, Snapshot, TaskFigures, Totals, Work};
 use crate::state_counts::StateCounts;
@@ -107,5 +108,7 @@ pub fn work() -> Work {
             waiting: TimeSummary { count: 4_050, sum: 34_020.0, p50: 6.0, p99: 40.0, longest: 96.0 },
             gaps: 2,
         },
+        effort: Effort { busy_secs: 900.0, robot_secs: 1_000.0, loaded_metres: 600.0, empty_metres: 400.0 },
+        cycle: TimeSummary { count: 600, sum: 1.8, p50: 0.0025, p99: 0.012, longest: 0.0314 },
     }
 }

@@ -101,6 +101,7 @@ impl Reader {
         let now = wall_time_nanos();
         if let Some(frame) = frame {
             self.aggregator.add_frame(&frame, now);
+            self.work.add_frame(&mut self.tally, &frame);
             self.next_check = Instant::now() + LIVENESS_CHECK_DELAY;
         } else if Instant::now() >= self.next_check {
             self.frames.forget_dead();

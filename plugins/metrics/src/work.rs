@@ -1,11 +1,14 @@
 //! The work of a fleet manager, if one runs and keeps up: what its robots are about, and its tasks.
 
 use regatta_plugin::activity::Activity;
-use regatta_plugin::{ColumnReader, Participant, ReadError, Result, TaskReader};
+use regatta_plugin::column::ColumnHeader;
+use regatta_plugin::{ColumnReader, Frame, Participant, ReadError, Result, TaskReader};
 
 use crate::aggregator::Aggregator;
+use crate::effort::EffortTally;
 use crate::received::Received;
 use crate::snapshot::Work;
+use crate::task_times::TimeRecorder;
 use crate::tasks::TaskTally;
 
 /// Numbers of robots by activity, in the order of [`Activity::ALL`].
@@ -23,6 +26,27 @@ pub struct WorkReader {
 pub struct WorkTally {
     robots: Option<Received<ByActivity>>,
     tasks: TaskTally,
+    effort: EffortTally,
+    cycles: Cycles,
+}
+
+/// What the manager of a run spent on each frame.
+#[derive(Debug, Default)]
+struct Cycles {
+    run_id: u64,
+    secs: TimeRecorder,
+}
+
+impl Cycles {
+    fn add(&mut self, header: &ColumnHeader) {
+        if self.run_id != header.run_id {
+            *self = Self { run_id: header.run_id, secs: TimeRecorder::default() };
+        }
+        // A manager that doesn't tell has no times.
+        if header.cost_micros > 0 {
+            self.secs.observe(f64::from(header.cost_micros) * 1e-6);
+        }
+    }
 }
 
 impl WorkReader {
@@ -33,6 +57,13 @@ impl WorkReader {
     pub fn open_on(participant: &Participant) -> Result<Self> {
         let tasks = TaskReader::open_on(participant)?;
         Ok(Self { column: ColumnReader::open_on(participant, "activity")?, tasks })
+    }
+
+    /// Adds what robots have done since the frame before.
+    pub fn add_frame(&mut self, tally: &mut WorkTally, frame: &Frame<'_>) {
+        // What can't be read is counted by `update`.
+        let column = self.column.current().ok().flatten().filter(|column| column.header.run_id == frame.run_id());
+        tally.effort.add(frame, column.map_or(&[], |column| column.values));
     }
 
     /// Adds what is new at the wall time `now`, in nanoseconds. What can't be read is another program's error: it is
@@ -48,6 +79,7 @@ impl WorkReader {
     fn read_robots(&mut self, tally: &mut WorkTally, now: u64) -> Result<(), ReadError> {
         if let Some(column) = self.column.latest()? {
             let (run_id, value) = (column.header.run_id, by_activity(column.values));
+            tally.cycles.add(column.header);
             tally.robots = Some(Received { run_id, received_nanos: now, value });
         }
         Ok(())
@@ -67,7 +99,8 @@ impl WorkTally {
     /// Returns the work that belongs to the newest frame; `None` if no manager publishes the column `activity`.
     pub fn work(&self, aggregator: &Aggregator) -> Option<Work> {
         let robots = *self.robots.as_ref()?.if_current(aggregator.newest()?)?;
-        Some(Work { robots, tasks: self.tasks.figures(&aggregator.clock()?) })
+        let tasks = self.tasks.figures(&aggregator.clock()?);
+        Some(Work { robots, tasks, effort: self.effort.effort(), cycle: self.cycles.secs.summary() })
     }
 }
 
@@ -93,7 +126,7 @@ fn by_activity(values: &[f32]) -> ByActivity {
 mod tests {
     use regatta_plugin::frame::{ClockState, FrameHeader, Line, frame_lines, stride_lines};
     use regatta_plugin::task::{TaskKind, TaskRecord};
-    use regatta_plugin::{ColumnPublisher, FleetName, Frame, TaskPublisher};
+    use regatta_plugin::{ColumnPublisher, FleetName, TaskPublisher};
 
     use super::*;
 
@@ -136,6 +169,7 @@ mod tests {
         reader.update(&mut tally, &mut aggregator, SECOND);
         assert_eq!(tally.work(&aggregator), None, "no manager runs");
 
+        column.set_cost(std::time::Duration::from_micros(2500));
         column.write(RUN, 40, 3, |chunk| chunk.copy_from_slice(&[2.0, 2.0, 0.0])).expect("published");
         let record = |kind| [TaskRecord::new(5, kind)];
         log.publish(RUN, 10, 0, &record(TaskKind::Created)).expect("published");
@@ -145,6 +179,7 @@ mod tests {
         assert_eq!(work.robots, [1, 0, 2, 0, 0, 0, 0, 0]);
         assert_eq!((work.tasks.created, work.tasks.finished, work.tasks.open), (1, 1, Some(0)));
         assert_eq!(work.tasks.service.mean(), Some(3.0));
+        assert_eq!((work.cycle.count, work.cycle.longest), (1, 2.5e-3));
 
         add_frame(&mut aggregator, RUN, 60, 3 * SECOND);
         assert_eq!(tally.work(&aggregator), None, "the manager has died");

@@ -197,7 +197,7 @@ class ColumnHeader(Sequenced):
     tick: u64
     sequence: u64
     robots: u32
-    reserved: u32
+    cost_micros: u32
 
 
 @record

@@ -1,5 +1,7 @@
 //! Both sides of columns: a plugin publishes one, any process reads it.
 
+use std::time::Duration;
+
 use iceoryx2::prelude::*;
 
 use super::error::{OpenError, PublishError, ReadError};
@@ -16,6 +18,7 @@ use crate::records::name::{ColumnName, FleetName};
 #[derive(Debug)]
 pub struct ColumnPublisher {
     sender: SliceSender<Line, ColumnHeader>,
+    cost_micros: u32,
 }
 
 impl ColumnPublisher {
@@ -29,7 +32,12 @@ impl ColumnPublisher {
         let (node, fleet) = (participant.node(), participant.fleet());
         let service = services::column(node, fleet, &name)?;
         let taken = |owner| OpenError::ColumnTaken { fleet: fleet.clone(), column: name.clone(), owner };
-        Ok(Self { sender: SliceSender::open_only(service, "a column", 1, node, taken)? })
+        Ok(Self { sender: SliceSender::open_only(service, "a column", 1, node, taken)?, cost_micros: 0 })
+    }
+
+    /// Sets what the next samples tell of the time that their publisher spent on a frame.
+    pub fn set_cost(&mut self, cost: Duration) {
+        self.cost_micros = cost.as_micros().min(u32::MAX.into()) as u32;
     }
 
     /// Publishes `values`, one per robot of the frame.
@@ -58,7 +66,8 @@ impl ColumnPublisher {
         let mut sample = self.sender.loan(stride_lines(robots))?;
         fill(&mut bytemuck::cast_slice_mut(sample.payload_mut())[..robots]);
         let sequence = self.sender.sequence().next(run_id);
-        *sample.user_header_mut() = ColumnHeader { run_id, tick, sequence, robots: robots as u32, reserved: 0 };
+        let (robots, cost_micros) = (robots as u32, self.cost_micros);
+        *sample.user_header_mut() = ColumnHeader { run_id, tick, sequence, robots, cost_micros };
         send(sample, "a column").map(drop)
     }
 

@@ -53,6 +53,11 @@ impl Activity {
         }
     }
 
+    /// Whether a robot of this activity has a task. (One that is out of service may have one, too.)
+    pub const fn has_task(self) -> bool {
+        matches!(self, Self::ToPick | Self::Carrying | Self::Handling | Self::Waiting)
+    }
+
     /// Returns the activity of a column's value; `None` if it is none.
     pub fn from_value(value: f32) -> Option<Self> {
         Self::ALL.into_iter().find(|activity| f32::from(*activity as u8) == value)

@@ -20,8 +20,8 @@ pub struct ColumnHeader {
     pub sequence: u64,
     /// Number of values.
     pub robots: u32,
-    /// Zero.
-    pub reserved: u32,
+    /// Microseconds that the publisher spent on the frame before it published this; 0 if it doesn't say.
+    pub cost_micros: u32,
 }
 
 impl Sequenced for ColumnHeader {

@@ -13,7 +13,7 @@ use crate::snapshot::{TaskFigures, Work};
 use crate::task_times::TimeSummary;
 
 /// The number of lines of the section.
-pub const HEIGHT: u16 = 3;
+pub const HEIGHT: u16 = 4;
 
 /// The display order of the activities, the most important first.
 const ORDER: [Activity; Activity::ALL.len()] = [
@@ -30,7 +30,7 @@ const ORDER: [Activity; Activity::ALL.len()] = [
 /// Draws the counts of tasks, the robots of each activity that has any, and the times of tasks.
 pub fn draw(frame: &mut Frame<'_>, area: Rect, work: &Work) {
     let area = section(frame, area, "tasks", counts(&work.tasks));
-    frame.render_widget(Paragraph::new(vec![robots(work), times(&work.tasks)]), area);
+    frame.render_widget(Paragraph::new(vec![robots(work), times(&work.tasks), effort(work)]), area);
 }
 
 /// Formats the numbers of tasks. Those of failed and cancelled ones are shown only if there are any.
@@ -83,6 +83,28 @@ fn time(name: &str, times: &TimeSummary) -> [Span<'static>; 2] {
     [Span::styled(format!("{name} "), theme::quiet()), format!("{value}  ").into()]
 }
 
+/// Formats the part of the robots' time that is work, the part of their metres without a load, and the time that the manager
+/// spends on a frame.
+fn effort(work: &Work) -> Line<'static> {
+    let percent = |part: f64| format!("{:.0} %", 100.0 * part);
+    let millis = |secs: f64| format!("{:.1}", 1e3 * secs);
+    let cycle = work.cycle.mean().map(|mean| {
+        let [mean, p99, longest] = [mean, work.cycle.p99, work.cycle.longest].map(millis);
+        (format!("{mean} {p99} {longest} ms"), " (mean, p99, longest)")
+    });
+    let (cycle, what) = cycle.unzip();
+    let values = [
+        ("utilisation ", work.effort.utilisation().map(percent), "  "),
+        ("empty metres ", work.effort.empty_part().map(percent), "  "),
+        ("cycle ", cycle, what.unwrap_or_default()),
+    ];
+    let value = |(name, value, after): (&'static str, Option<String>, &'static str)| {
+        let quiet = |text| Span::styled(text, theme::quiet());
+        [quiet(name), value.unwrap_or_else(|| "–".to_owned()).into(), quiet(after)]
+    };
+    Line::from_iter(values.into_iter().flat_map(value))
+}
+
 /// Formats seconds of simulated time with one decimal below ten.
 fn seconds(seconds: f64) -> String {
     if seconds < 9.95 { format!("{seconds:.1}") } else { format::count(seconds.round() as u64) }
@@ -118,6 +140,9 @@ mod tests {
         assert!(times(&tasks).to_string().starts_with("service –  waiting –"));
         let tasks = testing::work().tasks;
         assert_eq!(counts(&tasks).to_string(), "58 open, 4,321 finished, 450 an hour, 3 failed, 7 cancelled");
+        let text = effort(&testing::work()).to_string();
+        assert_eq!(text, "utilisation 90 %  empty metres 40 %  cycle 3.0 12.0 31.4 ms (mean, p99, longest)");
+        assert!(effort(&Work::default()).to_string().starts_with("utilisation –  empty metres –"));
         assert!(times(&tasks).to_string().starts_with("service 61 55 120 300 s  waiting 8.4 "));
     }
 }
