@@ -82,6 +82,12 @@ impl Claims {
         self.of(robot).iter().any(|stretch| stretch.track == track)
     }
 
+    /// Returns another robot that claims a part of one of some tracks.
+    pub fn occupant(&self, tracks: &[u32], robot: u32) -> Option<u32> {
+        let holders = tracks.iter().filter(|_| !self.is_free).flat_map(|&track| &self.holders[track as usize]);
+        holders.map(|holder| holder.robot).find(|&other| other != robot)
+    }
+
     /// Gives a robot its first stretch, whoever else is there: the robot is there already.
     pub fn seize(&mut self, roads: &Roads, robot: u32, footprint: usize, stretch: Stretch) {
         self.release(robot);

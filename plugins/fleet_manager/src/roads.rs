@@ -8,6 +8,7 @@ mod path;
 mod rectangle;
 mod reservoirs;
 mod stops;
+mod stubs;
 mod sweep;
 #[cfg(test)]
 mod tests;
@@ -21,6 +22,7 @@ use self::cache::{Reader, Writer};
 pub use self::conflicts::{ConflictTable, Conflicts, RESOLUTION, Relation};
 pub use self::rectangle::Rectangle;
 pub use self::stops::Stops;
+pub use self::stubs::Stubs;
 pub use self::sweep::{Sweep, SweptBox};
 
 /// An edge that is driven in one gear.
@@ -110,6 +112,7 @@ pub struct Roads {
     stops: Vec<Stops>,
     /// By edge.
     reservoirs: Vec<bool>,
+    stubs: Stubs,
 }
 
 /// The largest difference in radians between the headings of consecutive legs that robots drive through without a turn on
@@ -141,7 +144,7 @@ impl Roads {
         let edges: Vec<Road> = edges.collect();
         let (classes, footprints) = classes(world.robot_types());
         let (exits, exit_starts) = exits(&edges, world.nodes().len());
-        Self {
+        let mut roads = Self {
             nodes: world.nodes().len() as u32,
             node_ids: world.nodes().iter().map(|node| node.id).collect(),
             positions: world.nodes().iter().map(|node| [node.x, node.y]).collect(),
@@ -154,7 +157,10 @@ impl Roads {
             conflicts: Conflicts::default(),
             stops: Vec::new(),
             reservoirs: Vec::new(),
-        }
+            stubs: Stubs::default(),
+        };
+        roads.stubs = Stubs::new(&roads);
+        roads
     }
 
     /// Writes what was worked out.
@@ -228,6 +234,11 @@ impl Roads {
     /// Whether robots may queue on an edge without being in the way of those who drive elsewhere.
     pub fn is_reservoir(&self, edge: u32) -> bool {
         self.reservoirs[edge as usize]
+    }
+
+    /// Dead ends in which no two robots can pass each other.
+    pub fn stubs(&self) -> &Stubs {
+        &self.stubs
     }
 
     /// The legs that leave a node.

@@ -57,6 +57,8 @@ pub struct Settings {
     pub lead: f32,
     /// Whether robots that close a ring of waiters are held back.
     pub ring_guard: bool,
+    /// Whether a dead end is entered only while nobody else is there.
+    pub stub_guard: bool,
     /// How many robots may be on the roads at a time.
     pub admission: AdmissionSettings,
     /// Whether robots keep apart. Without it, throughput is the bound of what any management can reach.
@@ -69,6 +71,7 @@ impl Default for Settings {
             latency_secs: 0.2,
             lead: 0.5,
             ring_guard: true,
+            stub_guard: true,
             admission: AdmissionSettings::default(),
             conflicts: true,
         }
@@ -247,7 +250,8 @@ impl Steering {
         let mut plans = std::mem::take(&mut self.plans);
         // Not `self.traffic()`: the planner is borrowed beside it.
         let Self { roads, claims, robots, closed, now, .. } = self;
-        self.planner.plan(&Traffic { roads, claims, robots, closed, now: *now }, &mut plans);
+        let stub_guard = self.settings.stub_guard;
+        self.planner.plan(&Traffic { roads, claims, robots, closed, stub_guard, now: *now }, &mut plans);
         plans.evicted.drain(..).for_each(|(robot, goal)| self.evict(robot, goal));
         plans.routes.drain(..).for_each(|(robot, legs)| self.set_route(robot, legs));
         for (robot, key) in plans.precedences.drain(..) {
@@ -295,6 +299,6 @@ impl Steering {
     /// What planners see.
     pub fn traffic(&self) -> Traffic<'_> {
         let Self { roads, claims, robots, closed, now, .. } = self;
-        Traffic { roads, claims, robots, closed, now: *now }
+        Traffic { roads, claims, robots, closed, stub_guard: self.settings.stub_guard, now: *now }
     }
 }

@@ -21,6 +21,8 @@ pub struct Traffic<'a> {
     pub robots: &'a [Option<Robot>],
     /// By leg: whether it is closed. Who is there already may leave it.
     pub closed: &'a [bool],
+    /// Whether a dead end is entered only while nobody else is there.
+    pub stub_guard: bool,
     /// Simulated seconds.
     pub now: f64,
 }
@@ -56,6 +58,16 @@ impl<'a> Traffic<'a> {
     pub fn can_drive(&self, robot: u32, legs: &[Leg]) -> bool {
         let horizon: VecDeque<Leg> = legs.iter().copied().collect();
         !self.extension_along(robot, &horizon, 0.1, true).stretches.is_empty()
+    }
+
+    /// Returns who is in a stub that a robot would enter, from one leg to the next.
+    pub(crate) fn stub_occupant(&self, robot: u32, [leg, next]: [Leg; 2]) -> Option<u32> {
+        let stubs = self.roads.stubs();
+        let stub =
+            stubs.of(next.edge()).filter(|_| self.stub_guard && stubs.of(leg.edge()) != stubs.of(next.edge()))?;
+        // The backstop decides who drives when.
+        self.robot(robot).filter(|state| !state.is_admitted)?;
+        self.claims.occupant(stubs.edges(stub), robot)
     }
 
     /// The robot that a robot has been waiting for, for some seconds at least.

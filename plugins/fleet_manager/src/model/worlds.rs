@@ -67,6 +67,19 @@ pub fn single_track(sections: u32) -> WorldData {
     straight(&points, &edges, [0.9, 0.6], Orientation::Fixed(0.0))
 }
 
+/// A one-way ring of eight edges of 6 m, with a dead end of 5 m sections that is driven both ways. Robots don't rotate.
+pub fn ring_with_stub(sections: u32) -> WorldData {
+    let ring = [[0, 0], [1, 0], [2, 0], [2, 1], [2, 2], [1, 2], [0, 2], [0, 1]];
+    let mut points: Vec<[f32; 2]> = ring.iter().map(|&[x, y]| [6.0 * x as f32, 6.0 * y as f32]).collect();
+    let mut edges: Vec<[u32; 2]> = (0..8).map(|node| [node, (node + 1) % 8]).collect();
+    for section in 1..=sections {
+        points.push([6.0, -5.0 * section as f32]);
+        let (inner, outer) = (if section == 1 { 1 } else { 6 + section }, 7 + section);
+        edges.extend([[inner, outer], [outer, inner]]);
+    }
+    straight(&points, &edges, [0.9, 0.6], Orientation::Fixed(0.0))
+}
+
 /// The graph of the dissertation, for robots of 0.9 m by 0.6 m.
 pub fn porto() -> WorldData {
     let text = include_str!("../../../../graphs/porto.yaml");

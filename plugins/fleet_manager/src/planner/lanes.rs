@@ -234,3 +234,6 @@ fn route(
     let found = router.route(traffic.roads, &state.class, Search { reverse: true, ..search }, delay);
     (found, looked_at + router.looked_at())
 }
+
+#[cfg(test)]
+mod tests;

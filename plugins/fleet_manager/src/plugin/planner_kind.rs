@@ -33,7 +33,9 @@ impl PlannerKind {
         match self {
             Self::Lanes => Settings::default(),
             // They decide themselves who drives when: a robot that isn't admitted would hold up all that are to follow it.
-            Self::Tea | Self::Pibt => Settings { admission: AdmissionSettings::unlimited(), ..Settings::default() },
+            Self::Tea | Self::Pibt => {
+                Settings { admission: AdmissionSettings::unlimited(), stub_guard: false, ..Settings::default() }
+            }
         }
     }
 }

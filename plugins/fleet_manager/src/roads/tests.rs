@@ -5,6 +5,7 @@ use regatta_plugin::world::{CurveRecord, EdgeRecord, NodeRecord, Orientation, Ro
 
 use super::path::Cubic;
 use super::*;
+use crate::model::worlds;
 
 /// Points by arc length along the curve of an edge.
 struct Line {
@@ -179,4 +180,22 @@ fn aisles_are_reservoirs_and_junctions_are_not() {
     let roads = Roads::new(&world.view(1, 1));
     let reservoirs: Vec<u32> = (0..7).filter(|edge| roads.is_reservoir(*edge)).collect();
     assert_eq!(reservoirs, [2, 3, 4]);
+}
+
+#[test]
+fn dead_ends_of_two_sections_or_more_are_stubs() {
+    let stubs = |world: &WorldData| {
+        let roads = Roads::new(&world.view(1, 1));
+        let numbers = (0..roads.edges().len() as u32).map(|edge| roads.stubs().of(edge));
+        (numbers.collect::<Vec<_>>(), roads)
+    };
+    let (numbers, roads) = stubs(&worlds::ring_with_stub(3));
+    assert_eq!(numbers, [[None; 8].as_slice(), &[Some(0); 6]].concat(), "the ring, and three sections");
+    assert_eq!(roads.stubs().edges(0), [8, 9, 10, 11, 12, 13]);
+    assert_eq!(stubs(&worlds::ring_with_stub(1)).0, [None; 10], "nobody could stand before another robot");
+    assert_eq!(stubs(&worlds::streets(4, 6.0, false)).0, [None; 24]);
+    let line = [[0.0, 0.0], [5.0, 0.0], [10.0, 0.0], [15.0, 0.0]];
+    let edges = [[0, 1], [1, 0], [1, 2], [2, 1], [2, 3], [3, 2]];
+    let line = worlds::straight(&line, &edges, [0.9, 0.6], Orientation::Fixed(0.0));
+    assert_eq!(stubs(&line).0, [None; 6], "a track without a way round leads nowhere else");
 }

@@ -45,12 +45,15 @@ impl Steering {
         }
         let is_on_roads = self.is_on_roads(robot);
         let may_enter = self.may_enter(robot);
-        let extension = self.traffic().extension(robot, wanted - left + CHUNK, may_enter);
-        if !extension.stretches.is_empty() && self.grant(robot, &extension) {
-            if !is_on_roads && self.is_on_roads(robot) {
-                self.admission.enter();
-            }
-            return self.note(robot, &Extension::default());
+        let mut extension = self.traffic().extension(robot, wanted - left + CHUNK, may_enter);
+        if !extension.stretches.is_empty() {
+            let Some(blocker) = self.grant(robot, &extension) else {
+                if !is_on_roads && self.is_on_roads(robot) {
+                    self.admission.enter();
+                }
+                return self.note(robot, &Extension::default());
+            };
+            extension.blocker = Some(blocker);
         }
         self.note(robot, &extension);
         self.remember_blocker(robot, &extension);
@@ -71,21 +74,24 @@ impl Steering {
         }
     }
 
-    /// Claims an extension and orders it, unless that would close a ring of waiters.
-    fn grant(&mut self, robot: u32, extension: &Extension) -> bool {
+    /// Claims an extension and orders it, unless that would close a ring of waiters: returns for whom the robot would wait then,
+    /// and on which edge.
+    fn grant(&mut self, robot: u32, extension: &Extension) -> Option<(u32, u32)> {
         let before = (self.claims.of(robot).len(), self.claims.end(robot).map_or(0.0, |end| end.to));
         for stretch in &extension.stretches {
             self.claims.grant(&self.roads, robot, *stretch);
         }
-        let Some(state) = &mut self.robots[robot as usize] else { return false };
+        let state = self.robots[robot as usize].as_mut()?;
         let entered: Vec<Leg> = state.horizon.drain(..extension.legs).collect();
-        if self.settings.ring_guard && self.closes_ring(robot) {
+        if self.settings.ring_guard
+            && let Some(blocker) = self.closes_ring(robot)
+        {
             if let Some(state) = &mut self.robots[robot as usize] {
                 entered.into_iter().rev().for_each(|leg| state.horizon.push_front(leg));
             }
             self.claims.roll_back(&self.roads, robot, before.0, before.1);
             self.counts.guarded += 1;
-            return false;
+            return Some(blocker);
         }
         if let Some(state) = &mut self.robots[robot as usize] {
             (state.is_fresh, state.blocked_by) = (false, None);
@@ -95,7 +101,7 @@ impl Steering {
             let is_whole = to >= self.roads.edge(leg.edge()).length;
             self.commands.push(Command::Release { robot, leg, metres: if is_whole { f32::INFINITY } else { to } });
         }
-        true
+        None
     }
 
     /// Records what keeps a robot from driving on, and the time that it loses.

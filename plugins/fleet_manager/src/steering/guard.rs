@@ -6,21 +6,23 @@ use super::Steering;
 const LONGEST_RING: usize = 128;
 
 impl Steering {
-    /// Whether a robot, at the end of its base, would wait for itself: for a robot that waits for another one, and so on.
-    pub(super) fn closes_ring(&self, robot: u32) -> bool {
-        let mut current = robot;
+    /// Returns for whom a robot, at the end of its base, would wait and on which edge, if that robot waits for another one, and so
+    /// on, and the last of them for the first.
+    pub(super) fn closes_ring(&self, robot: u32) -> Option<(u32, u32)> {
+        let (mut current, mut first) = (robot, None);
         for _ in 0..LONGEST_RING {
             let extension = self.traffic().extension_later(current, 0.1);
-            let Some((blocker, _)) = extension.blocker.filter(|_| extension.stretches.is_empty()) else { return false };
+            let (blocker, edge) = extension.blocker.filter(|_| extension.stretches.is_empty())?;
+            let first = *first.get_or_insert((blocker, edge));
             if blocker == robot {
-                return true;
+                return Some(first);
             }
             let goes_on = self.robot(blocker).is_some_and(|state| !state.horizon.is_empty());
             if !goes_on || blocker == current {
-                return false;
+                return None;
             }
             current = blocker;
         }
-        false
+        None
     }
 }

@@ -98,7 +98,9 @@ impl Traffic<'_> {
             if !is_there {
                 stretches.push(Stretch { track: leg.edge(), leg: Some(leg), from, to });
             }
-            let ends = Ends { next, allows_sidings, anywhere: state.is_following };
+            let occupant = next.and_then(|&next| self.stub_occupant(robot, [leg, next]));
+            let ends =
+                Ends { next, allows_sidings: allows_sidings && occupant.is_none(), anywhere: state.is_following };
             if let Some(place) = self.place(footprint, leg, [from, to], wanted - so_far, &ends) {
                 best = Some(Place { stretches: stretches.len(), legs: number, to: place });
                 if so_far + place - from >= wanted {
@@ -113,6 +115,10 @@ impl Traffic<'_> {
             let Some(&next) = next else { break };
             if is_held(next) {
                 ends_held = true;
+                break;
+            }
+            if let Some(occupant) = occupant {
+                blocker = Some((occupant, next.edge()));
                 break;
             }
             if let Err(by) = self.pass_node(robot, [leg, next], &mut stretches) {

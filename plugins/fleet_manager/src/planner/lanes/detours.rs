@@ -51,15 +51,42 @@ impl Lanes {
     /// Returns another way for a robot, if there is one on which it can drive at once.
     fn detour(&mut self, robot: u32, traffic: &Traffic<'_>) -> Option<Vec<Leg>> {
         let state = traffic.robot(robot)?;
-        let (last, start) = traffic.base_end(robot)?;
+        let (last, _) = traffic.base_end(robot)?;
         let (avoid, goal) = (*state.horizon.front()?, state.goal?);
-        let congestion = &self.congestion;
-        let is_closed = |leg: Leg| leg == avoid || traffic.is_closed(leg) || traffic.claims.holds(robot, leg.edge());
+        let is_open = |leg: Leg| leg != avoid && !traffic.claims.holds(robot, leg.edge());
+        let elsewhere = self.way(robot, traffic, last, goal, is_open);
+        let can_drive = |legs: &Vec<Leg>| traffic.can_drive(robot, legs);
+        elsewhere.filter(can_drive).or_else(|| self.round_trip(robot, traffic, [last, avoid]).filter(can_drive))
+    }
+
+    /// Returns a way on which a robot leaves the node before a stub, and comes back: who comes out of the stub needs the node.
+    fn round_trip(&mut self, robot: u32, traffic: &Traffic<'_>, [last, avoid]: [Leg; 2]) -> Option<Vec<Leg>> {
+        let (roads, goal) = (traffic.roads, traffic.robot(robot)?.goal?);
+        let is_stub = |leg: Leg| roads.stubs().of(leg.edge()).is_some();
+        let exits = roads.exits(roads.end(last)).iter().filter(|_| is_stub(avoid) && !is_stub(last));
+        exits.copied().filter(|&exit| exit != avoid && !exit.is_reverse() && !is_stub(exit)).find_map(|exit| {
+            let mut legs = vec![exit];
+            // What it holds it will have given back when it comes there again.
+            legs.extend(self.way(robot, traffic, exit, goal, |leg| leg != exit)?);
+            Some(legs)
+        })
+    }
+
+    /// Returns the fastest way to a node from the end of a leg, on open legs.
+    fn way(
+        &mut self,
+        robot: u32,
+        traffic: &Traffic<'_>,
+        last: Leg,
+        goal: u32,
+        is_open: impl Fn(Leg) -> bool,
+    ) -> Option<Vec<Leg>> {
+        let state = traffic.robot(robot)?;
+        let (start, congestion) = (traffic.roads.end(last), &self.congestion);
         let landmarks = self.guide.as_ref().map(Guide::landmarks);
         let search = Search { last: Some(last), start, goal, reverse: false, landmarks, slack: SLACK[0] };
-        let legs = self.routers[0].route(traffic.roads, &state.class, search, |leg| {
-            (!is_closed(leg)).then(|| congestion.delay(leg.edge()))
-        })?;
-        traffic.can_drive(robot, &legs).then_some(legs)
+        self.routers[0].route(traffic.roads, &state.class, search, |leg| {
+            (is_open(leg) && !traffic.is_closed(leg)).then(|| congestion.delay(leg.edge()))
+        })
     }
 }
