@@ -13,6 +13,7 @@ fn counted(test: &str, scenario: &str, folder: &Path) -> (String, serde_json::Va
     let (csv, json) = (folder.join("traffic.csv"), folder.join("traffic.json"));
     let mut plugin = regatta();
     plugin.args(["plugin", "traffic", "--summary", "--fleet", &fleet]).arg("--csv").arg(&csv).arg("--json").arg(&json);
+    plugin.arg("--parquet").arg(folder.join("traffic.parquet"));
     let plugin = Process::start(&mut plugin);
     let mut engine = regatta();
     engine.arg("engine").arg(graphs(scenario)).args(["--fleet", &fleet, "--rate", "10", "--ticks", "600"]);
@@ -35,6 +36,8 @@ fn every_robot_counts_on_one_edge_at_a_time() {
     assert!(sum("entered_per_hour") > 60.0 && sum("contact_secs") == 0.0, "no collision checker runs");
     assert!(edges.iter().all(|edge| (0.0..=1.001).contains(&edge["relative_speed"].as_f64().expect("a speed"))));
     assert_eq!(csv.lines().count(), edges.len() + 1);
+    let parquet = fs::read(folder.path().join("traffic.parquet")).expect("readable");
+    assert!(parquet.starts_with(b"PAR1") && parquet.ends_with(b"PAR1"));
     assert!(summary.starts_with("traffic in 60 s"), "{summary}");
     let again = counted("traffic-again", "thirty.yaml", folder.path());
     assert_eq!((again.1, again.2), (json, csv), "a run in lockstep repeats");

@@ -101,7 +101,7 @@ impl Aggregator {
             ..self.totals
         };
         let run = self.last.as_ref().map(|last| run(last, self.real_time_factor.at(now)));
-        Snapshot { fleet, totals, run, collisions, work, processes }
+        Snapshot { fleet, totals, run, collisions, work, jams: None, processes }
     }
 
     /// Returns the statistics of durations since the previous call.

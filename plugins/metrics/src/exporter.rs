@@ -15,11 +15,12 @@ use regatta_plugin::{CsvFile, Error, FleetName, Frame, Options, Participant, Plu
 use crate::aggregator::{Aggregator, wall_time_nanos};
 use crate::collisions::CollisionReader;
 use crate::exposition::Format;
+use crate::jams::JamReader;
 use crate::page::{ExporterState, page};
 use crate::processes::ProcessMonitor;
 use crate::row::{header, row};
 use crate::server::{PageSource, Server};
-use crate::snapshot::{Collisions, IntervalStats, Snapshot};
+use crate::snapshot::{Collisions, IntervalStats, Jam, Snapshot};
 use crate::work::{WorkReader, WorkTally};
 
 /// Time between two rows of the CSV file.
@@ -82,7 +83,7 @@ impl Cli {
         if let Some(csv_file) = csv_file {
             write_rows(csv_file, Arc::clone(&shared))?;
         }
-        self.options.run(Exporter { shared, collisions: None, work: None }, "metrics")
+        self.options.run(Exporter { shared, collisions: None, work: None, jams: None }, "metrics")
     }
 }
 
@@ -104,6 +105,7 @@ struct State {
     aggregator: Aggregator,
     collisions: Collisions,
     work: WorkTally,
+    jams: Option<Arc<[Jam]>>,
 }
 
 impl Shared {
@@ -112,7 +114,8 @@ impl Shared {
         let processes = self.processes.newest().unwrap_or_default();
         let state = self.state.lock();
         let (collisions, work) = (state.collisions.clone(), state.work.work(&state.aggregator));
-        state.aggregator.snapshot(self.fleet.clone(), collisions, work, processes, wall_time_nanos())
+        let snapshot = state.aggregator.snapshot(self.fleet.clone(), collisions, work, processes, wall_time_nanos());
+        Snapshot { jams: state.jams.clone(), ..snapshot }
     }
 
     fn interval(&self) -> IntervalStats {
@@ -130,12 +133,14 @@ struct Exporter {
     shared: Arc<Shared>,
     collisions: Option<CollisionReader>,
     work: Option<WorkReader>,
+    jams: Option<JamReader>,
 }
 
 impl Plugin for Exporter {
     fn on_start(&mut self, fleet: &Participant) -> Result {
         self.collisions = Some(CollisionReader::open_on(fleet)?);
         self.work = Some(WorkReader::open_on(fleet)?);
+        self.jams = Some(JamReader::open_on(fleet)?);
         Ok(())
     }
 
@@ -161,13 +166,17 @@ impl Plugin for Exporter {
 impl Exporter {
     /// Reads what other plugins publish about the fleet.
     fn read_results(&mut self, now: u64) {
-        let State { aggregator, collisions, work } = &mut *self.shared.state.lock();
+        let State { aggregator, collisions, work, jams } = &mut *self.shared.state.lock();
         if let Some(reader) = &mut self.collisions {
             reader.update(aggregator, now);
             *collisions = reader.collisions(aggregator.newest());
         }
         if let Some(reader) = &mut self.work {
             reader.update(work, aggregator, now);
+        }
+        if let Some(reader) = &mut self.jams {
+            reader.update(aggregator);
+            *jams = reader.jams(aggregator.clock());
         }
     }
 }

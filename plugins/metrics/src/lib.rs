@@ -1,6 +1,6 @@
 //! Metrics of a fleet: for Prometheus, as CSV, and live in a terminal.
 //!
-//! Frames, the column `collision`, contacts, the column `activity`, the task log and the fleet's processes are aggregated
+//! Frames, the column `collision`, contacts, the column `activity`, the task log, the traffic on edges and the fleet's processes are aggregated
 //! into a [`Snapshot`](snapshot::Snapshot). The exporter's page, a row of the CSV file and the screen of `regatta top`
 //! are three views of it.
 
@@ -10,6 +10,7 @@ pub mod effort;
 pub mod exporter;
 pub mod exposition;
 pub mod histogram;
+pub mod jams;
 pub mod page;
 pub mod processes;
 mod received;

@@ -8,10 +8,11 @@ use std::collections::BTreeMap;
 use regatta_plugin::RowCounts;
 use regatta_plugin::activity::Activity;
 use regatta_plugin::frame::{CONTRACT_VERSION, ClockState};
+use regatta_plugin::traffic::EdgeTraffic;
 
 use crate::effort::Effort;
 use crate::exposition::{Exposition, Format};
-use crate::snapshot::{Collisions, Process, Run, Snapshot, TaskFigures, Totals, Work};
+use crate::snapshot::{Collisions, Jam, Process, Run, Snapshot, TaskFigures, Totals, Work};
 use crate::state_counts::STATE_NAMES;
 use crate::work::activity_key;
 
@@ -39,6 +40,7 @@ pub fn page(snapshot: &Snapshot, exporter: &ExporterState, format: Format) -> St
         add_effort(&mut page, work);
         add_tasks(&mut page, &work.tasks);
     }
+    add_jams(&mut page, snapshot.jams.as_deref().unwrap_or_default());
     add_processes(&mut page, &snapshot.processes);
     if let Some(rows) = exporter.rows {
         page.one("regatta_csv_rows_written_total", "Rows written to the CSV file.", rows.written);
@@ -160,6 +162,28 @@ fn add_tasks(page: &mut Exposition<'_>, tasks: &TaskFigures) {
     }
     let help = "Ticks whose records of tasks are missing, in whole or in part.";
     page.one("regatta_task_log_gaps_total", help, tasks.gaps);
+}
+
+/// Adds the edges with the longest waiting times.
+fn add_jams(page: &mut Exposition<'_>, jams: &[Jam]) {
+    let edges: Vec<String> = jams.iter().map(|jam| jam.edge.to_string()).collect();
+    let each = |value: fn(&EdgeTraffic) -> f32| {
+        let edges = edges.iter().map(String::as_str);
+        jams.iter()
+            .zip(edges)
+            .map(move |(jam, edge)| ([("edge", edge), ("name", &*jam.name)], f64::from(value(&jam.figures))))
+    };
+    let help = "Time that robots waited on an edge in the last ten minutes, for the edges with the longest times.";
+    page.each("regatta_edge_waiting_seconds", help, each(|figures| figures.waiting_secs));
+    let help = "Robots that entered these edges per hour, in the last ten minutes.";
+    page.each("regatta_edge_entered_per_hour", help, each(|figures| figures.entered_per_hour));
+    page.each(
+        "regatta_edge_robots",
+        "Mean number of robots on these edges, as above.",
+        each(|figures| figures.occupancy),
+    );
+    let help = "Mean speed on these edges over their speed limits, as above.";
+    page.each("regatta_edge_relative_speed_ratio", help, each(|figures| figures.relative_speed));
 }
 
 fn add_processes(page: &mut Exposition<'_>, processes: &[Process]) {

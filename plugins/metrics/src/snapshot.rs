@@ -7,6 +7,7 @@ use regatta_plugin::FleetName;
 use regatta_plugin::activity::Activity;
 use regatta_plugin::contact::{ContactHeader, ContactRecord};
 use regatta_plugin::frame::ClockState;
+use regatta_plugin::traffic::EdgeTraffic;
 
 use crate::effort::Effort;
 use crate::histogram::{DurationStats, Histogram};
@@ -26,8 +27,22 @@ pub struct Snapshot {
     pub collisions: Collisions,
     /// Work of a fleet manager for that run; `None` while none publishes.
     pub work: Option<Work>,
+    /// Edges where robots waited the longest in the last ten minutes, the worst one first; `None` while no plugin publishes
+    /// traffic.
+    pub jams: Option<Arc<[Jam]>>,
     /// Processes that participate in the fleet.
     pub processes: Vec<Process>,
+}
+
+/// An edge where robots waited.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Jam {
+    /// Id of the edge in the route graph.
+    pub edge: u32,
+    /// Its name; empty if it has none.
+    pub name: Arc<str>,
+    /// What happened there in the last ten minutes.
+    pub figures: EdgeTraffic,
 }
 
 /// Totals since the reader started, over all runs.

@@ -1,14 +1,16 @@
 //! Snapshots for tests.
 
+use std::sync::Arc;
 use std::time::Duration;
 
 use regatta_plugin::FleetName;
 use regatta_plugin::contact::{ContactHeader, ContactRecord};
 use regatta_plugin::frame::ClockState;
+use regatta_plugin::traffic::EdgeTraffic;
 
 use crate::effort::Effort;
 use crate::histogram::DurationRecorder;
-use crate::snapshot::{Collisions, Process, RobotLevels, Run, Snapshot, TaskFigures, Totals, Work};
+use crate::snapshot::{Collisions, Jam, Process, RobotLevels, Run, Snapshot, TaskFigures, Totals, Work};
 use crate::state_counts::StateCounts;
 use crate::task_times::TimeSummary;
 
@@ -41,6 +43,7 @@ pub fn snapshot() -> Snapshot {
         }),
         collisions: collisions(12, 30),
         work: Some(work()),
+        jams: Some(jams()),
         ..without_engine()
     }
 }
@@ -62,6 +65,7 @@ pub fn without_engine() -> Snapshot {
         run: None,
         collisions: Collisions::default(),
         work: None,
+        jams: None,
         processes: vec![process("metrics", 4_242, 0.01), process("engine", 4_000_000, 0.123)],
     }
 }
@@ -91,6 +95,19 @@ pub fn collisions(touching: u32, possible: u32) -> Collisions {
         }),
         list: (0..touching + possible).map(pair).collect(),
     }
+}
+
+/// Returns edges where robots wait.
+pub fn jams() -> Arc<[Jam]> {
+    let figures = EdgeTraffic {
+        occupancy: 2.5,
+        entered_per_hour: 1_234.0,
+        relative_speed: 0.25,
+        waiting_secs: 456.0,
+        contact_secs: 0.0,
+    };
+    let jam = |edge, name: &str| Jam { edge, name: name.into(), figures };
+    [jam(567, ""), jam(8, "dock 3")].into()
 }
 
 /// Returns the work of a fleet manager.

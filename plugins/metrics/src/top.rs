@@ -5,6 +5,7 @@ mod figures;
 mod format;
 mod graphs;
 mod history;
+mod jams;
 mod lists;
 mod screen;
 mod section;
@@ -20,7 +21,9 @@ use regatta_plugin::{FleetName, Participant, Result, Subscriber, Termination};
 
 use crate::aggregator::{Aggregator, wall_time_nanos};
 use crate::collisions::CollisionReader;
+use crate::jams::JamReader;
 use crate::processes::ProcessMonitor;
+use crate::snapshot::Snapshot;
 use crate::work::{WorkReader, WorkTally};
 use commands::{Command, CommandQueue};
 use history::SLOT;
@@ -70,6 +73,7 @@ struct Reader {
     frames: Subscriber,
     collisions: CollisionReader,
     work: WorkReader,
+    jams: JamReader,
     tally: WorkTally,
     processes: ProcessMonitor,
     aggregator: Aggregator,
@@ -87,6 +91,7 @@ impl Reader {
             frames: Subscriber::open_on(&participant)?,
             collisions: CollisionReader::open_on(&participant)?,
             work: WorkReader::open_on(&participant)?,
+            jams: JamReader::open_on(&participant)?,
             tally: WorkTally::default(),
             processes: ProcessMonitor::start(fleet)?,
             aggregator: Aggregator::default(),
@@ -111,6 +116,7 @@ impl Reader {
         self.frames.release();
         self.collisions.update(&mut self.aggregator, now);
         self.work.update(&mut self.tally, &mut self.aggregator, now);
+        self.jams.update(&mut self.aggregator);
         Ok(())
     }
 
@@ -123,7 +129,8 @@ impl Reader {
         };
         view.process_error = error;
         let (fleet, work) = (self.fleet.clone(), self.tally.work(&self.aggregator));
-        view.snapshot = self.aggregator.snapshot(fleet, collisions, work, processes, wall_time_nanos());
+        let snapshot = self.aggregator.snapshot(fleet, collisions, work, processes, wall_time_nanos());
+        view.snapshot = Snapshot { jams: self.jams.jams(self.aggregator.clock()), ..snapshot };
         if Instant::now() >= self.slot_end {
             view.history.add(&self.aggregator.take_interval(), &view.snapshot);
             // After this process was stopped, no empty slots are added.
@@ -174,6 +181,7 @@ impl Input {
             KeyCode::Char('+' | '=') => self.commands.send(Command::Faster),
             KeyCode::Char('-' | '_') => self.commands.send(Command::Slower),
             KeyCode::Char('m') => self.commands.send(Command::FullSpeed),
+            KeyCode::Char('e') => view.shows_jams = !view.shows_jams,
             KeyCode::Char('1') => self.commands.send(Command::RealTime),
             KeyCode::Up | KeyCode::Char('k') => view.scroll_by(-1),
             KeyCode::Down | KeyCode::Char('j') => view.scroll_by(1),

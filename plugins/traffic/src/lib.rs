@@ -3,6 +3,7 @@
 //! Each frame is counted once ([`tally`]), summed up over the last minute, the last ten minutes and the run ([`periods`]), and
 //! published once a simulated second ([`plugin`]). In lockstep the figures repeat bit by bit.
 
+pub mod parquet_file;
 pub mod periods;
 pub mod plugin;
 pub mod report;

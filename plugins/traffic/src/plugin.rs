@@ -10,6 +10,7 @@ use regatta_plugin::{
     ColumnReader, Error, Frame, Options, Participant, Plugin, Rate, Result, TrafficPublisher, World, usage_line,
 };
 
+use crate::parquet_file;
 use crate::periods::Periods;
 use crate::report::{self, Edge, Report};
 use crate::tally::Tally;
@@ -26,6 +27,9 @@ pub struct Cli {
     /// At the end, write the figures of all edges for the run to this file
     #[arg(long, value_name = "FILE.csv")]
     pub csv: Option<PathBuf>,
+    /// At the end, write the figures of all edges for the run to this file as a table in Apache Parquet
+    #[arg(long, value_name = "FILE.parquet")]
+    pub parquet: Option<PathBuf>,
     /// At the end, write the figures of all edges for the run to this file as JSON
     #[arg(long, value_name = "FILE.json")]
     pub json: Option<PathBuf>,
@@ -45,7 +49,7 @@ pub struct Cli {
 pub fn run_from<A: Into<OsString> + Clone>(args: impl IntoIterator<Item = A>) -> Result {
     match Cli::try_parse_from(args) {
         Ok(cli) => {
-            for file in [&cli.csv, &cli.json].into_iter().flatten() {
+            for file in [&cli.csv, &cli.parquet, &cli.json].into_iter().flatten() {
                 report::check(file)?;
             }
             cli.options.clone().run(TrafficPlugin::new(cli), "traffic")
@@ -152,6 +156,9 @@ impl TrafficPlugin {
         }
         if let Some(path) = &self.cli.csv {
             report::write(path, &report.csv())?;
+        }
+        if let Some(path) = &self.cli.parquet {
+            parquet_file::write(path, &report).map_err(|error| report::failed(path, &error))?;
         }
         if let Some(path) = &self.cli.json {
             report::write(path, &report.json())?;

@@ -10,6 +10,18 @@ use serde_json::json;
 /// The number of edges in the summary.
 const LISTED: usize = 10;
 
+/// A figure of an edge.
+type Figure = fn(&EdgeTraffic) -> f32;
+
+/// The names of the figures in files, and their values.
+pub const FIGURES: [(&str, Figure); 5] = [
+    ("occupancy", |figures| figures.occupancy),
+    ("entered_per_hour", |figures| figures.entered_per_hour),
+    ("relative_speed", |figures| figures.relative_speed),
+    ("waiting_secs", |figures| figures.waiting_secs),
+    ("contact_secs", |figures| figures.contact_secs),
+];
+
 /// What a report says of an edge beside its figures.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Edge {
@@ -65,17 +77,12 @@ impl Report<'_> {
 
     /// All edges as CSV.
     pub fn csv(&self) -> String {
-        let mut text =
-            "edge,origin,destination,name,occupancy,entered_per_hour,relative_speed,waiting_secs,contact_secs\n"
-                .to_owned();
+        let names = FIGURES.map(|(name, _)| name).join(",");
+        let mut text = format!("edge,origin,destination,name,{names}\n");
         for (edge, figures) in self.edges.iter().zip(self.figures) {
-            let EdgeTraffic { occupancy, entered_per_hour, relative_speed, waiting_secs, contact_secs } = figures;
             let ([from, to], name) = (edge.nodes, quoted(&edge.name));
-            let _ = writeln!(
-                text,
-                "{},{from},{to},{name},{occupancy},{entered_per_hour},{relative_speed},{waiting_secs},{contact_secs}",
-                edge.id
-            );
+            let values = FIGURES.map(|(_, figure)| figure(figures).to_string()).join(",");
+            let _ = writeln!(text, "{},{from},{to},{name},{values}", edge.id);
         }
         text
     }
@@ -120,7 +127,8 @@ pub fn write(path: &Path, text: &str) -> Result {
     std::fs::write(path, text).map_err(|error| failed(path, &error))
 }
 
-fn failed(path: &Path, error: &std::io::Error) -> Error {
+/// The error of a file that can't be written.
+pub fn failed(path: &Path, error: &std::io::Error) -> Error {
     Error::new(format_args!("can't write {} ({error}); choose another file", path.display()))
 }
 

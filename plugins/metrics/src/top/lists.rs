@@ -106,14 +106,14 @@ fn process(process: &Process) -> Row<'static> {
     Row::new([left(process.name.clone()), right(process.pid.to_string()), busy, right(memory)])
 }
 
-fn draw_hint(frame: &mut Frame<'_>, area: Rect, text: &str) {
+pub(super) fn draw_hint(frame: &mut Frame<'_>, area: Rect, text: &str) {
     frame.render_widget(Paragraph::new(text).style(theme::quiet()).wrap(Wrap { trim: true }), area);
 }
 
-fn left<'a>(text: impl Into<Text<'a>>) -> Cell<'a> {
+pub(super) fn left<'a>(text: impl Into<Text<'a>>) -> Cell<'a> {
     Cell::from(text.into())
 }
 
-fn right<'a>(text: impl Into<Text<'a>>) -> Cell<'a> {
+pub(super) fn right<'a>(text: impl Into<Text<'a>>) -> Cell<'a> {
     Cell::from(text.into().alignment(Alignment::Right))
 }

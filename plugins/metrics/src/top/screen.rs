@@ -9,18 +9,19 @@ use ratatui::widgets::{Block, Clear, Padding, Paragraph, Wrap};
 use regatta_plugin::frame::ClockState;
 
 use super::view::View;
-use super::{figures, format, graphs, lists, theme, work};
+use super::{figures, format, graphs, jams, lists, theme, work};
 use crate::snapshot::Run;
 
 /// The least size of the terminal, in columns and lines.
 const MIN_SIZE: (u16, u16) = (72, 20);
 
-const KEYS: [(&str, &str); 9] = [
+const KEYS: [(&str, &str); 10] = [
     ("space", "pause or resume"),
     ("s", "pause, and step one tick"),
     ("+  -", "faster, slower"),
     ("m", "as fast as possible"),
     ("1", "real time"),
+    ("e", "list collisions, or edges with jams"),
     ("↑ ↓ PgUp PgDn", "scroll the collisions"),
     ("Home End", "first, last collision"),
     ("?", "this list"),
@@ -66,6 +67,10 @@ fn draw_run(frame: &mut Frame<'_>, area: Rect, view: &View, run: &Run) -> usize 
     let [left, right] =
         Layout::horizontal([Constraint::Fill(1), Constraint::Length(processes)]).spacing(2).areas(below);
     lists::draw_processes(frame, right, view);
+    if view.shows_jams {
+        jams::draw(frame, left, view.snapshot.jams.as_deref());
+        return view.scroll;
+    }
     lists::draw_collisions(frame, left, &view.snapshot, run, view.scroll)
 }
 

@@ -15,6 +15,8 @@ pub struct View {
     pub history: History,
     /// Reason why the processes can't be listed.
     pub process_error: Option<String>,
+    /// Whether the list shows the edges where robots wait, rather than collisions.
+    pub shows_jams: bool,
     /// Number of collisions above the first line of the list.
     pub scroll: usize,
     /// Whether the help is shown.
@@ -32,10 +34,11 @@ impl View {
             run: None,
             collisions: Collisions::default(),
             work: None,
+            jams: None,
             processes: Vec::new(),
         };
         let history = History::default();
-        Self { snapshot, history, process_error: None, scroll: 0, help: false, outcome: None }
+        Self { snapshot, history, process_error: None, shows_jams: false, scroll: 0, help: false, outcome: None }
     }
 
     /// Scrolls the collisions by a number of lines, at most to their end.

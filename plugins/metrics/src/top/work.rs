@@ -95,7 +95,7 @@ fn effort(work: &Work) -> Line<'static> {
     let (cycle, what) = cycle.unzip();
     let values = [
         ("utilisation ", work.effort.utilisation().map(percent), "  "),
-        ("empty metres ", work.effort.empty_part().map(percent), "  "),
+        ("empty ", work.effort.empty_part().map(percent), "  "),
         ("cycle ", cycle, what.unwrap_or_default()),
     ];
     let value = |(name, value, after): (&'static str, Option<String>, &'static str)| {
@@ -141,8 +141,8 @@ mod tests {
         let tasks = testing::work().tasks;
         assert_eq!(counts(&tasks).to_string(), "58 open, 4,321 finished, 450 an hour, 3 failed, 7 cancelled");
         let text = effort(&testing::work()).to_string();
-        assert_eq!(text, "utilisation 90 %  empty metres 40 %  cycle 3.0 12.0 31.4 ms (mean, p99, longest)");
-        assert!(effort(&Work::default()).to_string().starts_with("utilisation –  empty metres –"));
+        assert_eq!(text, "utilisation 90 %  empty 40 %  cycle 3.0 12.0 31.4 ms (mean, p99, longest)");
+        assert!(effort(&Work::default()).to_string().starts_with("utilisation –  empty –"));
         assert!(times(&tasks).to_string().starts_with("service 61 55 120 300 s  waiting 8.4 "));
     }
 }

@@ -118,3 +118,15 @@ proptest! {
         drawn(&mut view, width, height);
     }
 }
+
+#[test]
+fn edges_with_jams_replace_the_collisions() {
+    let mut view = view(testing::snapshot());
+    view.shows_jams = true;
+    let screen = drawn(&mut view, 80, 26);
+    shows(&screen, &["edges with jams", "robots/h", "567", "456.0 s", "1,234", "2.5", "25 %", "8 dock 3"]);
+    view.snapshot.jams = Some([].into());
+    shows(&drawn(&mut view, 80, 24), &["No robot has waited."]);
+    view.snapshot.jams = None;
+    shows(&drawn(&mut view, 120, 24), &["start `regatta plugin traffic`"]);
+}
