@@ -274,3 +274,27 @@ fn a_live_collision_checker_works_on_a_recording_that_has_no_contacts() {
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     }
 }
+
+#[test]
+fn a_viewer_of_a_file_says_in_one_line_what_is_wrong() {
+    let folder = TempDir::new().expect("a folder");
+    record("viewer-file", "thirty.yaml", 100, &file(&folder), &[]);
+    let (recording, text) = (file(&folder).display().to_string(), folder.path().join("text").display().to_string());
+    std::fs::write(&text, "no recording").expect("written");
+    let film = folder.path().join("film").display().to_string();
+    let cases: [(&[&str], &str); 6] = [
+        (&[&text], "can't read"),
+        (&["/no/such.mcap"], "can't read /no/such.mcap"),
+        (&[&recording, "--film", &film, "--from", "800ms", "--to", "200ms"], "--from 0.800 s is after --to 0.200 s"),
+        (&[&recording, "--film", &film, "--to", "2s"], "--to 2.000 s is outside of the recording, 0.000 s to 1.000 s"),
+        (&[&recording, "--film", "film.avi"], "film.avi: a film is an MP4 file"),
+        (&[&recording, "--film", &film, "--speed", "0"], "is not a factor from 0.001 to 1000"),
+    ];
+    for (args, reason) in cases {
+        let output = regatta().arg("viewer").args(args).output().expect("it starts");
+        let stderr = String::from_utf8_lossy(&output.stderr);
+        let lines: Vec<_> = stderr.lines().filter(|line| line.starts_with("regatta: ")).collect();
+        assert!(!output.status.success() && lines.len() == 1 && lines[0].contains(reason), "{args:?}: {stderr}");
+    }
+    assert!(!Path::new(&film).exists());
+}

@@ -43,7 +43,7 @@ pub fn run(options: &Options) -> Result {
     if !options.bench.is_empty() {
         return bench::run(options);
     }
-    if options.headless {
+    if options.headless || options.film.is_some() {
         return headless::run(options);
     }
     window::run(options)

@@ -4,6 +4,7 @@
 use std::time::Instant;
 
 use glam::{UVec2, Vec2};
+use regatta_plugin::frame::ClockState;
 use regatta_plugin::route::RouteResponse;
 use regatta_plugin::{Frame, Participant, Result, World};
 use wgpu::{CommandEncoder, TextureView};
@@ -107,6 +108,9 @@ impl Stage {
         }
         if let Some(frame) = self.feed.frame().filter(|_| news.frame) {
             self.playhead.push(&frame, now);
+            if self.feed.recording().is_some() && frame.header().clock == ClockState::Paused as u32 {
+                self.playhead.arrive();
+            }
             self.renderer.push_frame(&frame);
         }
         if news.world || (news.frame && !self.routes.is_empty()) {

@@ -1,8 +1,10 @@
 //! A replay: a producer like the engine, whose frames come from a recording.
 
+mod marks;
 mod options;
 mod producer;
 mod stage;
+mod teller;
 
 use std::time::Duration;
 
@@ -13,6 +15,7 @@ use crate::reading::{Reader, Recording, Selection};
 use crate::schema::Topic;
 pub use options::{ReplayArgs, ReplayError};
 use stage::{Stage, StageError};
+use teller::Teller;
 
 /// Replays a recording until it is over or Ctrl-C.
 ///
@@ -28,7 +31,8 @@ pub fn replay(args: &ReplayArgs) -> Result<(), ReplayError> {
     let mut topics = recording.topics();
     topics.retain(|topic| !args.no_columns || !topic.is_from_plugin());
     let mut ports = ProducerPorts::create_on(Participant::join(&args.fleet, "replay")?, 0)?;
-    let stage = Stage::open(&mut ports, &topics);
+    let teller = Teller::open(ports.participant(), &recording)?;
+    let stage = Stage::open(&mut ports, &topics, teller);
     regatta_plugin::tell!(
         "fleet '{}': {} frames from {:.2} s to {:.2} s of {}; Ctrl-C stops",
         args.fleet,
@@ -80,7 +84,7 @@ impl<'recording> Replay<'recording> {
     /// With `withhold`, messages that reach only readers that are there already wait for the next moment.
     fn show_moment(&mut self, session: &mut Session, withhold: bool) -> Result<bool, ReplayError> {
         let Some(time) = self.reader.peek()? else { return Ok(false) };
-        self.time = time;
+        (self.time, self.stage.time) = (time, time);
         let Self { recording, reader, stage, frame, withheld, .. } = self;
         for (topic, message) in withheld.drain(..) {
             stage.publish(session, &topic, &message).map_err(|error| explain(recording, &topic, time, error))?;

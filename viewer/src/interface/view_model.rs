@@ -4,6 +4,7 @@
 use glam::Vec2;
 use regatta_plugin::control::{ControlRequest, ControlResponse};
 use regatta_plugin::frame::{ClockState, Frame};
+use regatta_plugin::recording::RecordingMark;
 use regatta_plugin::{ColumnName, Contacts, World};
 
 use super::labels::Labels;
@@ -11,7 +12,7 @@ use super::pose::Pose;
 use super::rows::{RowQuery, Rows};
 use super::timing::Timing;
 use crate::camera::Bounds;
-use crate::feed::Counts;
+use crate::feed::{Counts, Feed};
 use crate::filter::Filter;
 use crate::gpu::pick::Picked;
 use crate::palette::Legend;
@@ -83,6 +84,47 @@ pub struct ViewModel<'a> {
     pub trail_points: u32,
     /// Whether the UDP source and the UDP sender are running.
     pub udp: [bool; 2],
+    /// The recording that is replayed; `None` for a live fleet.
+    pub timeline: Option<Timeline<'a>>,
+}
+
+/// A recording that is replayed. Times are nanoseconds on its clock.
+#[derive(Clone, Copy, Debug)]
+pub struct Timeline<'a> {
+    /// The name of the file.
+    pub name: &'a str,
+    /// The last note at or before the shown frame; empty for none.
+    pub note: &'a str,
+    /// The first time.
+    pub start: u64,
+    /// The last time.
+    pub end: u64,
+    /// The time of the shown frame, if it is known.
+    pub now: Option<u64>,
+    /// Marks up to this time are known.
+    pub searched: u64,
+    /// Marks that there was no room for.
+    pub left_out: u64,
+    /// What happened, sorted by time.
+    pub marks: &'a [RecordingMark],
+}
+
+impl<'a> Timeline<'a> {
+    /// The recording that a feed reads; `None` if its producer is no replay.
+    pub fn of(feed: &'a Feed) -> Option<Self> {
+        let (recording, frame) = (feed.recording()?, feed.frame()?);
+        let header = recording.header;
+        Some(Self {
+            name: header.file(),
+            note: header.note(),
+            start: header.start_nanos,
+            end: header.end_nanos,
+            now: (frame.run_id() == header.run_id).then(|| header.time_of(frame.header().sim_time_nanos)),
+            searched: header.searched_nanos,
+            left_out: header.left_out,
+            marks: recording.marks,
+        })
+    }
 }
 
 /// An item that can be selected.
@@ -141,6 +183,11 @@ impl ViewModel<'_> {
     pub fn is_paused(&self) -> bool {
         let clock = self.frame.map(|frame| frame.header().clock).or(self.status.map(|status| status.clock));
         clock == Some(ClockState::Paused as u32)
+    }
+
+    /// What is shown: the file of a recording, or the fleet.
+    pub fn name(&self) -> &str {
+        self.timeline.map_or(self.fleet, |timeline| timeline.name)
     }
 
     /// Returns the selected robot's value in a column, if it is published.

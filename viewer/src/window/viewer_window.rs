@@ -64,6 +64,8 @@ pub struct ViewerWindow {
     timing: Timing,
     look: LookOptions,
     fleet: FleetName,
+    /// What is shown: a file, or a fleet.
+    name: String,
     is_hidden: bool,
     is_closing: bool,
     assets: Assets,
@@ -124,6 +126,7 @@ impl ViewerWindow {
             timing: Timing::new(adapter),
             look,
             fleet: options.fleet.clone(),
+            name: options.name(),
             is_hidden: false,
             is_closing: false,
             assets: Assets::default(),
@@ -176,6 +179,10 @@ impl ViewerWindow {
         }
         if self.stage.feed.has_newer()? {
             self.frame_pacing.keep_drawing(now);
+        }
+        // Marks arrive while a replay stands, too.
+        if self.stage.feed.recording().is_some_and(|recording| recording.header.searched_nanos != u64::MAX) {
+            self.frame_pacing.schedule(now + Duration::from_millis(250));
         }
         if self.engine_state(now) == EngineState::Silent {
             self.frame_pacing.schedule(now + Duration::from_secs(1));
@@ -314,8 +321,8 @@ fn size_of(window: &Window) -> UVec2 {
     UVec2::new(size.width, size.height)
 }
 
-/// Returns the title of the window: the fleet and the selected robot.
-pub fn title(fleet: &FleetName, selected: Option<Item>) -> String {
+/// Returns the title of the window: what is shown, and the selected robot.
+pub fn title(fleet: &str, selected: Option<Item>) -> String {
     match selected {
         Some(Item::Robot(id)) => format!("Regatta: {fleet}, robot {id}"),
         _ => format!("Regatta: {fleet}"),

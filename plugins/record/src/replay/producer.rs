@@ -41,7 +41,7 @@ impl Producer for Replay<'_> {
     }
 
     fn between_ticks(&mut self, session: &mut Session) -> Result<(), ReplayError> {
-        self.stage.update();
+        self.stage.update()?;
         session.refuse_orders()?;
         if session.orders_refused() > 0 && !std::mem::replace(&mut self.reported_orders, true) {
             regatta_plugin::tell!("replay: orders are refused: the robots of a recording can't be steered");

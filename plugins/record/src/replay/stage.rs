@@ -8,6 +8,7 @@ use regatta_plugin::producer::Session;
 use regatta_plugin::{ColumnName, ContactPublisher, ProducerPorts, PublishError, TaskPublisher};
 
 use super::ReplayError;
+use super::teller::Teller;
 use crate::contacts::ContactDecoder;
 use crate::decode::{self, MessageError, RecordedWorld};
 use crate::recorded::{RecordedColumn, RecordedFrame};
@@ -16,6 +17,9 @@ use crate::schema::Topic;
 /// The state of a replay's services.
 #[derive(Debug)]
 pub(super) struct Stage {
+    teller: Teller,
+    /// Time in the recording of what is being published, in nanoseconds.
+    pub time: u64,
     /// `None` if the recording has no contacts, so that a live checker can publish them.
     contacts: Option<ContactPublisher>,
     /// `None` if the recording has no task log.
@@ -54,7 +58,7 @@ impl From<MessageError> for StageError {
 impl Stage {
     /// Opens the services of these topics, all before the first frame, so that readers that wait for a fleet are there
     /// in time.
-    pub fn open(ports: &mut ProducerPorts, topics: &[Topic]) -> Self {
+    pub fn open(ports: &mut ProducerPorts, topics: &[Topic], teller: Teller) -> Self {
         let mut columns = BTreeSet::new();
         for name in topics.iter().filter_map(Topic::column) {
             match ports.open_column(name.clone()) {
@@ -73,6 +77,8 @@ impl Stage {
             opened.inspect_err(|error| regatta_plugin::tell!("replay: tasks are left out: {error}")).ok()
         });
         Self {
+            teller,
+            time: 0,
             contacts,
             tasks,
             columns,
@@ -85,13 +91,18 @@ impl Stage {
     }
 
     /// Gives the newest contacts to readers that have joined since, and connects those of the task log.
-    pub fn update(&self) {
+    ///
+    /// # Errors
+    /// [`PublishError`] when shared memory is full.
+    pub fn update(&mut self) -> Result<(), PublishError> {
+        self.teller.update()?;
         if let Some(tasks) = &self.tasks {
             tasks.update();
         }
         if let Some(contacts) = &self.contacts {
             contacts.update();
         }
+        Ok(())
     }
 
     /// The number of robots of the frame shown last, by state.
@@ -148,6 +159,7 @@ impl Stage {
 
     fn frame(&mut self, session: &mut Session, frame: &RecordedFrame<'_>) -> Result<(), StageError> {
         self.follow_run(session, frame.header.run_id)?;
+        self.teller.before_frame(session.run_id(), self.time, frame.header.sim_time_nanos)?;
         session.set_tick(frame.header.tick);
         let mut loan = session.loan(frame.len())?;
         let header = loan.header_mut();
@@ -161,7 +173,7 @@ impl Stage {
         };
         frame.copy_to(&mut loan.columns_mut());
         session.send(loan)?;
-        self.update();
+        self.update()?;
         self.states.clear();
         self.states.extend_from_slice(frame.states());
         Ok(())

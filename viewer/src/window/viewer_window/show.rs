@@ -8,7 +8,7 @@ use winit::window::Fullscreen;
 
 use super::{ViewerWindow, title};
 use crate::interface::pose::interpolate;
-use crate::interface::view_model::{Action, EngineState, Item, ViewModel};
+use crate::interface::view_model::{Action, EngineState, Item, Timeline, ViewModel};
 
 /// The time without a frame after which a running engine is considered silent.
 const MAX_SILENCE: Duration = Duration::from_millis(1500);
@@ -67,6 +67,7 @@ impl ViewerWindow {
             lag: self.fleet_state.lag,
             trail_points: self.stage.renderer.trail_points(),
             udp: self.udp.is_running(),
+            timeline: Timeline::of(&self.stage.feed),
         };
         let input = self.input.take_egui_input(&self.window);
         let (mut picture, mut actions, interface) = (Rect::ZERO, Vec::new(), &mut self.interface);
@@ -118,7 +119,7 @@ impl ViewerWindow {
             self.fleet_state.values.clear();
             self.fleet_state.task = None;
             self.link.robot(if let Some(Item::Robot(id)) = selected { Some(id) } else { None });
-            self.window.set_title(&title(&self.fleet, selected));
+            self.window.set_title(&title(&self.name, selected));
         }
     }
 
