@@ -1,6 +1,7 @@
 //! Rendering without a window: a screenshot, a recording of a live fleet, or a film of a recording.
 
 mod film;
+mod scrub;
 
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -93,6 +94,7 @@ pub fn run(options: &Options) -> Result {
         (Some(path), ..) => viewer.film(path),
         (None, Some(path), _) => viewer.screenshot(path),
         (None, None, Some(path)) => viewer.record(path),
+        (None, None, None) if !options.bench.is_empty() => viewer.scrub(),
         (None, None, None) => Err(Error::new("--headless needs --screenshot FILE, --record FOLDER or --bench N")),
     }
 }

@@ -57,7 +57,7 @@ impl Interface {
             .resizable(false)
             .frame(frame)
             .show(ui, |ui| self.transport(ui, model, &mut actions));
-        if model.timeline.is_some() {
+        if model.recording().is_some() || model.timeline.is_some() && self.timeline.shows_past {
             Panel::bottom("timeline")
                 .exact_size(timeline::HEIGHT)
                 .resizable(false)

@@ -23,7 +23,7 @@ pub use values::{CameraOption, LightOption, MeshOption, OptionError, Pair, Size}
 #[command(group = ArgGroup::new("moving").args(["record", "film"]).multiple(true))]
 pub struct Options {
     /// Recording to show (MCAP), with a timeline, instead of a fleet that runs
-    #[arg(value_name = "FILE", conflicts_with_all = ["fleet", "bench"])]
+    #[arg(value_name = "FILE", conflicts_with = "fleet")]
     pub recording: Option<PathBuf>,
     /// Name of the fleet to show
     #[arg(long, value_name = "NAME", default_value_t)]
@@ -76,7 +76,7 @@ pub struct Options {
     /// The content and the style of pictures
     #[command(flatten)]
     pub look: LookOptions,
-    /// Measure the rendering speed with this number of robots (0: the running fleet); several numbers measure one after the
+    /// Measure the rendering speed with this number of robots (0: the running fleet, or with a FILE the time of jumps in it); several numbers measure one after the
     /// other
     #[arg(long, value_name = "N", num_args = 1.., conflicts_with_all = ["screenshot", "record"])]
     pub bench: Vec<u32>,

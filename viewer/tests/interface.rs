@@ -20,7 +20,7 @@ use regatta_viewer::interface::labels::Labels;
 use regatta_viewer::interface::rows::{Rows, SortBy};
 use regatta_viewer::interface::settings::{LeftPanel, RightPanel, Settings};
 use regatta_viewer::interface::timing::Timing;
-use regatta_viewer::interface::view_model::{Action, EngineState, Item, Timeline, ViewModel};
+use regatta_viewer::interface::view_model::{Action, EngineState, Item, Live, Timeline, ViewModel};
 use regatta_viewer::palette::{Colouring, Legend, Theme};
 use regatta_viewer::plans::{Coverage, PlanFacts};
 use regatta_viewer::route::{Remaining, RouteLength};
@@ -47,6 +47,7 @@ struct Fixture {
     actions: Vec<Action>,
     /// The marks of a recording of ten seconds, and its time, in seconds.
     recording: Option<(Vec<RecordingMark>, f64)>,
+    is_past: bool,
 }
 
 /// An edge between two nodes.
@@ -97,6 +98,7 @@ impl Fixture {
             legend: Colouring::default().legend(Theme::Dark, &[], None),
             actions: Vec::new(),
             recording: None,
+            is_past: false,
         }
     }
 
@@ -129,7 +131,10 @@ impl Fixture {
             lag: Some(0.001),
             trail_points: 0,
             udp: [false, false],
-            timeline: self.recording.as_ref().map(|(marks, now)| timeline(marks, *now)),
+            timeline: match &self.recording {
+                Some((marks, now)) => Some(timeline(marks, *now)),
+                None => Some(past(&self.header, self.is_past)),
+            },
         };
         let (_, actions) = self.interface.show(ui, &model);
         self.actions.extend(actions);
@@ -156,7 +161,15 @@ fn timeline(marks: &[RecordingMark], now: f64) -> Timeline<'_> {
         searched: u64::MAX,
         left_out: 0,
         marks,
+        live: None,
     }
+}
+
+/// What is kept of a live run: ten seconds.
+fn past(header: &FrameHeader, is_past: bool) -> Timeline<'static> {
+    let now = header.sim_time_nanos;
+    let live = Some(Live { bytes: 12 << 20, is_past });
+    Timeline { name: "live", start: now - 10_000_000_000, end: now, now: Some(now), live, ..timeline(&[], 0.0) }
 }
 
 /// A fixture that shows a recording with a contact at 2 s and two faults at 6 s, at a time in seconds.
@@ -729,4 +742,32 @@ fn at_its_end_a_recording_is_played_again_and_a_fleet_that_has_ended_is_greyed()
     settle(&mut harness);
     harness.get_by_label("The engine has ended");
     harness.get_by_label("this is its last picture, of 01:23.46; a new one is shown as soon as it runs");
+}
+
+#[test]
+fn the_past_of_a_live_run_is_looked_at_and_left() {
+    let mut harness = harness(Fixture::new(5));
+    assert!(harness.query_by_label("Timeline").is_none(), "the bar has to be asked for");
+    press(&mut harness, Key::U);
+    harness.get_by_label("the last 00:10.00 are kept, up to ten minutes: 12 of 256 MB");
+    let bar = harness.get_by_label("Timeline").rect();
+    harness.drag_at(bar.center());
+    settle(&mut harness);
+    harness.drop_at(bar.center());
+    settle(&mut harness);
+    let looked = |harness: &Harness<'_, Fixture>| match harness.state().actions.last() {
+        Some(Action::LookBack(time)) => *time,
+        other => panic!("{other:?}"),
+    };
+    assert!(looked(&harness).is_some_and(|time| time.abs_diff(78_456_000_000) < 20_000_000), "{:?}", looked(&harness));
+    assert_eq!(harness.state().requests(), [], "the engine isn't asked for anything");
+    harness.state_mut().is_past = true;
+    settle(&mut harness);
+    harness.get_by_label("past");
+    harness.get_by_label("robots");
+    harness.get_by_label("back to live").click();
+    settle(&mut harness);
+    assert_eq!(looked(&harness), None);
+    press(&mut harness, Key::Comma);
+    assert_eq!(looked(&harness), Some(83_455_999_999), "before the shown frame");
 }

@@ -6,7 +6,8 @@ mod producer;
 mod stage;
 mod teller;
 
-use std::time::Duration;
+use std::collections::BTreeSet;
+use std::time::{Duration, Instant};
 
 use regatta_plugin::producer::{Moment, Session};
 use regatta_plugin::{Participant, ProducerPorts, Termination};
@@ -62,19 +63,28 @@ struct Replay<'recording> {
     /// The events of the first moment, if readers in lockstep may join only with its frame.
     withheld: Vec<(Topic, Vec<u8>)>,
     reported_orders: bool,
+    /// The times of the repetitions of the world that is shown.
+    worlds: BTreeSet<u64>,
+    /// How often the world had changed when these times were noted.
+    world_changes: u64,
+    /// When the playhead jumped, if the contacts of that time haven't been published yet.
+    contacts_due: Option<Instant>,
 }
 
 impl<'recording> Replay<'recording> {
     fn new(recording: &'recording Recording, stage: Stage, args: &ReplayArgs) -> Result<Self, ReplayError> {
         Ok(Self {
             recording,
-            reader: recording.read(&Selection::all_of(Vec::new()))?,
+            reader: recording.read(&selection(recording))?,
             stage,
             args: args.clone(),
             time: 0,
             frame: Vec::new(),
             withheld: Vec::new(),
             reported_orders: false,
+            worlds: BTreeSet::new(),
+            world_changes: 0,
+            contacts_due: None,
         })
     }
 
@@ -121,13 +131,13 @@ impl<'recording> Replay<'recording> {
     /// Shows the newest frame at or before `time`, and continues from there.
     fn go_to(&mut self, session: &mut Session, time: Duration, withhold: bool) -> Result<(), ReplayError> {
         let time = time.as_nanos() as u64;
-        let frame = self.recording.last_until(&Topic::Frames, time)?.map_or(0, |(time, _)| time);
+        let frame = self.recording.time_until(&Topic::Frames, time)?.unwrap_or(0);
         if frame < self.time {
             self.stage.begin_run(session)?;
         }
         self.withheld.clear();
         self.show_state_before(session, frame)?;
-        self.reader = self.recording.read(&Selection { from: frame, ..Selection::all_of(Vec::new()) })?;
+        self.reader = self.recording.read(&Selection { from: frame, ..selection(self.recording) })?;
         // The first moments of a recording may have no frame.
         while self.reader.peek()?.is_some() && !self.show_moment(session, withhold)? {}
         session.jump(Moment { tick: session.tick(), sim_nanos: self.time });
@@ -140,13 +150,54 @@ impl<'recording> Replay<'recording> {
             if matches!(topic, Topic::Contacts | Topic::ContactUpdates) {
                 continue;
             }
+            if self.is_shown(&topic, frame)? {
+                continue;
+            }
             let Some((time, message)) = self.recording.state_before(&topic, frame)? else { continue };
             let shown = self.stage.publish(session, &topic, &message);
             shown.map_err(|error| explain(self.recording, &topic, time, error))?;
+            if topic == Topic::World {
+                self.worlds.insert(time);
+            }
+        }
+        // A list of contacts is decoded from up to a hundred changes: whoever drags the playhead doesn't wait for it.
+        if !session.is_lockstep() {
+            self.contacts_due = Some(Instant::now());
+            return Ok(());
         }
         let contacts = self.recording.contacts_before(frame)?;
         Ok(self.stage.take_contacts(session, contacts)?)
     }
+
+    /// Whether what is valid before a frame need not be read: a column of the frame itself replaces it, or the world is the one
+    /// that is shown. The index tells.
+    fn is_shown(&mut self, topic: &Topic, frame: u64) -> Result<bool, ReplayError> {
+        if topic.column().is_some() {
+            return Ok(self.recording.time_until(topic, frame)? == Some(frame));
+        }
+        let changes = self.stage.world_changes;
+        if std::mem::replace(&mut self.world_changes, changes) != changes {
+            self.worlds.clear();
+        }
+        let Some(before) = frame.checked_sub(1) else { return Ok(false) };
+        Ok(self.recording.time_until(topic, before)?.is_some_and(|time| self.worlds.contains(&time)))
+    }
+
+    /// Publishes the list of contacts of the shown frame, if that hasn't been done since the last jump.
+    fn show_contacts(&mut self, session: &mut Session) -> Result<(), ReplayError> {
+        if self.contacts_due.take().is_some() {
+            let contacts = self.recording.contacts_before(self.time.saturating_add(1))?;
+            self.stage.take_contacts(session, contacts)?;
+        }
+        Ok(())
+    }
+}
+
+/// What a replay reads: everything but what was recorded for other programs.
+fn selection(recording: &Recording) -> Selection {
+    let mut topics = recording.topics();
+    topics.retain(|topic| !matches!(topic, Topic::Poses | Topic::Robots | Topic::Graph | Topic::GraphPoints));
+    Selection::all_of(topics)
 }
 
 /// Adds to an error where in the recording the message is.

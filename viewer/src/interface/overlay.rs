@@ -64,7 +64,7 @@ impl Interface {
         let (theme, colours) = (self.settings.theme(), self.colours());
         let painter = context.layer_painter(egui::LayerId::background());
         painter.with_clip_rect(picture).rect_filled(picture, 0.0, egui::Color32::from_gray(128).gamma_multiply(0.55));
-        let what = if model.timeline.is_some() { "The replay has ended" } else { "The engine has ended" };
+        let what = if model.recording().is_some() { "The replay has ended" } else { "The engine has ended" };
         let time = model.frame.map(|frame| frame.sim_time().as_secs_f64());
         self.float(context, picture, "ended", Align2::CENTER_BOTTOM, |ui| {
             ui.label(RichText::new(what).strong().color(colours.bad));

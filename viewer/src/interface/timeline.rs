@@ -8,7 +8,8 @@ use super::icons::{self, Icon};
 use super::state::Interface;
 use super::style::{self, ThemeColours};
 use super::transport::clock_text;
-use super::view_model::{Action, Timeline, ViewModel};
+use super::view_model::{Action, Live, Timeline, ViewModel};
+use crate::past::BUDGET;
 
 /// The height of the timeline, in points.
 pub const HEIGHT: f32 = 62.0;
@@ -38,6 +39,8 @@ pub struct TimelineState {
     /// The time of the last picture, unless the user has gone elsewhere since.
     last: Option<u64>,
     was_running: bool,
+    /// Whether the bar of a live run is shown.
+    pub shows_past: bool,
 }
 
 impl Timeline<'_> {
@@ -61,8 +64,15 @@ fn seek(time: u64) -> Action {
 impl Interface {
     pub(super) fn timeline(&mut self, ui: &mut Ui, model: &ViewModel<'_>, actions: &mut Vec<Action>) {
         let Some(timeline) = model.timeline else { return };
-        self.repeat(model, &timeline, actions);
-        ui.horizontal(|ui| self.timeline_title(ui, &timeline, model, actions));
+        match timeline.live {
+            None => {
+                self.repeat(model, &timeline, actions);
+                ui.horizontal(|ui| self.timeline_title(ui, &timeline, model, actions));
+            }
+            Some(live) => {
+                ui.horizontal(|ui| self.past_title(ui, &timeline, live, actions));
+            }
+        }
         self.timeline_bar(ui, &timeline, actions);
     }
 
@@ -109,6 +119,32 @@ impl Interface {
         }
     }
 
+    /// Tells how much of a live run is kept, and leads back to it.
+    fn past_title(&mut self, ui: &mut Ui, timeline: &Timeline<'_>, live: Live, actions: &mut Vec<Action>) {
+        let (theme, colours) = (self.settings.theme(), self.colours());
+        let (text, colour) = if live.is_past { ("past", colours.warn) } else { ("live", colours.good) };
+        ui.label(RichText::new(text).strong().color(colour));
+        let kept = clock_text(timeline.end.saturating_sub(timeline.start) as f64 * 1e-9);
+        let megabytes = live.bytes as f64 / f64::from(1 << 20);
+        let text = format!("the last {kept} are kept, up to ten minutes: {megabytes:.0} of {} MB", BUDGET >> 20);
+        ui.label(style::faint(ui, theme, text));
+        if live.is_past {
+            if ui.button(RichText::new("back to live").size(11.0)).clicked() {
+                self.timeline.asked = None;
+                actions.push(Action::LookBack(None));
+            }
+            ui.label(style::faint(ui, theme, "columns, contacts and routes are not kept"));
+        }
+    }
+
+    /// Shows or hides the bar of a live run. Without it, the newest frame is shown.
+    pub(super) fn toggle_past(&mut self, actions: &mut Vec<Action>) {
+        self.timeline.shows_past = !self.timeline.shows_past;
+        if !self.timeline.shows_past {
+            actions.push(Action::LookBack(None));
+        }
+    }
+
     fn timeline_bar(&mut self, ui: &mut Ui, timeline: &Timeline<'_>, actions: &mut Vec<Action>) {
         let size = vec2(ui.available_width(), LANE * KINDS.len() as f32 + BAR + 4.0);
         let (rect, response) = ui.allocate_exact_size(size, Sense::click_and_drag());
@@ -137,7 +173,8 @@ impl Interface {
         timeline: &Timeline<'_>,
         actions: &mut Vec<Action>,
     ) {
-        let marks_loop = ui.input(|input| input.modifiers.matches_logically(Modifiers::SHIFT));
+        let marks_loop =
+            timeline.live.is_none() && ui.input(|input| input.modifiers.matches_logically(Modifiers::SHIFT));
         let is_down = response.is_pointer_button_down_on() || response.clicked();
         let Some(pointer) = response.interact_pointer_pos().filter(|_| is_down) else {
             self.timeline.dragged = None;
@@ -155,7 +192,10 @@ impl Interface {
             self.set_loop(start, time);
         } else if self.timeline.dragged != Some(time) {
             self.timeline.dragged = Some(time);
-            self.ask_for(time, actions);
+            match timeline.live {
+                Some(_) => actions.push(Action::LookBack(Some(time))),
+                None => self.ask_for(time, actions),
+            }
         }
     }
 
@@ -171,7 +211,7 @@ impl Interface {
 
     /// Goes to the next mark, or to the previous one.
     pub(super) fn go_to_mark(&mut self, model: &ViewModel<'_>, forward: bool, actions: &mut Vec<Action>) {
-        let Some(timeline) = model.timeline else { return };
+        let Some(timeline) = model.recording() else { return };
         let now = timeline.now.unwrap_or(timeline.start);
         // The frame of a mark may lie before it, if not every frame was recorded.
         let reached = self.timeline.asked.filter(|asked| *asked >= now && asked - now < REACHED);
@@ -189,7 +229,7 @@ impl Interface {
 
     /// Goes back by one recorded frame, and stands there.
     pub(super) fn step_back(&mut self, model: &ViewModel<'_>, actions: &mut Vec<Action>) {
-        let Some(timeline) = model.timeline else { return self.notify("only recordings can go back") };
+        let Some(timeline) = model.recording() else { return self.past_step_back(model, actions) };
         if !model.is_paused() {
             actions.push(Action::Control(ControlRequest::new(ControlKind::Pause)));
         }
@@ -200,9 +240,19 @@ impl Interface {
         }
     }
 
+    /// Shows the kept frame of a live run before the shown one.
+    fn past_step_back(&mut self, model: &ViewModel<'_>, actions: &mut Vec<Action>) {
+        let Some(timeline) = model.timeline else { return };
+        self.timeline.shows_past = true;
+        match timeline.now.filter(|now| *now > timeline.start) {
+            Some(now) => actions.push(Action::LookBack(Some(now - 1))),
+            None => self.notify("nothing older is kept"),
+        }
+    }
+
     /// Begins the part to repeat, ends it, or stops repeating.
     pub(super) fn cycle_loop(&mut self, model: &ViewModel<'_>) {
-        let Some(now) = model.timeline.and_then(|timeline| timeline.now) else { return };
+        let Some(now) = model.recording().and_then(|timeline| timeline.now) else { return };
         match (self.timeline.loop_start.take(), self.timeline.repeated.take()) {
             (Some(start), _) => {
                 self.set_loop(start, now);
@@ -268,7 +318,7 @@ impl Interface {
         }
         painter.vline(x(now), rect.y_range(), (2.0, colours.text));
         painter.circle_filled(Pos2::new(x(now), bar.center().y), 5.0, colours.text);
-        if timeline.marks.is_empty() && timeline.searched >= timeline.end {
+        if timeline.live.is_none() && timeline.marks.is_empty() && timeline.searched >= timeline.end {
             let font = FontId::proportional(10.0);
             painter.text(rect.left_top(), Align2::LEFT_TOP, "no contacts, faults, stops or notes", font, colours.faint);
         }

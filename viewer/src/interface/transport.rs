@@ -41,7 +41,7 @@ impl Interface {
                 if response.on_hover_text(format!("{name} (Space)")).clicked() {
                     actions.extend(self.pause_or_resume(model));
                 }
-                if model.timeline.is_some() {
+                if model.recording().is_some() {
                     let response = icons::button(ui, Icon::StepBack, "Step back", vec2(32.0, 28.0));
                     if response.on_hover_text("One frame back (,)").clicked() {
                         self.step_back(model, actions);
@@ -57,10 +57,18 @@ impl Interface {
             ui.label(style::faint(ui, theme, "speed"));
             ui.add_enabled_ui(is_connected, |ui| self.speed_slider(ui, model, actions));
             // The robots of a recording are what they were.
-            if model.timeline.is_none() {
+            if model.recording().is_none() {
                 ui.separator();
                 ui.label(style::faint(ui, theme, "robots"));
                 ui.add_enabled_ui(is_connected, |ui| self.robots_slider(ui, model, actions));
+            }
+            if model.timeline.is_some_and(|timeline| timeline.live.is_some()) {
+                ui.separator();
+                let text = "The last ten minutes, while the run goes on (U)";
+                let button = egui::Button::selectable(self.timeline.shows_past, "Past");
+                if ui.add(button).on_hover_text(text).clicked() {
+                    self.toggle_past(actions);
+                }
             }
         });
     }
@@ -111,7 +119,7 @@ impl Interface {
         if !model.is_paused() {
             return vec![control(ControlKind::Pause)];
         }
-        let ended = model.timeline.filter(|timeline| timeline.now.is_some_and(|now| now >= timeline.end));
+        let ended = model.recording().filter(|timeline| timeline.now.is_some_and(|now| now >= timeline.end));
         let again = ended.map(|timeline| {
             Action::Control(ControlRequest { count: timeline.start, ..ControlRequest::new(ControlKind::Seek) })
         });
@@ -133,7 +141,7 @@ impl Interface {
 
     /// Returns the action that multiplies the number of robots by a factor; it changes by at least one.
     pub(super) fn times_robots(&mut self, model: &ViewModel<'_>, factor: f32) -> Option<Action> {
-        if model.timeline.is_some() {
+        if model.recording().is_some() {
             self.notify("a recording has the robots that it has");
             return None;
         }

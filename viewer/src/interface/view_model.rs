@@ -12,12 +12,13 @@ use super::pose::Pose;
 use super::rows::{RowQuery, Rows};
 use super::timing::Timing;
 use crate::camera::Bounds;
-use crate::feed::{Counts, Feed};
+use crate::feed::Counts;
 use crate::filter::Filter;
 use crate::gpu::pick::Picked;
 use crate::palette::Legend;
 use crate::plans::PlanFacts;
 use crate::route::Remaining;
+use crate::stage::Stage;
 use crate::tasks::RobotTask;
 
 /// The state of the engine, as seen by the viewer.
@@ -84,7 +85,7 @@ pub struct ViewModel<'a> {
     pub trail_points: u32,
     /// Whether the UDP source and the UDP sender are running.
     pub udp: [bool; 2],
-    /// The recording that is replayed; `None` for a live fleet.
+    /// The recording that is replayed, or what is kept of a live run.
     pub timeline: Option<Timeline<'a>>,
 }
 
@@ -107,12 +108,24 @@ pub struct Timeline<'a> {
     pub left_out: u64,
     /// What happened, sorted by time.
     pub marks: &'a [RecordingMark],
+    /// If this is a run that goes on: what is kept of it.
+    pub live: Option<Live>,
+}
+
+/// What is kept of a live run.
+#[derive(Clone, Copy, Debug)]
+pub struct Live {
+    /// The memory that it takes, in bytes.
+    pub bytes: usize,
+    /// Whether the past is shown, and not the newest frame.
+    pub is_past: bool,
 }
 
 impl<'a> Timeline<'a> {
-    /// The recording that a feed reads; `None` if its producer is no replay.
-    pub fn of(feed: &'a Feed) -> Option<Self> {
-        let (recording, frame) = (feed.recording()?, feed.frame()?);
+    /// The recording that a stage shows, or what is kept of a live run.
+    pub fn of(stage: &'a Stage) -> Option<Self> {
+        let frame = stage.frame()?;
+        let Some(recording) = stage.feed.recording() else { return Self::of_live(stage, &frame) };
         let header = recording.header;
         Some(Self {
             name: header.file(),
@@ -123,6 +136,23 @@ impl<'a> Timeline<'a> {
             searched: header.searched_nanos,
             left_out: header.left_out,
             marks: recording.marks,
+            live: None,
+        })
+    }
+
+    fn of_live(stage: &'a Stage, frame: &Frame<'_>) -> Option<Self> {
+        let past = stage.past.as_ref()?;
+        let (start, end) = past.span()?;
+        Some(Self {
+            name: "live",
+            note: "",
+            start,
+            end,
+            now: Some(frame.header().sim_time_nanos),
+            searched: u64::MAX,
+            left_out: 0,
+            marks: &[],
+            live: Some(Live { bytes: past.bytes(), is_past: stage.is_looking_back() }),
         })
     }
 }
@@ -150,6 +180,8 @@ pub enum Action {
         /// Whether to add to the selection instead of replacing it.
         extend: bool,
     },
+    /// Show a live run as it was at a simulated time in nanoseconds, or again as it is.
+    LookBack(Option<u64>),
     /// Compute rows of the fleet list.
     Rows(RowQuery),
     /// Dim robots that don't match.
@@ -181,13 +213,25 @@ pub enum Action {
 impl ViewModel<'_> {
     /// Whether the engine's clock is paused.
     pub fn is_paused(&self) -> bool {
-        let clock = self.frame.map(|frame| frame.header().clock).or(self.status.map(|status| status.clock));
+        // A frame of the past doesn't know it.
+        let shown = self.frame.filter(|_| !self.is_past()).map(|frame| frame.header().clock);
+        let clock = shown.or(self.status.map(|status| status.clock));
         clock == Some(ClockState::Paused as u32)
     }
 
     /// What is shown: the file of a recording, or the fleet.
     pub fn name(&self) -> &str {
-        self.timeline.map_or(self.fleet, |timeline| timeline.name)
+        self.recording().map_or(self.fleet, |recording| recording.name)
+    }
+
+    /// The recording that is replayed; `None` for a live fleet.
+    pub fn recording(&self) -> Option<Timeline<'_>> {
+        self.timeline.filter(|timeline| timeline.live.is_none())
+    }
+
+    /// Whether the past of a live run is shown.
+    pub fn is_past(&self) -> bool {
+        self.timeline.and_then(|timeline| timeline.live).is_some_and(|live| live.is_past)
     }
 
     /// Returns the selected robot's value in a column, if it is published.

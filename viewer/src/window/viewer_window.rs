@@ -30,6 +30,7 @@ use crate::interface::timing::Timing;
 use crate::interface::view_model::{EngineState, Item};
 use crate::link::{Link, Report};
 use crate::options::{LookOptions, Options};
+use crate::past::Past;
 use crate::scene::Detail;
 use crate::stage::Stage;
 
@@ -100,7 +101,8 @@ impl ViewerWindow {
         if gpu.is_software() {
             scene.detail = Detail::software();
         }
-        let stage = Stage::new(&participant, renderer, scene)?;
+        let mut stage = Stage::new(&participant, renderer, scene)?;
+        stage.past = options.recording.is_none().then(Past::default);
         let context = egui::Context::default();
         let limit = gpu.device.limits().max_texture_dimension_2d as usize;
         let scale = window.scale_factor() as f32;
@@ -293,7 +295,7 @@ impl ViewerWindow {
                 self.settings_store.forget(&file);
             }
         }
-        if let Some(frame) = self.stage.feed.frame() {
+        if let Some(frame) = self.stage.frame() {
             let followed = self.interface.camera_controller.followed().map(|(robot, _)| robot);
             self.fleet_state.record_frame(&frame, news.frame, followed, self.stage.scene.offset, now);
         }

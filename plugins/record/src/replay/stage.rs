@@ -29,6 +29,8 @@ pub(super) struct Stage {
     /// The recorded run that is being shown.
     recorded_run: Option<u64>,
     world: RecordedWorld,
+    /// How often the world has changed.
+    pub world_changes: u64,
     /// The states of the frame shown last.
     states: Vec<u8>,
     /// The recorded contacts up to now.
@@ -84,6 +86,7 @@ impl Stage {
             columns,
             recorded_run: None,
             world: RecordedWorld::default(),
+            world_changes: 0,
             states: Vec::new(),
             recorded_contacts: ContactDecoder::default(),
             shown: BTreeSet::new(),
@@ -183,6 +186,7 @@ impl Stage {
         let run_id = world.run_id;
         let world = RecordedWorld { is_repeated: false, ..world };
         let shown = (self.recorded_run == Some(run_id)) && world == self.world;
+        self.world_changes += u64::from(world != self.world);
         self.world = world;
         if !shown && !self.follow_run(session, run_id)? {
             self.publish_world(session)?;

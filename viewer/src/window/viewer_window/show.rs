@@ -44,7 +44,7 @@ impl ViewerWindow {
             fleet: &self.fleet.to_string(),
             engine,
             status: self.fleet_state.status.as_deref(),
-            frame: self.stage.feed.frame(),
+            frame: self.stage.frame(),
             world: world.unwrap_or_default(),
             labels: &self.fleet_state.labels,
             robot_type_column: self.stage.feed.robot_type(),
@@ -67,7 +67,7 @@ impl ViewerWindow {
             lag: self.fleet_state.lag,
             trail_points: self.stage.renderer.trail_points(),
             udp: self.udp.is_running(),
-            timeline: Timeline::of(&self.stage.feed),
+            timeline: Timeline::of(&self.stage),
         };
         let input = self.input.take_egui_input(&self.window);
         let (mut picture, mut actions, interface) = (Rect::ZERO, Vec::new(), &mut self.interface);
@@ -92,6 +92,7 @@ impl ViewerWindow {
                         self.interface.toggle_selected(item);
                     }
                 }
+                Action::LookBack(time) => self.stage.look_back(time),
                 Action::Rows(query) => self.link.rows(query),
                 Action::Filter(filter) => {
                     if filter.is_empty() {
