@@ -30,6 +30,7 @@ const TESTS: &[(&str, fn())] = &[
         "a_recording_is_scrubbed_stepped_and_greyed_after_its_replay",
         recording::a_recording_is_scrubbed_stepped_and_greyed_after_its_replay,
     ),
+    ("the_past_of_a_run_is_looked_at_while_it_goes_on", recording::the_past_of_a_run_is_looked_at_while_it_goes_on),
     ("a_run_opens_a_viewer_and_continues_without_it", a_run_opens_a_viewer_and_continues_without_it),
     ("a_run_that_requires_a_viewer_fails_without_a_display", a_run_that_requires_a_viewer_fails_without_a_display),
 ];

@@ -1,5 +1,6 @@
 //! A replay: a producer like the engine, whose frames come from a recording.
 
+mod contact_search;
 mod marks;
 mod options;
 mod producer;
@@ -7,13 +8,14 @@ mod stage;
 mod teller;
 
 use std::collections::BTreeSet;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use regatta_plugin::producer::{Moment, Session};
 use regatta_plugin::{Participant, ProducerPorts, Termination};
 
 use crate::reading::{Reader, Recording, Selection};
 use crate::schema::Topic;
+use contact_search::ContactSearch;
 pub use options::{ReplayArgs, ReplayError};
 use stage::{Stage, StageError};
 use teller::Teller;
@@ -47,7 +49,11 @@ pub fn replay(args: &ReplayArgs) -> Result<(), ReplayError> {
     if args.paused {
         session.pause();
     }
-    session.run(&mut Replay::new(&recording, stage, args)?, &termination)
+    let mut replay = Replay::new(&recording, stage, args)?;
+    if recording.is_closed() && !session.is_lockstep() {
+        replay.contact_search = ContactSearch::start(&args.file).ok();
+    }
+    session.run(&mut replay, &termination)
 }
 
 /// A recording that is published again.
@@ -67,8 +73,9 @@ struct Replay<'recording> {
     worlds: BTreeSet<u64>,
     /// How often the world had changed when these times were noted.
     world_changes: u64,
-    /// When the playhead jumped, if the contacts of that time haven't been published yet.
-    contacts_due: Option<Instant>,
+    /// Decodes contacts after a jump. `None` in lockstep, where they are there with the frame, and for a recording that was never
+    /// closed, which would have to be scanned once more.
+    contact_search: Option<ContactSearch>,
 }
 
 impl<'recording> Replay<'recording> {
@@ -84,7 +91,7 @@ impl<'recording> Replay<'recording> {
             reported_orders: false,
             worlds: BTreeSet::new(),
             world_changes: 0,
-            contacts_due: None,
+            contact_search: None,
         })
     }
 
@@ -160,9 +167,8 @@ impl<'recording> Replay<'recording> {
                 self.worlds.insert(time);
             }
         }
-        // A list of contacts is decoded from up to a hundred changes: whoever drags the playhead doesn't wait for it.
-        if !session.is_lockstep() {
-            self.contacts_due = Some(Instant::now());
+        if let Some(search) = &mut self.contact_search {
+            search.jump();
             return Ok(());
         }
         let contacts = self.recording.contacts_before(frame)?;
@@ -183,9 +189,10 @@ impl<'recording> Replay<'recording> {
         Ok(self.recording.time_until(topic, before)?.is_some_and(|time| self.worlds.contains(&time)))
     }
 
-    /// Publishes the list of contacts of the shown frame, if that hasn't been done since the last jump.
-    fn show_contacts(&mut self, session: &mut Session) -> Result<(), ReplayError> {
-        if self.contacts_due.take().is_some() {
+    /// Publishes the list of contacts of the frame that the playhead jumped to, if it hasn't been published yet. It is needed now:
+    /// the next one may be a change of it.
+    fn finish_jump(&mut self, session: &mut Session) -> Result<(), ReplayError> {
+        if self.contact_search.as_mut().is_some_and(ContactSearch::cancel) {
             let contacts = self.recording.contacts_before(self.time.saturating_add(1))?;
             self.stage.take_contacts(session, contacts)?;
         }

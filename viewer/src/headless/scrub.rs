@@ -12,7 +12,7 @@ const JUMPS: usize = 50;
 
 impl HeadlessViewer<'_> {
     /// Jumps to random times, always the same ones, and prints the median and the longest duration in milliseconds: until the
-    /// replay answers, and until the picture is drawn.
+    /// replay answers, of drawing alone, and until the picture is drawn.
     pub(super) fn scrub(&mut self) -> Result {
         if !self.wait_for_fleet()? {
             return Ok(());
@@ -25,7 +25,8 @@ impl HeadlessViewer<'_> {
         let (start, end) = (recording.header.start_nanos, recording.header.end_nanos);
         let mut control = Control::open_on(&self.participant)?;
         control.pause()?;
-        let (mut random, mut answers, mut pictures) = (0x9e37_79b9_u64, Vec::new(), Vec::new());
+        let mut random = 0x9e37_79b9_u64;
+        let (mut answers, mut drawings, mut pictures) = (Vec::new(), Vec::new(), Vec::new());
         for _ in 0..JUMPS {
             random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
             let part = (random >> 40) as f64 / f64::from(1 << 24);
@@ -38,12 +39,15 @@ impl HeadlessViewer<'_> {
             if shown != Some(status.tick) {
                 return Err(Error::new(format!("the frame of tick {} is not there, but {shown:?}", status.tick)));
             }
+            let drawn = Instant::now();
             self.render(1.0)?;
+            drawings.push(drawn.elapsed());
             pictures.push(began.elapsed());
         }
         let robots = self.stage.feed.frame().map_or(0, |frame| frame.len());
         println!("{JUMPS} jumps in {:.1} s of {robots} robots: median, longest", (end - start) as f64 * 1e-9);
         print("answer", answers);
+        print("drawing", drawings);
         print("picture", pictures);
         Ok(())
     }

@@ -9,9 +9,6 @@ use regatta_plugin::producer::{Moment, Producer, RefusalReason, Session};
 use super::{Replay, ReplayError, explain};
 use crate::schema::Topic;
 
-/// The time without another jump after which the contacts of the shown frame are published.
-const CONTACTS_AFTER: Duration = Duration::from_millis(150);
-
 impl Producer for Replay<'_> {
     type Error = ReplayError;
 
@@ -30,7 +27,7 @@ impl Producer for Replay<'_> {
     }
 
     fn tick(&mut self, session: &mut Session) -> Result<(), ReplayError> {
-        self.show_contacts(session)?;
+        self.finish_jump(session)?;
         self.show_moment(session, false).map(drop)
     }
 
@@ -46,8 +43,8 @@ impl Producer for Replay<'_> {
 
     fn between_ticks(&mut self, session: &mut Session) -> Result<(), ReplayError> {
         self.stage.update()?;
-        if self.contacts_due.is_some_and(|jumped| jumped.elapsed() > CONTACTS_AFTER) {
-            self.show_contacts(session)?;
+        if let Some(contacts) = self.contact_search.as_mut().and_then(|search| search.poll(self.time)) {
+            self.stage.take_contacts(session, contacts)?;
         }
         session.refuse_orders()?;
         if session.orders_refused() > 0 && !std::mem::replace(&mut self.reported_orders, true) {
