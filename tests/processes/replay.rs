@@ -320,7 +320,8 @@ fn a_jump_shows_the_columns_of_its_time_at_once_and_its_contacts_soon() {
         column.latest().expect("readable");
         let shown = column.current().expect("readable").expect("a column").header;
         assert_eq!((shown.tick, shown.run_id), (tick, status.run_id), "with the frame");
-        (types.latest().expect("readable"), world.latest().expect("readable"));
+        types.latest().expect("readable");
+        world.latest().expect("readable");
         assert_eq!(types.current().expect("readable").expect("types").values.len(), 300);
         let shown = world.current().expect("readable").expect("a world").run_id();
         assert_eq!(shown, status.run_id, "each run has its world");
