@@ -124,7 +124,7 @@ fn one_in_every_n_frames_is_recorded() {
 }
 
 /// Records a fleet and its contacts in lockstep, ticks 0 to 150.
-fn record_contacts(test: &str, file: &Path, args: &[&str]) {
+pub fn record_contacts(test: &str, file: &Path, args: &[&str]) {
     let fleet = unique(test);
     let mut command = regatta();
     command.arg("engine").arg(graphs("warehouse-1000.yaml")).args(["--robots", "300", "--fleet", &fleet.to_string()]);

@@ -5,15 +5,16 @@ use std::path::Path;
 use regatta_plugin::event::EventKind;
 use regatta_plugin::frame::ClockState;
 use regatta_plugin::order::OrderKind;
+use regatta_plugin::recording::MarkKind;
 use regatta_plugin::{
     ColumnReader, ContactReader, Control, ControlError, EventReader, FleetName, OrderLogReader, Orders, Participant,
-    ReadError, Subscriber, WorldReader,
+    ReadError, RecordingReader, Subscriber, WorldReader,
 };
 use regatta_record::{ReadingError, Recording, Topic};
 use tempfile::TempDir;
 
 use crate::fleet::{Fleet, Process, TIMEOUT, eventually, graphs, regatta, unique};
-use crate::record::{digest, file, record, recorder};
+use crate::record::{digest, file, record, record_contacts, recorder};
 
 fn start(fleet: &FleetName, recording: &Path, args: &[&str]) -> Process {
     Process::start(regatta().arg("replay").arg(recording).args(["--fleet", &fleet.to_string()]).args(args))
@@ -273,4 +274,93 @@ fn a_live_collision_checker_works_on_a_recording_that_has_no_contacts() {
         let output = process.interrupt();
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     }
+}
+
+#[test]
+fn a_viewer_of_a_file_says_in_one_line_what_is_wrong() {
+    let folder = TempDir::new().expect("a folder");
+    record("viewer-file", "thirty.yaml", 100, &file(&folder), &[]);
+    let (recording, text) = (file(&folder).display().to_string(), folder.path().join("text").display().to_string());
+    std::fs::write(&text, "no recording").expect("written");
+    let film = folder.path().join("film").display().to_string();
+    let cases: [(&[&str], &str); 6] = [
+        (&[&text], "can't read"),
+        (&["/no/such.mcap"], "can't read /no/such.mcap"),
+        (&[&recording, "--film", &film, "--from", "800ms", "--to", "200ms"], "--from 0.800 s is after --to 0.200 s"),
+        (&[&recording, "--film", &film, "--to", "2s"], "--to 2.000 s is outside of the recording, 0.000 s to 1.000 s"),
+        (&[&recording, "--film", "film.avi"], "film.avi: a film is an MP4 file"),
+        (&[&recording, "--film", &film, "--speed", "0"], "is not a factor from 0.001 to 1000"),
+    ];
+    for (args, reason) in cases {
+        let output = regatta().arg("viewer").args(args).output().expect("it starts");
+        let stderr = String::from_utf8_lossy(&output.stderr);
+        let lines: Vec<_> = stderr.lines().filter(|line| line.starts_with("regatta: ")).collect();
+        assert!(!output.status.success() && lines.len() == 1 && lines[0].contains(reason), "{args:?}: {stderr}");
+    }
+    assert!(!Path::new(&film).exists());
+}
+
+#[test]
+fn a_jump_shows_the_columns_of_its_time_at_once_and_its_contacts_soon() {
+    let folder = TempDir::new().expect("a folder");
+    record_contacts("replay-jump-source", &file(&folder), &[]);
+    let (fleet, process, mut control) = paused("replay-jump", &file(&folder), &[]);
+    let participant = Participant::join(&fleet, "test").expect("joined");
+    let mut column = ColumnReader::open_on(&participant, "collision").expect("opened");
+    let mut contacts = ContactReader::open_on(&participant).expect("opened");
+    let (mut types, mut world) = (
+        ColumnReader::open_on(&participant, "type").expect("opened"),
+        WorldReader::open_on(&participant).expect("opened"),
+    );
+    control.status().expect("answered");
+    control.status().expect("this comes after the readers were connected");
+    for (millis, tick) in [(1000, 100), (500, 50), (1400, 140), (0, 0), (700, 70)] {
+        let status = control.seek(std::time::Duration::from_millis(millis)).expect("gone there");
+        assert_eq!(status.tick, tick);
+        column.latest().expect("readable");
+        let shown = column.current().expect("readable").expect("a column").header;
+        assert_eq!((shown.tick, shown.run_id), (tick, status.run_id), "with the frame");
+        types.latest().expect("readable");
+        world.latest().expect("readable");
+        assert_eq!(types.current().expect("readable").expect("types").values.len(), 300);
+        let shown = world.current().expect("readable").expect("a world").run_id();
+        assert_eq!(shown, status.run_id, "each run has its world");
+        let found = eventually("contacts", || {
+            let header = contacts.latest().expect("readable")?.header;
+            (header.tick == tick).then_some(*header)
+        });
+        assert_eq!(found.run_id, status.run_id);
+    }
+    assert!(process.interrupt().status.success());
+}
+
+#[test]
+fn a_replay_tells_its_file_its_time_and_its_marks() {
+    let folder = TempDir::new().expect("a folder");
+    record_contacts("replay-marks-source", &file(&folder), &[]);
+    let mut notes = file(&folder).into_os_string();
+    notes.push(".notes");
+    std::fs::write(notes, "0.25 a first note\n\n1.0 a second one\n").expect("written");
+    let (fleet, process, mut control) = paused("replay-marks", &file(&folder), &[]);
+    let participant = Participant::join(&fleet, "test").expect("joined");
+    let mut reader = RecordingReader::open_on(&participant).expect("opened");
+    let marks = eventually("the search is over", || {
+        reader.take().expect("readable");
+        let recording = reader.current().filter(|recording| recording.header.searched_nanos == u64::MAX)?;
+        Some(recording.marks.to_vec())
+    });
+    let header = *reader.current().expect("told").header;
+    assert_eq!((header.file(), header.start_nanos, header.end_nanos), ("run.mcap", 0, 1_500_000_000));
+    let of = |kind: MarkKind| marks.iter().filter(move |mark| mark.kind() == Some(kind)).collect::<Vec<_>>();
+    let notes: Vec<_> = of(MarkKind::Note).iter().map(|mark| mark.time_nanos).collect();
+    assert_eq!(notes, [250_000_000, 1_000_000_000]);
+    assert!(!of(MarkKind::Contact).is_empty() && of(MarkKind::Fault).is_empty(), "{marks:?}");
+    assert!(marks.is_sorted_by_key(|mark| mark.time_nanos));
+    let seek = control.seek(std::time::Duration::from_millis(600)).expect("gone there");
+    let header = eventually("the note", || {
+        reader.take().expect("readable");
+        reader.current().map(|recording| *recording.header).filter(|header| !header.note().is_empty())
+    });
+    assert_eq!((header.note(), header.run_id, header.time_of(600_000_000)), ("a first note", seek.run_id, 600_000_000));
+    assert!(process.interrupt().status.success());
 }

@@ -4,6 +4,7 @@
 #[path = "../processes/fleet.rs"]
 #[expect(dead_code, reason = "shared with other tests, which use more of it")]
 mod fleet;
+mod recording;
 mod screen;
 
 use std::process::{Command, ExitCode, Stdio};
@@ -21,6 +22,15 @@ const TESTS: &[(&str, fn())] = &[
     ("a_click_selects_the_robot_under_the_pointer", a_click_selects_the_robot_under_the_pointer),
     ("a_viewer_survives_its_engine_and_finds_the_next", a_viewer_survives_its_engine_and_finds_the_next),
     ("a_file_that_cannot_be_loaded_is_reported_and_forgotten", a_file_that_cannot_be_loaded_is_reported_and_forgotten),
+    (
+        "a_film_shows_every_step_once_and_has_the_same_bytes_each_time",
+        recording::a_film_shows_every_step_once_and_has_the_same_bytes_each_time,
+    ),
+    (
+        "a_recording_is_scrubbed_stepped_and_greyed_after_its_replay",
+        recording::a_recording_is_scrubbed_stepped_and_greyed_after_its_replay,
+    ),
+    ("the_past_of_a_run_is_looked_at_while_it_goes_on", recording::the_past_of_a_run_is_looked_at_while_it_goes_on),
     ("a_run_opens_a_viewer_and_continues_without_it", a_run_opens_a_viewer_and_continues_without_it),
     ("a_run_that_requires_a_viewer_fails_without_a_display", a_run_that_requires_a_viewer_fails_without_a_display),
 ];

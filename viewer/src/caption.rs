@@ -7,6 +7,7 @@ use wgpu::{CommandEncoder, TextureView};
 use crate::camera::Camera;
 use crate::gpu::device::Gpu;
 use crate::gpu::painter::{Drawing, Painter};
+use crate::interface::banner::Banner;
 use crate::interface::labels::Labels;
 use crate::interface::symbols::Symbols;
 use crate::interface::{overlay, style};
@@ -39,6 +40,8 @@ pub struct Annotations<'a> {
     pub plans: PlanFacts,
     /// Robots whose ids are shown, with their positions in metres.
     pub robots: Vec<(u32, Vec2)>,
+    /// What the picture says of itself.
+    pub banner: Banner,
 }
 
 impl Caption {
@@ -81,7 +84,7 @@ impl Caption {
     }
 
     fn lay_out(&self, size: UVec2, scale: f32, annotations: &Annotations<'_>) -> FullOutput {
-        let Annotations { camera, scene, legend, plans, robots } = annotations;
+        let Annotations { camera, scene, legend, plans, robots, banner } = annotations;
         let picture = Rect::from_min_size(pos2(0.0, 0.0), vec2(size.x as f32, size.y as f32) / scale);
         let mut input = RawInput { screen_rect: Some(picture), ..RawInput::default() };
         input.viewports.entry(egui::ViewportId::ROOT).or_default().native_pixels_per_point = Some(scale);
@@ -90,6 +93,7 @@ impl Caption {
                 self.labels.draw(ui.ctx(), picture, camera, scene.offset, scene.theme);
             }
             Labels::draw_robots(ui.ctx(), picture, camera, scene.theme, robots.iter().copied());
+            banner.show(ui.ctx(), picture, camera, scene.theme);
             if let Some(legend) = legend {
                 overlay::legend(ui.ctx(), picture, scene.theme, legend, &Symbols::new(scene.layers, *plans));
             }

@@ -3,14 +3,18 @@
 use std::time::{Duration, Instant};
 
 use regatta_plugin::{
-    ColumnName, ColumnReader, ContactReader, Contacts, Frame, Participant, ReadError, Result, Subscriber, World,
-    WorldReader,
+    ColumnName, ColumnReader, ContactReader, Contacts, Frame, Participant, ReadError, RecordingReader,
+    ReplayedRecording, Result, Subscriber, World, WorldReader,
 };
 
 /// The number of polls between two checks whether a column still has a publisher.
 const CHECK_EVERY: u32 = 32;
 /// A publisher that stays silent this long while frames arrive is considered gone.
 const LIVELINESS_TIMEOUT: Duration = Duration::from_secs(2);
+
+/// The number of frames after which a recording that they don't belong to is forgotten: more than can arrive while the run
+/// changes.
+const MAX_STRANGE_FRAMES: u32 = 16;
 
 /// The readers of a fleet's data.
 #[derive(Debug)]
@@ -20,6 +24,9 @@ pub struct Feed {
     robot_type: ColumnReader,
     value: Option<(ColumnName, ColumnReader)>,
     contacts: ContactReader,
+    recording: RecordingReader,
+    /// Frames in a row that don't belong to the recording that was told of.
+    strange_frames: u32,
     polls: u32,
     /// Whether the value column has a publisher.
     is_value_published: bool,
@@ -42,6 +49,8 @@ pub struct News {
     pub value: bool,
     /// There are new contacts.
     pub contacts: bool,
+    /// There is a new [`Feed::recording`], or more is known of it.
+    pub recording: bool,
 }
 
 /// The numbers of frames read and missed.
@@ -65,6 +74,8 @@ impl Feed {
             robot_type: ColumnReader::open_on(participant, "type")?,
             value: None,
             contacts: ContactReader::open_on(participant)?,
+            recording: RecordingReader::open_on(participant)?,
+            strange_frames: 0,
             polls: 0,
             is_value_published: false,
             counts: Counts::default(),
@@ -100,6 +111,8 @@ impl Feed {
             value: self.poll_value()?,
             contacts: self.contacts.latest()?.is_some(),
             frame: self.frames.latest()?.is_some(),
+            // After the frame: what is told of its run was published before it.
+            recording: self.recording.take()?,
         };
         self.update_liveliness(&news);
         if news.frame
@@ -108,9 +121,19 @@ impl Feed {
             let now = (frame.run_id(), frame.tick());
             self.counts = Counts { read: self.counts.read + 1, skipped: self.counts.skipped + frame.missed() };
             self.last = Some(now);
+            self.forget_recording(now.0);
         }
         self.polls = self.polls.wrapping_add(1);
         Ok(news)
+    }
+
+    /// Forgets the recording of a replay after which another producer has come.
+    fn forget_recording(&mut self, run: u64) {
+        let is_strange = self.recording.current().is_some_and(|recording| recording.header.run_id != run);
+        self.strange_frames = if is_strange { self.strange_frames + 1 } else { 0 };
+        if self.strange_frames > MAX_STRANGE_FRAMES {
+            self.recording.forget();
+        }
     }
 
     /// Notes when each publisher last sent, and cleans up after publishers that were killed.
@@ -174,6 +197,11 @@ impl Feed {
         let is_silent = self.liveliness.contacts.is_none_or(|at| self.liveliness.is_silent(at));
         let is_alive = self.liveliness.has_checker && !is_silent;
         self.contacts.current().filter(|contacts| is_alive && contacts.header.run_id == run)
+    }
+
+    /// The recording that is replayed, if the producer is a replay.
+    pub fn recording(&self) -> Option<ReplayedRecording<'_>> {
+        self.recording.current()
     }
 
     /// Whether the fleet has a producer.

@@ -1,4 +1,7 @@
-//! Rendering without a window: a screenshot or a recording.
+//! Rendering without a window: a screenshot, a recording of a live fleet, or a film of a recording.
+
+mod film;
+mod scrub;
 
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -14,6 +17,7 @@ use crate::feed::News;
 use crate::gpu::TargetConfig;
 use crate::gpu::device::Gpu;
 use crate::gpu::renderer::Renderer;
+use crate::interface::banner::Banner;
 use crate::interface::labels::Labels;
 use crate::options::Options;
 use crate::palette::Colouring;
@@ -28,6 +32,8 @@ use crate::video::VideoWriter;
 const POLL: Duration = Duration::from_millis(2);
 /// The time after which a message says that the viewer waits for the fleet.
 const NOTICE_AFTER: Duration = Duration::from_secs(1);
+/// The longest time that the replay of a recording may take to start.
+const REPLAY_START: Duration = Duration::from_secs(30);
 /// The longest wait for columns, which may arrive some moments after their frame.
 const COLUMNS_WAIT: Duration = Duration::from_millis(300);
 /// The timeout of a request for routes, for a screenshot and for a picture of a recording.
@@ -46,6 +52,8 @@ struct HeadlessViewer<'a> {
     plans: Option<PlanInbox>,
     offscreen: Offscreen,
     caption: Caption,
+    /// The time of the picture, where it isn't that of the newest frame, in seconds.
+    clock: Option<f64>,
     termination: Termination,
 }
 
@@ -66,23 +74,51 @@ pub fn run(options: &Options) -> Result {
     let mut routes = RoutePoller::default();
     routes.watch(options.follow.iter().chain(&options.look.select).copied().collect(), Instant::now());
     let followed = options.follow.iter().chain(&options.look.select).copied().collect();
-    let plans = PlanInbox::open(&options.fleet, Watch { selected: followed, ..stage.plan_watch() })?;
+    // A film reads them with each frame, so that they don't depend on when a thread wakes.
+    let watch = Watch { selected: followed, ..stage.plan_watch() };
+    let plans = if options.film.is_some() { None } else { PlanInbox::open(&options.fleet, watch)? };
     let caption = Caption::new(&gpu);
-    let mut viewer =
-        HeadlessViewer { caption, options, gpu, participant, stage, routes, plans, offscreen, termination };
-    match (&options.screenshot, &options.record) {
-        (Some(path), _) => viewer.screenshot(path),
-        (None, Some(path)) => viewer.record(path),
-        (None, None) => Err(Error::new("--headless needs --screenshot FILE, --record FOLDER or --bench N")),
+    let mut viewer = HeadlessViewer {
+        caption,
+        clock: None,
+        options,
+        gpu,
+        participant,
+        stage,
+        routes,
+        plans,
+        offscreen,
+        termination,
+    };
+    match (&options.film, &options.screenshot, &options.record) {
+        (Some(path), ..) => viewer.film(path),
+        (None, Some(path), _) => viewer.screenshot(path),
+        (None, None, Some(path)) => viewer.record(path),
+        (None, None, None) if !options.bench.is_empty() => viewer.scrub(),
+        (None, None, None) => Err(Error::new("--headless needs --screenshot FILE, --record FOLDER or --bench N")),
     }
 }
 
 /// Returns an error if pictures would replace others without `--force`.
 fn check_output(options: &Options) -> Result {
-    let output = options.screenshot.as_deref().or(options.record.as_deref());
+    if let Some(film) = &options.film {
+        check_film(film)?;
+    }
+    let output = options.screenshot.as_deref().or(options.record.as_deref()).or(options.film.as_deref());
     match output.filter(|path| !options.force && is_taken(path)) {
         Some(path) => Err(Error::new(format!("{}: this exists; --force replaces it", path.display()))),
         None => Ok(()),
+    }
+}
+
+/// Returns an error unless a film is an MP4 file or a folder.
+fn check_film(path: &Path) -> Result {
+    match path.extension() {
+        Some(suffix) if !suffix.eq_ignore_ascii_case("mp4") && !path.is_dir() => Err(Error::new(format!(
+            "{}: a film is an MP4 file (.mp4), or a folder without a suffix for PNG files",
+            path.display()
+        ))),
+        _ => Ok(()),
     }
 }
 
@@ -130,7 +166,10 @@ impl HeadlessViewer<'_> {
         let pictures = video.finish()?;
         if repeats > 0 {
             let fps = self.options.fps;
-            eprintln!("{repeats} of {pictures} pictures are repeats: this machine renders fewer than {fps} per second");
+            eprintln!(
+                "{repeats} of {pictures} pictures are repeats: this machine renders fewer than {fps} per second; \
+                 `regatta record`, then `regatta viewer FILE --film`, repeats none"
+            );
         }
         Ok(())
     }
@@ -177,6 +216,9 @@ impl HeadlessViewer<'_> {
                 let bounds = self.stage.bounds();
                 self.options.look.load_floor_picture(&mut self.stage.renderer, bounds);
                 return Ok(true);
+            }
+            if self.options.recording.is_some() && time.is_none() && started.elapsed() > REPLAY_START {
+                return Err(Error::new("the replay of the recording doesn't start; `regatta replay FILE` says why"));
             }
             if !is_notified && started.elapsed() > NOTICE_AFTER {
                 let what = if time.is_some() { "the time --at of " } else { "" };
@@ -276,11 +318,14 @@ impl HeadlessViewer<'_> {
     }
 
     fn render(&mut self, alpha: f32) -> Result<RgbaImage> {
-        let timeout = ROUTE_TIMEOUTS[usize::from(self.options.record.is_some())];
-        if let Some(routes) = self.routes.poll(&self.participant, timeout)? {
-            self.stage.set_routes(routes);
+        // A recording has no routes to ask for.
+        if self.options.film.is_none() {
+            let timeout = ROUTE_TIMEOUTS[usize::from(self.options.record.is_some())];
+            if let Some(routes) = self.routes.poll(&self.participant, timeout)? {
+                self.stage.set_routes(routes);
+            }
+            self.update_plans()?;
         }
-        self.update_plans()?;
         let camera = self.camera();
         let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let size = self.size();
@@ -290,7 +335,11 @@ impl HeadlessViewer<'_> {
         let selected = self.selected().filter(|_| !self.options.look.no_ids);
         let robots = selected.filter_map(|robot| Some((robot, self.pose(robot)?.0))).collect();
         let plans = self.stage.plan_facts();
-        let annotations = Annotations { camera: &camera, scene: &self.stage.scene, legend, plans, robots };
+        let time = self.clock.or_else(|| Some(self.stage.feed.frame()?.sim_time().as_secs_f64()));
+        let look = &self.options.look;
+        let clock = time.filter(|_| look.clock);
+        let banner = Banner { title: look.title.clone(), clock, scale: look.scale };
+        let annotations = Annotations { camera: &camera, scene: &self.stage.scene, legend, plans, robots, banner };
         self.caption.draw(&self.gpu, &mut encoder, target, &annotations);
         Ok(self.offscreen.read(encoder)?)
     }

@@ -4,6 +4,7 @@
 //!
 //! Each panel is a file with an `impl Interface` block; the fields of [`Interface`] are in `state.rs`.
 
+pub mod banner;
 pub mod camera_controller;
 mod collisions;
 mod connection;
@@ -25,6 +26,7 @@ mod shortcuts;
 mod state;
 pub mod style;
 pub mod symbols;
+mod timeline;
 pub mod timing;
 mod top_bar;
 mod transport;
@@ -55,6 +57,13 @@ impl Interface {
             .resizable(false)
             .frame(frame)
             .show(ui, |ui| self.transport(ui, model, &mut actions));
+        if model.recording().is_some() || model.timeline.is_some() && self.timeline.shows_past {
+            Panel::bottom("timeline")
+                .exact_size(timeline::HEIGHT)
+                .resizable(false)
+                .frame(frame)
+                .show(ui, |ui| self.timeline(ui, model, &mut actions));
+        }
         self.left_panel(ui, model, &mut actions);
         self.right_panel(ui, model, &mut actions);
         let picture = CentralPanel::no_frame()

@@ -21,6 +21,7 @@ pub mod mesh;
 pub mod mesh_file;
 pub mod options;
 pub mod palette;
+pub mod past;
 pub mod picture;
 pub mod plans;
 pub mod playhead;
@@ -40,10 +41,10 @@ pub use options::Options;
 /// # Errors
 /// A one-line message, for example if there is no graphics adapter, the fleet can't be read, or a file can't be written.
 pub fn run(options: &Options) -> Result {
-    if !options.bench.is_empty() {
+    if !options.bench.is_empty() && options.recording.is_none() {
         return bench::run(options);
     }
-    if options.headless {
+    if options.headless || options.film.is_some() || !options.bench.is_empty() {
         return headless::run(options);
     }
     window::run(options)

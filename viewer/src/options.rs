@@ -5,7 +5,7 @@ mod values;
 use std::path::PathBuf;
 use std::time::Duration;
 
-use clap::Args;
+use clap::{ArgGroup, Args};
 use glam::{UVec2, Vec2};
 use regatta_plugin::FleetName;
 
@@ -19,7 +19,12 @@ pub use values::{CameraOption, LightOption, MeshOption, OptionError, Pair, Size}
 
 /// Options of `regatta viewer`.
 #[derive(Args, Clone, Debug)]
+#[command(group = ArgGroup::new("offscreen").args(["headless", "film"]).multiple(true))]
+#[command(group = ArgGroup::new("moving").args(["record", "film"]).multiple(true))]
 pub struct Options {
+    /// Recording to show (MCAP), with a timeline, instead of a fleet that runs
+    #[arg(value_name = "FILE", conflicts_with = "fleet")]
+    pub recording: Option<PathBuf>,
     /// Name of the fleet to show
     #[arg(long, value_name = "NAME", default_value_t)]
     pub fleet: FleetName,
@@ -35,11 +40,24 @@ pub struct Options {
     /// Record PNG files into this folder, or a video into this file if it ends in .mp4 (requires the program ffmpeg)
     #[arg(long, value_name = "PATH", requires = "headless", conflicts_with = "screenshot")]
     pub record: Option<PathBuf>,
+    /// Film the recording in simulated time, every picture one step after the other: an MP4 file (requires the program ffmpeg),
+    /// or a folder for PNG files
+    #[arg(long, value_name = "PATH", requires = "recording", conflicts_with_all = ["screenshot", "record", "at"])]
+    pub film: Option<PathBuf>,
+    /// Start of the film, for example 12.5s or 3min [default: that of the recording]
+    #[arg(long, value_name = "TIME", requires = "film")]
+    pub from: Option<humantime::Duration>,
+    /// End of the film [default: that of the recording]
+    #[arg(long, value_name = "TIME", requires = "film")]
+    pub to: Option<humantime::Duration>,
+    /// Simulated seconds per second of the film, from 0.001 to 1000
+    #[arg(long, value_name = "FACTOR", default_value_t = 1.0, requires = "film", value_parser = values::film_speed)]
+    pub speed: f32,
     /// Replace files that exist
-    #[arg(long, requires = "headless")]
+    #[arg(long, requires = "offscreen")]
     pub force: bool,
-    /// Recorded pictures per second
-    #[arg(long, value_name = "N", default_value_t = 30, requires = "record",
+    /// Pictures per second of a recording or a film
+    #[arg(long, value_name = "N", default_value_t = 30, requires = "moving",
         value_parser = clap::value_parser!(u32).range(1..=240))]
     pub fps: u32,
     /// Duration of the recording, for example 10s or 1min
@@ -58,7 +76,7 @@ pub struct Options {
     /// The content and the style of pictures
     #[command(flatten)]
     pub look: LookOptions,
-    /// Measure the rendering speed with this number of robots (0: the running fleet); several numbers measure one after the
+    /// Measure the rendering speed with this number of robots (0: the running fleet, or with a FILE the time of jumps in it); several numbers measure one after the
     /// other
     #[arg(long, value_name = "N", num_args = 1.., conflicts_with_all = ["screenshot", "record"])]
     pub bench: Vec<u32>,
@@ -105,8 +123,17 @@ pub struct LookOptions {
     #[arg(long)]
     pub no_ids: bool,
     /// Hide the legend in pictures
-    #[arg(long, requires = "headless")]
+    #[arg(long, requires = "offscreen")]
     pub no_legend: bool,
+    /// Write this title into pictures
+    #[arg(long, value_name = "TEXT", requires = "offscreen")]
+    pub title: Option<String>,
+    /// Write the simulated time into pictures
+    #[arg(long, requires = "offscreen")]
+    pub clock: bool,
+    /// Draw a scale into pictures; it holds at the middle of the picture
+    #[arg(long, requires = "offscreen")]
+    pub scale: bool,
     /// Hide the shadows
     #[arg(long)]
     pub no_shadows: bool,
@@ -169,9 +196,24 @@ impl LookOptions {
 }
 
 impl Options {
+    /// What is shown: the name of the recording's file, or of the fleet.
+    pub fn name(&self) -> String {
+        let file = self.recording.as_ref().and_then(|path| path.file_name());
+        file.map_or_else(|| self.fleet.to_string(), |name| name.to_string_lossy().into_owned())
+    }
+
     /// Width and height of a picture in pixels.
     pub fn picture_size(&self) -> UVec2 {
         self.size.map_or(UVec2::new(1920, 1080), |Size(size)| size)
+    }
+
+    /// The time at which a recording stands for a picture or a film, or [`Duration::MAX`] for its start; `None` if it plays.
+    pub fn starts_at(&self) -> Option<Duration> {
+        match (&self.film, self.headless) {
+            (Some(_), _) => Some(self.from.map_or(Duration::MAX, Into::into)),
+            (None, true) => self.screenshot.as_ref().map(|_| self.at.map_or(Duration::MAX, Into::into)),
+            (None, false) => None,
+        }
     }
 
     /// Duration of a recording.

@@ -76,6 +76,27 @@ impl PlanFacts {
     }
 }
 
+/// Reads plans at once, with the newest frame, for programs that wait for it.
+pub struct PlanReader(Watcher);
+
+impl PlanReader {
+    /// Opens what a fleet publishes.
+    ///
+    /// # Errors
+    /// If the fleet can't be read.
+    pub fn open(fleet: &FleetName) -> Result<Self> {
+        Ok(Self(Watcher::open(&Participant::join(fleet, "viewer-plans")?)?))
+    }
+
+    /// Returns what is known with the newest frame.
+    ///
+    /// # Errors
+    /// If the fleet can't be read.
+    pub fn read(&mut self, watch: &Watch) -> Result<PlanReport> {
+        Ok(self.0.poll(watch, true)?.unwrap_or_default())
+    }
+}
+
 /// A running thread that watches plans. Dropping it ends the thread.
 #[derive(Debug)]
 pub struct PlanWatch {

@@ -4,6 +4,7 @@
 use std::time::Instant;
 
 use glam::{UVec2, Vec2};
+use regatta_plugin::frame::ClockState;
 use regatta_plugin::route::RouteResponse;
 use regatta_plugin::{Frame, Participant, Result, World};
 use wgpu::{CommandEncoder, TextureView};
@@ -13,6 +14,7 @@ use crate::curves::curve_point;
 use crate::feed::{Feed, News};
 use crate::gpu::renderer::{Picture, Renderer};
 use crate::palette::{Colouring, Legend};
+use crate::past::Past;
 use crate::plans::{PlanFacts, PlanReport, Watch};
 use crate::playhead::Playhead;
 use crate::route::{Remaining, remaining_route};
@@ -34,6 +36,10 @@ pub struct Stage {
     pub renderer: Renderer,
     /// The content and the style of pictures.
     pub scene: Scene,
+    /// The last minutes of a live run; `None` if they aren't kept.
+    pub past: Option<Past>,
+    /// The run and the simulated time that are shown instead of the newest frame, in nanoseconds.
+    looking_back: Option<(u64, u64)>,
     playhead: Playhead,
     graph_bounds: Option<Bounds>,
     /// The robots' bounds, of a fleet without a graph.
@@ -62,6 +68,8 @@ impl Stage {
             feed: Feed::open(participant)?,
             renderer,
             scene,
+            past: None,
+            looking_back: None,
             playhead: Playhead::new(),
             graph_bounds: None,
             robot_bounds: None,
@@ -106,14 +114,57 @@ impl Stage {
             self.renderer.set_world(&world);
         }
         if let Some(frame) = self.feed.frame().filter(|_| news.frame) {
+            let is_live = self.feed.recording().is_none();
+            if let Some(past) = self.past.as_mut().filter(|_| is_live) {
+                past.take(&frame);
+            }
+            self.looking_back = self.looking_back.filter(|(run, _)| *run == frame.run_id());
             self.playhead.push(&frame, now);
-            self.renderer.push_frame(&frame);
+            if self.feed.recording().is_some() && frame.header().clock == ClockState::Paused as u32 {
+                self.playhead.arrive();
+            }
+            if self.looking_back.is_none() {
+                self.renderer.push_frame(&frame);
+            }
         }
         if news.world || (news.frame && !self.routes.is_empty()) {
             self.update_routes();
         }
         self.update_columns(news, is_recoloured);
         Ok(())
+    }
+
+    /// The frame that is shown: the newest one, or one of the past.
+    pub fn frame(&self) -> Option<Frame<'_>> {
+        match (self.looking_back, &self.past) {
+            (Some((_, time)), Some(past)) => past.at(time),
+            _ => self.feed.frame(),
+        }
+    }
+
+    /// Whether a frame of the past is shown.
+    pub fn is_looking_back(&self) -> bool {
+        self.looking_back.is_some()
+    }
+
+    /// Shows the run as it was at a simulated time in nanoseconds, while it goes on, or again as it is. Of the past, only frames
+    /// are kept: robots have no values of columns then.
+    pub fn look_back(&mut self, time: Option<u64>) {
+        let run = self.feed.frame().map(|frame| frame.run_id());
+        self.looking_back = run.zip(time);
+        // Twice, so that robots don't glide from one time to the other.
+        for _ in 0..2 {
+            let frame = match (self.looking_back, &self.past) {
+                (Some((_, time)), Some(past)) => past.at(time),
+                _ => self.feed.frame(),
+            };
+            if let Some(frame) = frame {
+                self.renderer.push_frame(&frame);
+            }
+        }
+        // The columns are those of the newest frame, and are uploaded again when it is shown.
+        self.renderer.set_values(None);
+        self.watched = None;
     }
 
     /// Replaces the routes. They are drawn from the robots' current positions on.
@@ -179,6 +230,14 @@ impl Stage {
             }
             _ => None,
         };
+        let is_kept = matches!(self.scene.colouring, Colouring::Speed);
+        let values = match (self.looking_back, values) {
+            (Some(_), Some(_)) if !is_kept => None,
+            (Some((_, time)), Some(_)) => {
+                Some(self.past.as_ref().and_then(|past| past.at(time)).map(|frame| frame.speed()))
+            }
+            (_, values) => values,
+        };
         if let Some(values) = values {
             let is_due = self.range.is_none() || self.feed.counts().read.is_multiple_of(RANGE_EVERY);
             if let Some(values) = values.filter(|_| is_due) {
@@ -205,7 +264,7 @@ impl Stage {
         let (theme, colouring) = (self.scene.theme, &self.scene.colouring);
         let legend = colouring.legend(theme, &self.robot_types, self.range);
         match colouring {
-            Colouring::Column(_) if self.feed.value().is_none() => legend.without_data(theme),
+            Colouring::Column(_) if self.feed.value().is_none() || self.is_looking_back() => legend.without_data(theme),
             _ => legend,
         }
     }
@@ -218,7 +277,7 @@ impl Stage {
 
     /// The moment to show, from the previous frame (0) to the newest (1).
     pub fn alpha(&self, now: Instant) -> f32 {
-        self.playhead.alpha(now)
+        if self.is_looking_back() { 1.0 } else { self.playhead.alpha(now) }
     }
 
     /// Appends a point to each trail without drawing.

@@ -106,6 +106,8 @@ fn ffmpeg(path: &Path, fps: u32, size: UVec2) -> Result<Child, VideoError> {
     command.args(["-loglevel", "error", "-y", "-f", "rawvideo", "-pix_fmt", "rgba"]);
     command.args(["-s", &format!("{}x{}", size.x, size.y), "-r", &fps.to_string(), "-i", "-"]);
     // Many players support only even sizes and this pixel format.
+    // The same pictures give the same bytes: no date, no version, and no dependence on the number of processors.
+    command.args(["-threads", "2", "-map_metadata", "-1", "-fflags", "+bitexact", "-flags:v", "+bitexact"]);
     command.args(["-vf", "crop=trunc(iw/2)*2:trunc(ih/2)*2", "-pix_fmt", "yuv420p"]).arg(path);
     // In a process group of its own, ffmpeg doesn't receive Ctrl-C and can finish the file.
     #[cfg(unix)]

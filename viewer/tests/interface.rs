@@ -7,6 +7,7 @@ use glam::Vec2;
 use regatta_plugin::contact::{ContactHeader, ContactRecord};
 use regatta_plugin::control::{ControlKind, ControlResponse};
 use regatta_plugin::frame::{ClockState, ColumnsMut, FrameHeader, Line, RobotState, frame_lines, stride_lines};
+use regatta_plugin::recording::{MarkKind, RecordingMark};
 use regatta_plugin::task::StopAction;
 use regatta_plugin::world::{CurveRecord, EdgeRecord, NodeRecord, WorldData};
 use regatta_plugin::{Contacts, Frame};
@@ -19,7 +20,7 @@ use regatta_viewer::interface::labels::Labels;
 use regatta_viewer::interface::rows::{Rows, SortBy};
 use regatta_viewer::interface::settings::{LeftPanel, RightPanel, Settings};
 use regatta_viewer::interface::timing::Timing;
-use regatta_viewer::interface::view_model::{Action, EngineState, Item, ViewModel};
+use regatta_viewer::interface::view_model::{Action, EngineState, Item, Live, Timeline, ViewModel};
 use regatta_viewer::palette::{Colouring, Legend, Theme};
 use regatta_viewer::plans::{Coverage, PlanFacts};
 use regatta_viewer::route::{Remaining, RouteLength};
@@ -44,6 +45,9 @@ struct Fixture {
     timing: Timing,
     legend: Legend,
     actions: Vec<Action>,
+    /// The marks of a recording of ten seconds, and its time, in seconds.
+    recording: Option<(Vec<RecordingMark>, f64)>,
+    is_past: bool,
 }
 
 /// An edge between two nodes.
@@ -93,6 +97,8 @@ impl Fixture {
             timing: Timing::new("an adapter".into()),
             legend: Colouring::default().legend(Theme::Dark, &[], None),
             actions: Vec::new(),
+            recording: None,
+            is_past: false,
         }
     }
 
@@ -125,6 +131,10 @@ impl Fixture {
             lag: Some(0.001),
             trail_points: 0,
             udp: [false, false],
+            timeline: match &self.recording {
+                Some((marks, now)) => Some(timeline(marks, *now)),
+                None => Some(past(&self.header, self.is_past)),
+            },
         };
         let (_, actions) = self.interface.show(ui, &model);
         self.actions.extend(actions);
@@ -138,6 +148,41 @@ impl Fixture {
         });
         requests.collect()
     }
+}
+
+/// A recording of ten seconds.
+fn timeline(marks: &[RecordingMark], now: f64) -> Timeline<'_> {
+    Timeline {
+        name: "morning.mcap",
+        note: "",
+        start: 0,
+        end: 10_000_000_000,
+        now: Some((now * 1e9) as u64),
+        searched: u64::MAX,
+        left_out: 0,
+        marks,
+        live: None,
+    }
+}
+
+/// What is kept of a live run: ten seconds.
+fn past(header: &FrameHeader, is_past: bool) -> Timeline<'static> {
+    let now = header.sim_time_nanos;
+    let live = Some(Live { bytes: 12 << 20, is_past });
+    Timeline { name: "live", start: now - 10_000_000_000, end: now, now: Some(now), live, ..timeline(&[], 0.0) }
+}
+
+/// A fixture that shows a recording with a contact at 2 s and two faults at 6 s, at a time in seconds.
+fn replay(now: f64) -> Fixture {
+    let mark = |time_nanos, kind: MarkKind, count| RecordingMark {
+        time_nanos,
+        kind: kind as u32,
+        robot: 3,
+        count,
+        ..RecordingMark::default()
+    };
+    let marks = vec![mark(2_000_000_000, MarkKind::Contact, 1), mark(6_000_000_000, MarkKind::Fault, 2)];
+    Fixture { recording: Some((marks, now)), ..Fixture::new(5) }
 }
 
 fn harness(fixture: Fixture) -> Harness<'static, Fixture> {
@@ -601,4 +646,128 @@ fn several_robots_are_selected() {
     assert_eq!(selected(&harness), [41], "selected alone");
     press(&mut harness, Key::Escape);
     assert!(selected(&harness).is_empty());
+}
+
+#[test]
+fn a_replay_has_its_files_name_and_no_slider_for_robots() {
+    let mut harness = harness(replay(4.0));
+    assert_eq!(harness.get_all_by_label("morning.mcap").count(), 2, "in the top bar and at the timeline");
+    harness.get_by_label("recording");
+    harness.get_by_label("00:00.00 – 00:10.00");
+    assert!(harness.query_by_label("robots").is_none(), "a replay would refuse another number");
+    press(&mut harness, Key::K);
+    harness.get_by_label("a recording has the robots that it has");
+    assert_eq!(harness.state().requests(), []);
+    harness.state_mut().recording = None;
+    settle(&mut harness);
+    harness.get_by_label("robots");
+    assert!(harness.query_by_label("morning.mcap").is_none());
+}
+
+#[test]
+fn the_bar_and_the_marks_go_to_times() {
+    let mut harness = harness(replay(4.0));
+    let bar = harness.get_by_label("Timeline").rect();
+    harness.drag_at(bar.center());
+    settle(&mut harness);
+    harness.drop_at(bar.center());
+    settle(&mut harness);
+    let requests = harness.state().requests();
+    let (kind, time, _) = requests[0];
+    assert_eq!((kind, requests.len()), (ControlKind::Seek, 1), "{requests:?}");
+    assert!(time.abs_diff(5_000_000_000) < 20_000_000, "the middle: {time}");
+    harness.state_mut().actions.clear();
+    press(&mut harness, Key::X);
+    press(&mut harness, Key::Z);
+    // The mark's frame is shown, which lies a little before the mark.
+    harness.state_mut().recording.as_mut().expect("a recording").1 = 1.95;
+    harness.get_by_label("Next mark").click();
+    settle(&mut harness);
+    press(&mut harness, Key::Comma);
+    let seek = |time| (ControlKind::Seek, time, 0.0);
+    let wanted = [
+        seek(6_000_000_000),
+        seek(2_000_000_000),
+        seek(6_000_000_000),
+        (ControlKind::Pause, 0, 0.0),
+        seek(1_949_999_999),
+    ];
+    let requests = harness.state().requests();
+    assert!(
+        requests.iter().zip(wanted).all(|(one, other)| one.0 == other.0 && one.1.abs_diff(other.1) < 200),
+        "{requests:?}"
+    );
+    assert_eq!(requests.len(), wanted.len());
+}
+
+#[test]
+fn a_part_is_repeated_until_it_is_ended() {
+    let mut harness = harness(replay(3.0));
+    let go = |harness: &mut Harness<'_, Fixture>, now, run| {
+        harness.state_mut().recording.as_mut().expect("a recording").1 = now;
+        harness.state_mut().header.run_id = run;
+        settle(harness);
+    };
+    press(&mut harness, Key::O);
+    go(&mut harness, 5.0, 1);
+    press(&mut harness, Key::O);
+    settle(&mut harness);
+    let back = (ControlKind::Seek, 3_000_000_000, 0.0);
+    assert_eq!(harness.state().requests(), [back], "once, although many pictures were drawn");
+    go(&mut harness, 3.0, 2);
+    assert_eq!(harness.state().requests(), [back]);
+    go(&mut harness, 5.1, 2);
+    assert_eq!(harness.state().requests(), [back, back]);
+    // Whoever goes elsewhere stays there.
+    go(&mut harness, 8.0, 3);
+    assert_eq!(harness.state().requests(), [back, back]);
+    harness.get_by_label("end the loop").click();
+    settle(&mut harness);
+    go(&mut harness, 5.2, 3);
+    assert_eq!(harness.state().requests(), [back, back]);
+}
+
+#[test]
+fn at_its_end_a_recording_is_played_again_and_a_fleet_that_has_ended_is_greyed() {
+    let mut fixture = replay(10.0);
+    (fixture.engine, fixture.header.clock) = (EngineState::Paused, ClockState::Paused as u32);
+    let mut harness = harness(fixture);
+    press(&mut harness, Key::Space);
+    assert_eq!(harness.state().requests(), [(ControlKind::Seek, 0, 0.0), (ControlKind::Resume, 0, 0.0)]);
+    assert!(harness.query_by_label("The replay has ended").is_none());
+    harness.state_mut().engine = EngineState::Gone;
+    settle(&mut harness);
+    harness.get_by_label("The replay has ended");
+    harness.state_mut().recording = None;
+    settle(&mut harness);
+    harness.get_by_label("The engine has ended");
+    harness.get_by_label("this is its last picture, of 01:23.46; a new one is shown as soon as it runs");
+}
+
+#[test]
+fn the_past_of_a_live_run_is_looked_at_and_left() {
+    let mut harness = harness(Fixture::new(5));
+    assert!(harness.query_by_label("Timeline").is_none(), "the bar has to be asked for");
+    press(&mut harness, Key::U);
+    harness.get_by_label("the last 00:10.00 are kept, up to ten minutes: 12 of 256 MB");
+    let bar = harness.get_by_label("Timeline").rect();
+    harness.drag_at(bar.center());
+    settle(&mut harness);
+    harness.drop_at(bar.center());
+    settle(&mut harness);
+    let looked = |harness: &Harness<'_, Fixture>| match harness.state().actions.last() {
+        Some(Action::LookBack(time)) => *time,
+        other => panic!("{other:?}"),
+    };
+    assert!(looked(&harness).is_some_and(|time| time.abs_diff(78_456_000_000) < 20_000_000), "{:?}", looked(&harness));
+    assert_eq!(harness.state().requests(), [], "the engine isn't asked for anything");
+    harness.state_mut().is_past = true;
+    settle(&mut harness);
+    harness.get_by_label("past");
+    harness.get_by_label("robots");
+    harness.get_by_label("back to live").click();
+    settle(&mut harness);
+    assert_eq!(looked(&harness), None);
+    press(&mut harness, Key::Comma);
+    assert_eq!(looked(&harness), Some(83_455_999_999), "before the shown frame");
 }

@@ -46,6 +46,7 @@ pub use ports::lockstep::{LockstepError, Reporter};
 pub use ports::order_log::{OrderLog, OrderLogReader};
 pub use ports::orders::{OrderError, Orders};
 pub use ports::producer::{FrameLoan, ProducerPorts};
+pub use ports::recording::{RecordingPublisher, RecordingReader, ReplayedRecording};
 pub use ports::routes::{PendingRoute, RouteClient, RouteError, RouteServer};
 pub use ports::services;
 pub use ports::tasks::{TaskPublisher, TaskReader, Tasks};
@@ -67,5 +68,6 @@ pub use records::frame::Frame;
 pub use records::name::{ColumnName, FleetName, MAX_NAME_BYTES, NameError};
 pub use records::world::World;
 pub use records::{
-    activity, column, contact, control, event, frame, order, order_log, route, sequence, task, traffic, world,
+    activity, column, contact, control, event, frame, order, order_log, recording, route, sequence, task, traffic,
+    world,
 };

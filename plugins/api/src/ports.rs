@@ -24,6 +24,7 @@ pub mod order_log;
 pub mod orders;
 mod places;
 pub mod producer;
+pub mod recording;
 pub mod routes;
 pub mod services;
 mod slices;

@@ -14,6 +14,7 @@ pub mod lockstep;
 pub mod name;
 pub mod order;
 pub mod order_log;
+pub mod recording;
 pub mod route;
 pub mod sequence;
 pub mod task;

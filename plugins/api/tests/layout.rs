@@ -21,14 +21,15 @@ use regatta_plugin::event::{BreakdownCause, EventHeader, EventKind, EventRecord,
 use regatta_plugin::frame::{CONTRACT_VERSION, ClockState, FrameHeader, NO_EDGE, RobotState};
 use regatta_plugin::order::{OrderHeader, OrderKind, OrderRecord};
 use regatta_plugin::order_log::OrderLogHeader;
+use regatta_plugin::recording::{MarkKind, RecordingHeader, RecordingMark};
 use regatta_plugin::records::lockstep::Done;
 use regatta_plugin::route::{RouteRequest, RouteResponse};
 use regatta_plugin::task::{NO_ROBOT, StopAction, TaskHeader, TaskKind, TaskRecord};
 use regatta_plugin::traffic::{EdgeTraffic, TrafficHeader};
 use regatta_plugin::world::{CurveRecord, EdgeRecord, NodeRecord, NodeRole, RobotTypeRecord, Shape, WorldHeader};
 use regatta_plugin::{
-    ColumnReader, ContactEventReader, ContactReader, FleetName, OrderLogReader, Participant, Result, RouteServer,
-    TaskReader, TrafficReader, services,
+    ColumnReader, ContactEventReader, ContactReader, FleetName, OrderLogReader, Participant, RecordingReader, Result,
+    RouteServer, TaskReader, TrafficReader, services,
 };
 use serde_json::{Map, Value, json};
 
@@ -96,6 +97,8 @@ fn all_records() -> Map<String, Value> {
         RouteRequest { robot, reserved }
         RouteResponse { run_id, tick, robot, found, legs, released, released_metres, reserved,
             listed }
+        RecordingHeader { run_id, sequence, start_nanos, end_nanos, ahead_nanos, searched_nanos, left_out, file, note }
+        RecordingMark { time_nanos, kind, robot, count, reserved }
         Done { run_id, tick, name }
     }
 }
@@ -117,6 +120,7 @@ fn all_enums() -> Map<String, Value> {
         StopAction { None, Pick, Drop, Charge, Park }
         ContactLevel { Possible, Touching }
         ContactChange { Began, Ended }
+        MarkKind { Contact, Fault, Stop, Note }
         ControlKind { Status, Pause, Resume, Step, Speed, Robots, Seek }
     }
 }
@@ -129,6 +133,7 @@ fn all_services(fleet: &FleetName) -> Result<Map<String, Value>> {
         (ColumnReader::open_on(&other, "NAME")?, ContactReader::open_on(&other)?, ContactEventReader::open_on(&other)?);
     let (_log, _routes) = (OrderLogReader::open_on(&other)?, RouteServer::open_on(&other)?);
     let (_tasks, _traffic) = (TaskReader::open_on(&other)?, TrafficReader::open_on(&other)?);
+    let _recording = RecordingReader::open_on(&other)?;
     let prefix = services::service_name(fleet, "");
     let mut services = Map::new();
     ipc::Service::list(regatta_plugin::iceoryx2_config()?, |service| {

@@ -415,6 +415,33 @@ class RouteResponse(Record):
 
 
 @record
+class RecordingHeader(Sequenced):
+    """What a replay tells about its recording. Times are nanoseconds on the recording's clock, which is ``ahead_nanos`` ahead of
+    the simulated time of the run's frames."""
+
+    run_id: u64
+    sequence: u64
+    start_nanos: u64
+    end_nanos: u64
+    ahead_nanos: u64
+    searched_nanos: u64
+    left_out: u64
+    file: Annotated[bytes, ctypes.c_char * 128]
+    note: Annotated[bytes, ctypes.c_char * 128]
+
+
+@record
+class RecordingMark(Record):
+    """Something that happened in a recording."""
+
+    time_nanos: u64
+    kind: u32
+    robot: u32
+    count: u32
+    reserved: u32
+
+
+@record
 class Done(Record):
     """The report of a reader, in lockstep, that it has finished a tick."""
 

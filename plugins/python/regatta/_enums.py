@@ -215,3 +215,19 @@ class ControlKind(IntEnum):
     SPEED = 4
     ROBOTS = 5
     SEEK = 6
+
+
+class MarkKind(IntEnum):
+    """Kinds of marks of a recording."""
+
+    CONTACT = 1
+    """Two robots began to touch."""
+
+    FAULT = 2
+    """A robot can't continue, or is broken."""
+
+    STOP = 3
+    """A robot was held and has come to a stop, or stalls."""
+
+    NOTE = 4
+    """A note that somebody has written."""

@@ -1,9 +1,13 @@
 //! A replay: a producer like the engine, whose frames come from a recording.
 
+mod contact_search;
+mod marks;
 mod options;
 mod producer;
 mod stage;
+mod teller;
 
+use std::collections::BTreeSet;
 use std::time::Duration;
 
 use regatta_plugin::producer::{Moment, Session};
@@ -11,8 +15,10 @@ use regatta_plugin::{Participant, ProducerPorts, Termination};
 
 use crate::reading::{Reader, Recording, Selection};
 use crate::schema::Topic;
+use contact_search::ContactSearch;
 pub use options::{ReplayArgs, ReplayError};
 use stage::{Stage, StageError};
+use teller::Teller;
 
 /// Replays a recording until it is over or Ctrl-C.
 ///
@@ -28,7 +34,8 @@ pub fn replay(args: &ReplayArgs) -> Result<(), ReplayError> {
     let mut topics = recording.topics();
     topics.retain(|topic| !args.no_columns || !topic.is_from_plugin());
     let mut ports = ProducerPorts::create_on(Participant::join(&args.fleet, "replay")?, 0)?;
-    let stage = Stage::open(&mut ports, &topics);
+    let teller = Teller::open(ports.participant(), &recording)?;
+    let stage = Stage::open(&mut ports, &topics, teller);
     regatta_plugin::tell!(
         "fleet '{}': {} frames from {:.2} s to {:.2} s of {}; Ctrl-C stops",
         args.fleet,
@@ -42,7 +49,11 @@ pub fn replay(args: &ReplayArgs) -> Result<(), ReplayError> {
     if args.paused {
         session.pause();
     }
-    session.run(&mut Replay::new(&recording, stage, args)?, &termination)
+    let mut replay = Replay::new(&recording, stage, args)?;
+    if recording.is_closed() && !session.is_lockstep() {
+        replay.contact_search = ContactSearch::start(&args.file).ok();
+    }
+    session.run(&mut replay, &termination)
 }
 
 /// A recording that is published again.
@@ -58,19 +69,29 @@ struct Replay<'recording> {
     /// The events of the first moment, if readers in lockstep may join only with its frame.
     withheld: Vec<(Topic, Vec<u8>)>,
     reported_orders: bool,
+    /// The times of the repetitions of the world that is shown.
+    worlds: BTreeSet<u64>,
+    /// How often the world had changed when these times were noted.
+    world_changes: u64,
+    /// Decodes contacts after a jump. `None` in lockstep, where they are there with the frame, and for a recording that was never
+    /// closed, which would have to be scanned once more.
+    contact_search: Option<ContactSearch>,
 }
 
 impl<'recording> Replay<'recording> {
     fn new(recording: &'recording Recording, stage: Stage, args: &ReplayArgs) -> Result<Self, ReplayError> {
         Ok(Self {
             recording,
-            reader: recording.read(&Selection::all_of(Vec::new()))?,
+            reader: recording.read(&selection(recording))?,
             stage,
             args: args.clone(),
             time: 0,
             frame: Vec::new(),
             withheld: Vec::new(),
             reported_orders: false,
+            worlds: BTreeSet::new(),
+            world_changes: 0,
+            contact_search: None,
         })
     }
 
@@ -80,7 +101,7 @@ impl<'recording> Replay<'recording> {
     /// With `withhold`, messages that reach only readers that are there already wait for the next moment.
     fn show_moment(&mut self, session: &mut Session, withhold: bool) -> Result<bool, ReplayError> {
         let Some(time) = self.reader.peek()? else { return Ok(false) };
-        self.time = time;
+        (self.time, self.stage.time) = (time, time);
         let Self { recording, reader, stage, frame, withheld, .. } = self;
         for (topic, message) in withheld.drain(..) {
             stage.publish(session, &topic, &message).map_err(|error| explain(recording, &topic, time, error))?;
@@ -117,13 +138,13 @@ impl<'recording> Replay<'recording> {
     /// Shows the newest frame at or before `time`, and continues from there.
     fn go_to(&mut self, session: &mut Session, time: Duration, withhold: bool) -> Result<(), ReplayError> {
         let time = time.as_nanos() as u64;
-        let frame = self.recording.last_until(&Topic::Frames, time)?.map_or(0, |(time, _)| time);
+        let frame = self.recording.time_until(&Topic::Frames, time)?.unwrap_or(0);
         if frame < self.time {
             self.stage.begin_run(session)?;
         }
         self.withheld.clear();
         self.show_state_before(session, frame)?;
-        self.reader = self.recording.read(&Selection { from: frame, ..Selection::all_of(Vec::new()) })?;
+        self.reader = self.recording.read(&Selection { from: frame, ..selection(self.recording) })?;
         // The first moments of a recording may have no frame.
         while self.reader.peek()?.is_some() && !self.show_moment(session, withhold)? {}
         session.jump(Moment { tick: session.tick(), sim_nanos: self.time });
@@ -136,13 +157,54 @@ impl<'recording> Replay<'recording> {
             if matches!(topic, Topic::Contacts | Topic::ContactUpdates) {
                 continue;
             }
+            if self.is_shown(&topic, frame)? {
+                continue;
+            }
             let Some((time, message)) = self.recording.state_before(&topic, frame)? else { continue };
             let shown = self.stage.publish(session, &topic, &message);
             shown.map_err(|error| explain(self.recording, &topic, time, error))?;
+            if topic == Topic::World {
+                self.worlds.insert(time);
+            }
+        }
+        if let Some(search) = &mut self.contact_search {
+            search.jump();
+            return Ok(());
         }
         let contacts = self.recording.contacts_before(frame)?;
         Ok(self.stage.take_contacts(session, contacts)?)
     }
+
+    /// Whether what is valid before a frame need not be read: a column of the frame itself replaces it, or the world is the one
+    /// that is shown. The index tells.
+    fn is_shown(&mut self, topic: &Topic, frame: u64) -> Result<bool, ReplayError> {
+        if topic.column().is_some() {
+            return Ok(self.recording.time_until(topic, frame)? == Some(frame));
+        }
+        let changes = self.stage.world_changes;
+        if std::mem::replace(&mut self.world_changes, changes) != changes {
+            self.worlds.clear();
+        }
+        let Some(before) = frame.checked_sub(1) else { return Ok(false) };
+        Ok(self.recording.time_until(topic, before)?.is_some_and(|time| self.worlds.contains(&time)))
+    }
+
+    /// Publishes the list of contacts of the frame that the playhead jumped to, if it hasn't been published yet. It is needed now:
+    /// the next one may be a change of it.
+    fn finish_jump(&mut self, session: &mut Session) -> Result<(), ReplayError> {
+        if self.contact_search.as_mut().is_some_and(ContactSearch::cancel) {
+            let contacts = self.recording.contacts_before(self.time.saturating_add(1))?;
+            self.stage.take_contacts(session, contacts)?;
+        }
+        Ok(())
+    }
+}
+
+/// What a replay reads: everything but what was recorded for other programs.
+fn selection(recording: &Recording) -> Selection {
+    let mut topics = recording.topics();
+    topics.retain(|topic| !matches!(topic, Topic::Poses | Topic::Robots | Topic::Graph | Topic::GraphPoints));
+    Selection::all_of(topics)
 }
 
 /// Adds to an error where in the recording the message is.

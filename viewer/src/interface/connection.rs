@@ -22,7 +22,7 @@ impl EngineState {
 impl Interface {
     pub(super) fn connection(&mut self, ui: &mut Ui, model: &ViewModel<'_>, actions: &mut Vec<Action>) {
         let (theme, colours) = (self.settings.theme(), self.colours());
-        ui.label(RichText::new(model.fleet).size(20.0));
+        ui.label(RichText::new(model.name()).size(20.0));
         let (text, colour) = model.engine.text_and_colour(&colours);
         status_dot(ui, colour, RichText::new(text));
         heading(ui, theme, "engine");

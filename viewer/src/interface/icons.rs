@@ -11,6 +11,12 @@ pub enum Icon {
     Pause,
     /// Advance one tick.
     Step,
+    /// Go back one frame.
+    StepBack,
+    /// Go to the next mark.
+    NextMark,
+    /// Go to the previous mark.
+    PreviousMark,
     /// The light theme.
     Sun,
     /// The dark theme.
@@ -50,6 +56,18 @@ pub fn draw(painter: &Painter, icon: Icon, at: Pos2, half: f32, colour: Color32)
         Icon::Step => {
             bar(0.8, 0.45);
             triangle([(-1.0, -0.95), (0.4, 0.0), (-1.0, 0.95)]);
+        }
+        Icon::StepBack => {
+            bar(-0.8, 0.45);
+            triangle([(1.0, -0.95), (-0.4, 0.0), (1.0, 0.95)]);
+        }
+        Icon::NextMark => {
+            triangle([(-1.0, -0.75), (0.1, 0.0), (-1.0, 0.75)]);
+            painter.circle_filled(at + vec2(0.75, 0.0) * half, half * 0.4, colour);
+        }
+        Icon::PreviousMark => {
+            triangle([(1.0, -0.75), (-0.1, 0.0), (1.0, 0.75)]);
+            painter.circle_filled(at - vec2(0.75, 0.0) * half, half * 0.4, colour);
         }
         Icon::Sun => {
             painter.circle_filled(at, half * 0.5, colour);

@@ -9,6 +9,16 @@ pub enum Command {
     Pause,
     /// Advance one tick.
     Step,
+    /// Go back by one frame of a recording.
+    StepBack,
+    /// Go to the next mark of a recording.
+    NextMark,
+    /// Go to the previous mark of a recording.
+    PreviousMark,
+    /// Begin a part of a recording to repeat, end it, or stop repeating.
+    Loop,
+    /// Show or hide the last minutes of a live run.
+    Past,
     /// Halve the speed.
     Slower,
     /// Double the speed.
@@ -87,6 +97,11 @@ const SHIFT: Modifiers = Modifiers::SHIFT;
 const SHORTCUTS: &[Shortcut] = &[
     shortcut(NONE, Key::Space, Command::Pause, "pause, resume"),
     shortcut(NONE, Key::Period, Command::Step, "advance one tick"),
+    shortcut(NONE, Key::Comma, Command::StepBack, "recording, past: one frame back"),
+    shortcut(NONE, Key::X, Command::NextMark, "recording: next mark"),
+    shortcut(NONE, Key::Z, Command::PreviousMark, "recording: previous mark"),
+    shortcut(NONE, Key::O, Command::Loop, "recording: repeat a part from, to, end"),
+    shortcut(NONE, Key::U, Command::Past, "live run: the last ten minutes"),
     shortcut(NONE, Key::OpenBracket, Command::Slower, "half the speed"),
     shortcut(NONE, Key::CloseBracket, Command::Faster, "twice the speed"),
     shortcut(NONE, Key::K, Command::FewerRobots, "20 % fewer robots"),
@@ -209,6 +224,7 @@ pub fn list(context: &Context) -> Vec<(String, &'static str)> {
 fn name_of(key: Key) -> &'static str {
     match key {
         Key::Period => ".",
+        Key::Comma => ",",
         Key::OpenBracket => "[",
         Key::CloseBracket => "]",
         Key::Questionmark => "?",

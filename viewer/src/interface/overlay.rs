@@ -22,6 +22,9 @@ impl Interface {
         if model.engine == EngineState::Awaited {
             self.waiting(context, picture, model);
         } else {
+            if model.engine == EngineState::Gone {
+                self.veil(context, picture, model);
+            }
             if self.settings.ids {
                 let offset = Vec2::from(self.settings.offset);
                 model.labels.draw(context, picture, &self.camera_controller.camera(), offset, self.settings.theme());
@@ -53,6 +56,21 @@ impl Interface {
         self.float(context, picture, "camera", Align2::RIGHT_BOTTOM, |ui| {
             let text = RichText::new(text).monospace().size(11.0).color(self.colours().faint);
             ui.add(egui::Label::new(text).extend());
+        });
+    }
+
+    /// Greys the picture of a fleet that has ended, and says so.
+    fn veil(&self, context: &Context, picture: Rect, model: &ViewModel<'_>) {
+        let (theme, colours) = (self.settings.theme(), self.colours());
+        let painter = context.layer_painter(egui::LayerId::background());
+        painter.with_clip_rect(picture).rect_filled(picture, 0.0, egui::Color32::from_gray(128).gamma_multiply(0.55));
+        let what = if model.recording().is_some() { "The replay has ended" } else { "The engine has ended" };
+        let time = model.frame.map(|frame| frame.sim_time().as_secs_f64());
+        self.float(context, picture, "ended", Align2::CENTER_BOTTOM, |ui| {
+            ui.label(RichText::new(what).strong().color(colours.bad));
+            let last = time.map_or("nothing", |_| "this is its last picture, of ").to_owned();
+            let text = last + &time.map(super::transport::clock_text).unwrap_or_default();
+            ui.label(style::faint(ui, theme, text + "; a new one is shown as soon as it runs"));
         });
     }
 
@@ -91,7 +109,14 @@ impl Interface {
 }
 
 /// Shows an element in a corner, at an edge or in the centre of the picture.
-fn float(context: &Context, picture: Rect, theme: Theme, name: &str, place: Align2, show: impl FnOnce(&mut Ui)) {
+pub(super) fn float(
+    context: &Context,
+    picture: Rect,
+    theme: Theme,
+    name: &str,
+    place: Align2,
+    show: impl FnOnce(&mut Ui),
+) {
     let inside = picture.shrink(MARGIN);
     if !inside.is_positive() {
         return;

@@ -17,12 +17,17 @@ impl Interface {
 
     fn execute(&mut self, command: Command, model: &ViewModel<'_>, actions: &mut Vec<Action>) {
         match command {
-            Command::Pause => actions.push(self.pause_or_resume(model)),
+            Command::Pause => actions.extend(self.pause_or_resume(model)),
             Command::Step => actions.extend(self.step(model)),
+            Command::StepBack => self.step_back(model, actions),
+            Command::NextMark => self.go_to_mark(model, true, actions),
+            Command::PreviousMark => self.go_to_mark(model, false, actions),
+            Command::Loop => self.cycle_loop(model),
+            Command::Past => self.toggle_past(actions),
             Command::Slower => actions.push(self.times_speed(model, 0.5)),
             Command::Faster => actions.push(self.times_speed(model, 2.0)),
-            Command::FewerRobots => actions.push(self.times_robots(model, 0.8)),
-            Command::MoreRobots => actions.push(self.times_robots(model, 1.25)),
+            Command::FewerRobots => actions.extend(self.times_robots(model, 0.8)),
+            Command::MoreRobots => actions.extend(self.times_robots(model, 1.25)),
             Command::Fit => self.camera_controller.fit(model.bounds, self.aspect),
             Command::Top => self.camera_controller.top(model.bounds, self.aspect),
             Command::Follow => self.follow_selected(),

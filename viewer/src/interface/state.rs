@@ -9,6 +9,7 @@ use super::history::History;
 use super::rows::RowQuery;
 use super::settings::{RightPanel, RobotMesh, Settings};
 use super::style::{self, ThemeColours};
+use super::timeline::TimelineState;
 use super::view_model::{Item, ViewModel};
 use super::virtual_list::VirtualList;
 use crate::curves::midpoint;
@@ -39,6 +40,7 @@ pub struct Interface {
     pub(super) history: History,
     pub(super) sliders: SliderDrafts,
     pub(super) files: FileDrafts,
+    pub(super) timeline: TimelineState,
     /// Whether the help is open.
     pub(super) help: bool,
     pub(super) drag: Option<Drag>,
@@ -116,6 +118,7 @@ impl Interface {
             collision_list: VirtualList::default(),
             history: History::default(),
             sliders: SliderDrafts::default(),
+            timeline: TimelineState::default(),
             help: false,
             drag: None,
             typing: false,

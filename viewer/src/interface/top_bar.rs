@@ -13,7 +13,7 @@ impl Interface {
         let colours = self.colours();
         ui.horizontal_centered(|ui| {
             let (text, colour) = model.engine.text_and_colour(&colours);
-            status_dot(ui, colour, RichText::new(model.fleet).strong().size(14.0));
+            status_dot(ui, colour, RichText::new(model.name()).strong().size(14.0));
             ui.label(RichText::new(text).color(colour).size(12.0));
             ui.separator();
             let touching = model.contacts.map_or(0, |contacts| contacts.header.touching);

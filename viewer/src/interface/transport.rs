@@ -39,7 +39,13 @@ impl Interface {
                 let (icon, name) = if model.is_paused() { (Icon::Play, "Resume") } else { (Icon::Pause, "Pause") };
                 let response = icons::button(ui, icon, name, vec2(38.0, 28.0));
                 if response.on_hover_text(format!("{name} (Space)")).clicked() {
-                    actions.push(self.pause_or_resume(model));
+                    actions.extend(self.pause_or_resume(model));
+                }
+                if model.recording().is_some() {
+                    let response = icons::button(ui, Icon::StepBack, "Step back", vec2(32.0, 28.0));
+                    if response.on_hover_text("One frame back (,)").clicked() {
+                        self.step_back(model, actions);
+                    }
                 }
                 if icons::button(ui, Icon::Step, "Step", vec2(32.0, 28.0)).on_hover_text("One tick (.)").clicked() {
                     actions.extend(self.step(model));
@@ -50,9 +56,20 @@ impl Interface {
             ui.separator();
             ui.label(style::faint(ui, theme, "speed"));
             ui.add_enabled_ui(is_connected, |ui| self.speed_slider(ui, model, actions));
-            ui.separator();
-            ui.label(style::faint(ui, theme, "robots"));
-            ui.add_enabled_ui(is_connected, |ui| self.robots_slider(ui, model, actions));
+            // The robots of a recording are what they were.
+            if model.recording().is_none() {
+                ui.separator();
+                ui.label(style::faint(ui, theme, "robots"));
+                ui.add_enabled_ui(is_connected, |ui| self.robots_slider(ui, model, actions));
+            }
+            if model.timeline.is_some_and(|timeline| timeline.live.is_some()) {
+                ui.separator();
+                let text = "The last ten minutes, while the run goes on (U)";
+                let button = egui::Button::selectable(self.timeline.shows_past, "Past");
+                if ui.add(button).on_hover_text(text).clicked() {
+                    self.toggle_past(actions);
+                }
+            }
         });
     }
 
@@ -97,8 +114,16 @@ impl Interface {
         }
     }
 
-    pub(super) fn pause_or_resume(&self, model: &ViewModel<'_>) -> Action {
-        control(if model.is_paused() { ControlKind::Resume } else { ControlKind::Pause })
+    /// Returns the requests that pause or resume; at the end of a recording, it begins again.
+    pub(super) fn pause_or_resume(&self, model: &ViewModel<'_>) -> Vec<Action> {
+        if !model.is_paused() {
+            return vec![control(ControlKind::Pause)];
+        }
+        let ended = model.recording().filter(|timeline| timeline.now.is_some_and(|now| now >= timeline.end));
+        let again = ended.map(|timeline| {
+            Action::Control(ControlRequest { count: timeline.start, ..ControlRequest::new(ControlKind::Seek) })
+        });
+        again.into_iter().chain([control(ControlKind::Resume)]).collect()
     }
 
     /// Returns the requests that advance one tick: a running engine is paused first.
@@ -115,10 +140,15 @@ impl Interface {
     }
 
     /// Returns the action that multiplies the number of robots by a factor; it changes by at least one.
-    pub(super) fn times_robots(&self, model: &ViewModel<'_>, factor: f32) -> Action {
+    pub(super) fn times_robots(&mut self, model: &ViewModel<'_>, factor: f32) -> Option<Action> {
+        if model.recording().is_some() {
+            self.notify("a recording has the robots that it has");
+            return None;
+        }
         let reported = model.status.map_or(1, |status| status.robots);
         let wanted = (reported as f32 * factor) as u32;
-        robots(if factor > 1.0 { wanted.max(reported + 1) } else { wanted.min(reported.saturating_sub(1)).max(1) })
+        let least = reported.saturating_sub(1);
+        Some(robots(if factor > 1.0 { wanted.max(reported + 1) } else { wanted.min(least).max(1) }))
     }
 }
 
@@ -147,7 +177,7 @@ fn speed_text(speed: f32) -> String {
 }
 
 /// Formats hours, minutes and seconds.
-fn clock_text(seconds: f64) -> String {
+pub(super) fn clock_text(seconds: f64) -> String {
     let (minutes, rest) = ((seconds / 60.0) as u64, seconds % 60.0);
     match minutes / 60 {
         0 => format!("{:02}:{:05.2}", minutes, rest),

@@ -4,6 +4,7 @@
 use glam::Vec2;
 use regatta_plugin::control::{ControlRequest, ControlResponse};
 use regatta_plugin::frame::{ClockState, Frame};
+use regatta_plugin::recording::RecordingMark;
 use regatta_plugin::{ColumnName, Contacts, World};
 
 use super::labels::Labels;
@@ -17,6 +18,7 @@ use crate::gpu::pick::Picked;
 use crate::palette::Legend;
 use crate::plans::PlanFacts;
 use crate::route::Remaining;
+use crate::stage::Stage;
 use crate::tasks::RobotTask;
 
 /// The state of the engine, as seen by the viewer.
@@ -83,6 +85,76 @@ pub struct ViewModel<'a> {
     pub trail_points: u32,
     /// Whether the UDP source and the UDP sender are running.
     pub udp: [bool; 2],
+    /// The recording that is replayed, or what is kept of a live run.
+    pub timeline: Option<Timeline<'a>>,
+}
+
+/// A recording that is replayed. Times are nanoseconds on its clock.
+#[derive(Clone, Copy, Debug)]
+pub struct Timeline<'a> {
+    /// The name of the file.
+    pub name: &'a str,
+    /// The last note at or before the shown frame; empty for none.
+    pub note: &'a str,
+    /// The first time.
+    pub start: u64,
+    /// The last time.
+    pub end: u64,
+    /// The time of the shown frame, if it is known.
+    pub now: Option<u64>,
+    /// Marks up to this time are known.
+    pub searched: u64,
+    /// Marks that there was no room for.
+    pub left_out: u64,
+    /// What happened, sorted by time.
+    pub marks: &'a [RecordingMark],
+    /// If this is a run that goes on: what is kept of it.
+    pub live: Option<Live>,
+}
+
+/// What is kept of a live run.
+#[derive(Clone, Copy, Debug)]
+pub struct Live {
+    /// The memory that it takes, in bytes.
+    pub bytes: usize,
+    /// Whether the past is shown, and not the newest frame.
+    pub is_past: bool,
+}
+
+impl<'a> Timeline<'a> {
+    /// The recording that a stage shows, or what is kept of a live run.
+    pub fn of(stage: &'a Stage) -> Option<Self> {
+        let frame = stage.frame()?;
+        let Some(recording) = stage.feed.recording() else { return Self::of_live(stage, &frame) };
+        let header = recording.header;
+        Some(Self {
+            name: header.file(),
+            note: header.note(),
+            start: header.start_nanos,
+            end: header.end_nanos,
+            now: (frame.run_id() == header.run_id).then(|| header.time_of(frame.header().sim_time_nanos)),
+            searched: header.searched_nanos,
+            left_out: header.left_out,
+            marks: recording.marks,
+            live: None,
+        })
+    }
+
+    fn of_live(stage: &'a Stage, frame: &Frame<'_>) -> Option<Self> {
+        let past = stage.past.as_ref()?;
+        let (start, end) = past.span()?;
+        Some(Self {
+            name: "live",
+            note: "",
+            start,
+            end,
+            now: Some(frame.header().sim_time_nanos),
+            searched: u64::MAX,
+            left_out: 0,
+            marks: &[],
+            live: Some(Live { bytes: past.bytes(), is_past: stage.is_looking_back() }),
+        })
+    }
 }
 
 /// An item that can be selected.
@@ -108,6 +180,8 @@ pub enum Action {
         /// Whether to add to the selection instead of replacing it.
         extend: bool,
     },
+    /// Show a live run as it was at a simulated time in nanoseconds, or again as it is.
+    LookBack(Option<u64>),
     /// Compute rows of the fleet list.
     Rows(RowQuery),
     /// Dim robots that don't match.
@@ -139,8 +213,25 @@ pub enum Action {
 impl ViewModel<'_> {
     /// Whether the engine's clock is paused.
     pub fn is_paused(&self) -> bool {
-        let clock = self.frame.map(|frame| frame.header().clock).or(self.status.map(|status| status.clock));
+        // A frame of the past doesn't know it.
+        let shown = self.frame.filter(|_| !self.is_past()).map(|frame| frame.header().clock);
+        let clock = shown.or(self.status.map(|status| status.clock));
         clock == Some(ClockState::Paused as u32)
+    }
+
+    /// What is shown: the file of a recording, or the fleet.
+    pub fn name(&self) -> &str {
+        self.recording().map_or(self.fleet, |recording| recording.name)
+    }
+
+    /// The recording that is replayed; `None` for a live fleet.
+    pub fn recording(&self) -> Option<Timeline<'_>> {
+        self.timeline.filter(|timeline| timeline.live.is_none())
+    }
+
+    /// Whether the past of a live run is shown.
+    pub fn is_past(&self) -> bool {
+        self.timeline.and_then(|timeline| timeline.live).is_some_and(|live| live.is_past)
     }
 
     /// Returns the selected robot's value in a column, if it is published.

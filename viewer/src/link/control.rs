@@ -46,9 +46,9 @@ pub fn run(fleet: &FleetName, requested: &Receiver<ControlRequest>, report: &Sen
     }
 }
 
-/// Removes requests for a speed or a number of robots that a later one supersedes: a slider sends many.
+/// Removes requests for a speed, a number of robots or a time that a later one supersedes: a slider sends many.
 fn keep_newest(requests: &mut VecDeque<ControlRequest>) {
-    let superseded = [ControlKind::Speed, ControlKind::Robots].map(|kind| kind as u32);
+    let superseded = [ControlKind::Speed, ControlKind::Robots, ControlKind::Seek].map(|kind| kind as u32);
     let all: Vec<_> = requests.drain(..).collect();
     for (i, request) in all.iter().enumerate() {
         let has_later = all[i + 1..].iter().any(|later| later.kind == request.kind);

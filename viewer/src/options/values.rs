@@ -58,6 +58,12 @@ fn numbers(text: &str, expected: &'static str) -> Result<Vec<f32>, OptionError> 
     text.split(',').map(number).collect::<Option<_>>().ok_or(OptionError { text: text.to_owned(), expected })
 }
 
+/// Parses the speed of a film.
+pub fn film_speed(text: &str) -> Result<f32, OptionError> {
+    let factor = text.parse().ok().filter(|factor| (0.001..=1000.0).contains(factor));
+    factor.ok_or(OptionError { text: text.to_owned(), expected: "a factor from 0.001 to 1000" })
+}
+
 /// Parses a number of samples per pixel.
 pub fn samples(text: &str) -> Result<u32, OptionError> {
     let expected = "1 or 4";

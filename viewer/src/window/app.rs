@@ -53,7 +53,7 @@ impl<'a> App<'a> {
         let (settings_store, error) = SettingsStore::load(self.options);
         let [width, height] = settings_store.initial().window;
         let attributes = Window::default_attributes()
-            .with_title(title(&self.options.fleet, None))
+            .with_title(title(&self.options.name(), None))
             .with_inner_size(LogicalSize::new(width, height))
             .with_min_inner_size(LogicalSize::new(320.0, 200.0));
         let window =

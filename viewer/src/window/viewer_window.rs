@@ -30,6 +30,7 @@ use crate::interface::timing::Timing;
 use crate::interface::view_model::{EngineState, Item};
 use crate::link::{Link, Report};
 use crate::options::{LookOptions, Options};
+use crate::past::Past;
 use crate::scene::Detail;
 use crate::stage::Stage;
 
@@ -64,6 +65,8 @@ pub struct ViewerWindow {
     timing: Timing,
     look: LookOptions,
     fleet: FleetName,
+    /// What is shown: a file, or a fleet.
+    name: String,
     is_hidden: bool,
     is_closing: bool,
     assets: Assets,
@@ -98,7 +101,8 @@ impl ViewerWindow {
         if gpu.is_software() {
             scene.detail = Detail::software();
         }
-        let stage = Stage::new(&participant, renderer, scene)?;
+        let mut stage = Stage::new(&participant, renderer, scene)?;
+        stage.past = options.recording.is_none().then(Past::default);
         let context = egui::Context::default();
         let limit = gpu.device.limits().max_texture_dimension_2d as usize;
         let scale = window.scale_factor() as f32;
@@ -124,6 +128,7 @@ impl ViewerWindow {
             timing: Timing::new(adapter),
             look,
             fleet: options.fleet.clone(),
+            name: options.name(),
             is_hidden: false,
             is_closing: false,
             assets: Assets::default(),
@@ -176,6 +181,10 @@ impl ViewerWindow {
         }
         if self.stage.feed.has_newer()? {
             self.frame_pacing.keep_drawing(now);
+        }
+        // Marks arrive while a replay stands, too.
+        if self.stage.feed.recording().is_some_and(|recording| recording.header.searched_nanos != u64::MAX) {
+            self.frame_pacing.schedule(now + Duration::from_millis(250));
         }
         if self.engine_state(now) == EngineState::Silent {
             self.frame_pacing.schedule(now + Duration::from_secs(1));
@@ -286,7 +295,7 @@ impl ViewerWindow {
                 self.settings_store.forget(&file);
             }
         }
-        if let Some(frame) = self.stage.feed.frame() {
+        if let Some(frame) = self.stage.frame() {
             let followed = self.interface.camera_controller.followed().map(|(robot, _)| robot);
             self.fleet_state.record_frame(&frame, news.frame, followed, self.stage.scene.offset, now);
         }
@@ -314,8 +323,8 @@ fn size_of(window: &Window) -> UVec2 {
     UVec2::new(size.width, size.height)
 }
 
-/// Returns the title of the window: the fleet and the selected robot.
-pub fn title(fleet: &FleetName, selected: Option<Item>) -> String {
+/// Returns the title of the window: what is shown, and the selected robot.
+pub fn title(fleet: &str, selected: Option<Item>) -> String {
     match selected {
         Some(Item::Robot(id)) => format!("Regatta: {fleet}, robot {id}"),
         _ => format!("Regatta: {fleet}"),

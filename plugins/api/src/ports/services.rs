@@ -14,6 +14,7 @@
 //! | columns, each | 64 | 1 or 8 | 2 | 1 | 1 | 642 | 4.0 MB |
 //! | contacts | 64 | 1 or 8 | 2 | 1 | 1 | 642 | 48 B a pair, 64 pairs to begin with: 2.0 MB |
 //! | traffic | 64 | 1 | 2 | 1 | 1 | 194 | 20 B an edge and period: 6.0 MB at 100 k edges |
+//! | recording | 64 | 1 | 2 | 1 | 1 | 194 | 24 B a mark, 64 marks to begin with, 65,536 at most: 1.6 MB |
 //! | contact events, order log, tasks | 64 | 64 | 1 | 0 | 1 | 4161 | 56, 40 and 40 B each, 64 to begin with: 15, 11 and 11 MB |
 //! | done, per reader | 64 | 1 | 1 | 1 | 1 | 130 | 80 B |
 //! | routes, the server's answers | 16 | 1 | 1 | 0 | 1 | 8 per client and open request | 1056 B: 0.3 MB |
@@ -44,6 +45,7 @@ use crate::records::lockstep::Done;
 use crate::records::name::{ColumnName, FleetName};
 use crate::records::order::{OrderHeader, OrderRecord};
 use crate::records::order_log::OrderLogHeader;
+use crate::records::recording::{RecordingHeader, RecordingMark};
 use crate::records::route::{RouteRequest, RouteResponse};
 use crate::records::task::{TaskHeader, TaskRecord};
 use crate::records::traffic::{EdgeTraffic, TrafficHeader};
@@ -100,6 +102,7 @@ pub(crate) type ContactEvents = publish_subscribe::PortFactory<Ipc, [ContactEven
 pub(crate) type OrderLogs = publish_subscribe::PortFactory<Ipc, [OrderRecord], OrderLogHeader>;
 pub(crate) type Tasks = publish_subscribe::PortFactory<Ipc, [TaskRecord], TaskHeader>;
 pub(crate) type Traffic = publish_subscribe::PortFactory<Ipc, [EdgeTraffic], TrafficHeader>;
+pub(crate) type Recording = publish_subscribe::PortFactory<Ipc, [RecordingMark], RecordingHeader>;
 pub(crate) type Dones = publish_subscribe::PortFactory<Ipc, Done, ()>;
 pub(crate) type Control = request_response::PortFactory<Ipc, ControlRequest, (), ControlResponse, ()>;
 pub(crate) type Routes = request_response::PortFactory<Ipc, RouteRequest, (), RouteResponse, ()>;
@@ -178,6 +181,14 @@ pub(crate) fn tasks(node: &Node<Ipc>, fleet: &FleetName) -> Result<Tasks, OpenEr
 pub(crate) fn traffic(node: &Node<Ipc>, fleet: &FleetName) -> Result<Traffic, OpenError> {
     open(node, fleet, "traffic", MessagingPattern::PublishSubscribe, |builder, version| {
         newest_only(builder.publish_subscribe::<[EdgeTraffic]>().user_header::<TrafficHeader>(), 1)
+            .open_or_create_with_attributes(version)
+    })
+}
+
+/// Opens what a replay tells about its recording.
+pub(crate) fn recording(node: &Node<Ipc>, fleet: &FleetName) -> Result<Recording, OpenError> {
+    open(node, fleet, "recording", MessagingPattern::PublishSubscribe, |builder, version| {
+        newest_only(builder.publish_subscribe::<[RecordingMark]>().user_header::<RecordingHeader>(), 1)
             .open_or_create_with_attributes(version)
     })
 }

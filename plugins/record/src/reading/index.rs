@@ -1,5 +1,6 @@
 //! What a recording's index says, without its messages.
 
+use std::cmp::Reverse;
 use std::collections::BTreeMap;
 use std::io::{Read, Seek, SeekFrom};
 
@@ -59,6 +60,31 @@ impl Recording {
             each(chunk, &indexes);
         }
         Ok(())
+    }
+
+    /// Returns the time of the last message on a topic at or before `time`, by the index alone; reads no chunk, unless the file
+    /// was never closed.
+    pub(crate) fn time_until(&self, topic: &Topic, time: u64) -> Result<Option<u64>, ReadingError> {
+        let channels: Vec<u16> = self.topics.iter().filter(|(_, of)| *of == topic).map(|(id, _)| *id).collect();
+        let begun = |chunk: &&ChunkIndex| chunk.message_start_time <= time;
+        let mut chunks: Vec<_> = self.summary.chunk_indexes.iter().filter(begun).collect();
+        chunks.sort_by_key(|chunk| Reverse(chunk.message_end_time));
+        let mut newest = None;
+        for chunk in chunks {
+            if newest.is_some_and(|newest| newest >= chunk.message_end_time) {
+                break;
+            }
+            if chunk.message_index_offsets.is_empty() {
+                return Ok(self.last_until(topic, time)?.map(|(time, _)| time));
+            }
+            for offset in channels.iter().filter_map(|channel| chunk.message_index_offsets.get(channel)) {
+                if let Record::MessageIndex(index) = self.record(*offset)? {
+                    let times = index.records.iter().map(|entry| entry.log_time).filter(|found| *found <= time);
+                    newest = newest.max(times.max());
+                }
+            }
+        }
+        Ok(newest)
     }
 
     /// Reads the record at an offset.

@@ -27,6 +27,7 @@ impl Producer for Replay<'_> {
     }
 
     fn tick(&mut self, session: &mut Session) -> Result<(), ReplayError> {
+        self.finish_jump(session)?;
         self.show_moment(session, false).map(drop)
     }
 
@@ -41,7 +42,10 @@ impl Producer for Replay<'_> {
     }
 
     fn between_ticks(&mut self, session: &mut Session) -> Result<(), ReplayError> {
-        self.stage.update();
+        self.stage.update()?;
+        if let Some(contacts) = self.contact_search.as_mut().and_then(|search| search.poll(self.time)) {
+            self.stage.take_contacts(session, contacts)?;
+        }
         session.refuse_orders()?;
         if session.orders_refused() > 0 && !std::mem::replace(&mut self.reported_orders, true) {
             regatta_plugin::tell!("replay: orders are refused: the robots of a recording can't be steered");

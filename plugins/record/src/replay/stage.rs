@@ -8,6 +8,7 @@ use regatta_plugin::producer::Session;
 use regatta_plugin::{ColumnName, ContactPublisher, ProducerPorts, PublishError, TaskPublisher};
 
 use super::ReplayError;
+use super::teller::Teller;
 use crate::contacts::ContactDecoder;
 use crate::decode::{self, MessageError, RecordedWorld};
 use crate::recorded::{RecordedColumn, RecordedFrame};
@@ -16,6 +17,9 @@ use crate::schema::Topic;
 /// The state of a replay's services.
 #[derive(Debug)]
 pub(super) struct Stage {
+    teller: Teller,
+    /// Time in the recording of what is being published, in nanoseconds.
+    pub time: u64,
     /// `None` if the recording has no contacts, so that a live checker can publish them.
     contacts: Option<ContactPublisher>,
     /// `None` if the recording has no task log.
@@ -25,6 +29,8 @@ pub(super) struct Stage {
     /// The recorded run that is being shown.
     recorded_run: Option<u64>,
     world: RecordedWorld,
+    /// How often the world has changed.
+    pub world_changes: u64,
     /// The states of the frame shown last.
     states: Vec<u8>,
     /// The recorded contacts up to now.
@@ -54,7 +60,7 @@ impl From<MessageError> for StageError {
 impl Stage {
     /// Opens the services of these topics, all before the first frame, so that readers that wait for a fleet are there
     /// in time.
-    pub fn open(ports: &mut ProducerPorts, topics: &[Topic]) -> Self {
+    pub fn open(ports: &mut ProducerPorts, topics: &[Topic], teller: Teller) -> Self {
         let mut columns = BTreeSet::new();
         for name in topics.iter().filter_map(Topic::column) {
             match ports.open_column(name.clone()) {
@@ -73,11 +79,14 @@ impl Stage {
             opened.inspect_err(|error| regatta_plugin::tell!("replay: tasks are left out: {error}")).ok()
         });
         Self {
+            teller,
+            time: 0,
             contacts,
             tasks,
             columns,
             recorded_run: None,
             world: RecordedWorld::default(),
+            world_changes: 0,
             states: Vec::new(),
             recorded_contacts: ContactDecoder::default(),
             shown: BTreeSet::new(),
@@ -85,13 +94,18 @@ impl Stage {
     }
 
     /// Gives the newest contacts to readers that have joined since, and connects those of the task log.
-    pub fn update(&self) {
+    ///
+    /// # Errors
+    /// [`PublishError`] when shared memory is full.
+    pub fn update(&mut self) -> Result<(), PublishError> {
+        self.teller.update()?;
         if let Some(tasks) = &self.tasks {
             tasks.update();
         }
         if let Some(contacts) = &self.contacts {
             contacts.update();
         }
+        Ok(())
     }
 
     /// The number of robots of the frame shown last, by state.
@@ -148,6 +162,7 @@ impl Stage {
 
     fn frame(&mut self, session: &mut Session, frame: &RecordedFrame<'_>) -> Result<(), StageError> {
         self.follow_run(session, frame.header.run_id)?;
+        self.teller.before_frame(session.run_id(), self.time, frame.header.sim_time_nanos)?;
         session.set_tick(frame.header.tick);
         let mut loan = session.loan(frame.len())?;
         let header = loan.header_mut();
@@ -161,7 +176,7 @@ impl Stage {
         };
         frame.copy_to(&mut loan.columns_mut());
         session.send(loan)?;
-        self.update();
+        self.update()?;
         self.states.clear();
         self.states.extend_from_slice(frame.states());
         Ok(())
@@ -171,6 +186,7 @@ impl Stage {
         let run_id = world.run_id;
         let world = RecordedWorld { is_repeated: false, ..world };
         let shown = (self.recorded_run == Some(run_id)) && world == self.world;
+        self.world_changes += u64::from(world != self.world);
         self.world = world;
         if !shown && !self.follow_run(session, run_id)? {
             self.publish_world(session)?;

@@ -8,7 +8,7 @@ use winit::window::Fullscreen;
 
 use super::{ViewerWindow, title};
 use crate::interface::pose::interpolate;
-use crate::interface::view_model::{Action, EngineState, Item, ViewModel};
+use crate::interface::view_model::{Action, EngineState, Item, Timeline, ViewModel};
 
 /// The time without a frame after which a running engine is considered silent.
 const MAX_SILENCE: Duration = Duration::from_millis(1500);
@@ -44,7 +44,7 @@ impl ViewerWindow {
             fleet: &self.fleet.to_string(),
             engine,
             status: self.fleet_state.status.as_deref(),
-            frame: self.stage.feed.frame(),
+            frame: self.stage.frame(),
             world: world.unwrap_or_default(),
             labels: &self.fleet_state.labels,
             robot_type_column: self.stage.feed.robot_type(),
@@ -67,6 +67,7 @@ impl ViewerWindow {
             lag: self.fleet_state.lag,
             trail_points: self.stage.renderer.trail_points(),
             udp: self.udp.is_running(),
+            timeline: Timeline::of(&self.stage),
         };
         let input = self.input.take_egui_input(&self.window);
         let (mut picture, mut actions, interface) = (Rect::ZERO, Vec::new(), &mut self.interface);
@@ -91,6 +92,7 @@ impl ViewerWindow {
                         self.interface.toggle_selected(item);
                     }
                 }
+                Action::LookBack(time) => self.stage.look_back(time),
                 Action::Rows(query) => self.link.rows(query),
                 Action::Filter(filter) => {
                     if filter.is_empty() {
@@ -118,7 +120,7 @@ impl ViewerWindow {
             self.fleet_state.values.clear();
             self.fleet_state.task = None;
             self.link.robot(if let Some(Item::Robot(id)) = selected { Some(id) } else { None });
-            self.window.set_title(&title(&self.fleet, selected));
+            self.window.set_title(&title(&self.name, selected));
         }
     }
 
