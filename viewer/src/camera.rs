@@ -15,6 +15,9 @@ const NEAR: f32 = 0.05;
 const DISTANCES: (f32, f32) = (0.3, 100_000.0);
 /// The range of the pitch, in radians below the horizon.
 const PITCHES: (f32, f32) = (-1.2, FRAC_PI_2);
+/// The vertical field of view of a plan's camera, in radians. Half a metre of height is seen from 500 times the height of the
+/// picture on the ground, or farther.
+const PLAN_FOV: f32 = 0.002;
 /// The share of the picture that stays free around a rectangle that is fitted into it.
 const MARGIN: f32 = 0.06;
 
@@ -81,6 +84,24 @@ impl Bounds {
     }
 }
 
+/// The part of a picture that nothing covers, as fractions of its width and height from the top left.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Window {
+    /// Width of the picture divided by its height.
+    pub aspect: f32,
+    /// The part's top left corner.
+    pub low: Vec2,
+    /// The part's bottom right corner.
+    pub high: Vec2,
+}
+
+impl Window {
+    /// Returns all of a picture.
+    pub fn whole(aspect: f32) -> Self {
+        Self { aspect, low: Vec2::ZERO, high: Vec2::ONE }
+    }
+}
+
 impl Default for Bounds {
     /// A square of twenty metres around the origin, which an empty fleet is shown in.
     fn default() -> Self {
@@ -105,6 +126,46 @@ impl Camera {
         Self { pitch: FRAC_PI_2, ..Self::default() }.fitted(bounds, aspect)
     }
 
+    /// Returns the camera of a plan: straight down, north up, and from so far away that it is orthographic in effect. What is
+    /// half a metre high is shifted by less than one part in ten thousand of the picture's height.
+    pub fn plan(bounds: Bounds, window: Window) -> Self {
+        Self { pitch: FRAC_PI_2, fov_y: PLAN_FOV, ..Self::default() }.fitted_within(bounds, window)
+    }
+
+    /// Returns the camera of a plan around a place, with the height of the ground in the picture in metres.
+    pub fn plan_around(place: Vec2, height: f32) -> Self {
+        let distance = height / (2.0 * (PLAN_FOV / 2.0).tan());
+        let camera = Self { target: place.extend(0.0), pitch: FRAC_PI_2, fov_y: PLAN_FOV, distance, ..Self::default() };
+        camera.clamped()
+    }
+
+    /// Whether this is the camera of a plan.
+    pub fn is_plan(&self) -> bool {
+        self.fov_y < 2.0 * PLAN_FOV
+    }
+
+    /// Metres per pixel at the target, in a picture of `height` pixels.
+    pub fn metres_per_pixel(&self, height: f32) -> f32 {
+        self.distance / self.pixels_per_radian(height)
+    }
+
+    /// Returns this camera as that of a plan, or as one in perspective that shows about the same from an angle.
+    #[must_use]
+    pub fn toggled_plan(self) -> Self {
+        let usual = Self::default();
+        let scale = (self.fov_y / 2.0).tan();
+        let (fov_y, pitch, yaw) =
+            if self.is_plan() { (usual.fov_y, usual.pitch, self.yaw) } else { (PLAN_FOV, FRAC_PI_2, FRAC_PI_2) };
+        let distance = self.distance * scale / (fov_y / 2.0).tan();
+        Self { target: self.target.with_z(0.0), yaw, pitch, distance, fov_y }.clamped()
+    }
+
+    /// The range of the distance to the target, in metres: the height of the ground in the picture decides.
+    fn distances(&self) -> (f32, f32) {
+        let scale = (Self::default().fov_y / 2.0).tan() / (self.fov_y / 2.0).tan();
+        if self.is_plan() { (DISTANCES.0 * scale, DISTANCES.1 * scale) } else { DISTANCES }
+    }
+
     /// Returns a camera from the position of its eye and its view direction.
     pub fn from_eye(eye: Vec3, yaw: f32, pitch: f32) -> Self {
         let camera = Self { yaw, pitch, ..Self::default() };
@@ -117,32 +178,50 @@ impl Camera {
     /// Moves the camera, without a turn, so that it shows all of a rectangle of the ground.
     #[must_use]
     pub fn fitted(self, bounds: Bounds, aspect: f32) -> Self {
+        self.fitted_within(bounds, Window::whole(aspect))
+    }
+
+    /// Moves the camera, without a turn, so that it shows all of a rectangle of the ground in a part of the picture.
+    #[must_use]
+    pub fn fitted_within(self, bounds: Bounds, window: Window) -> Self {
+        let aspect = window.aspect;
+        let is_whole = window == Window::whole(aspect);
+        // How far the middle of the part is from that of the picture.
+        let aside = ((window.low + window.high) / 2.0 - 0.5) * Vec2::new(aspect, 1.0);
         let size = (bounds.high - bounds.low).max(Vec2::splat(1.0));
         let corners = [Vec2::ZERO, Vec2::X, Vec2::Y, Vec2::ONE].map(|corner| bounds.low + corner * size);
         let mut camera = Self { target: bounds.centre().extend(0.0), ..self };
         // In perspective, the rectangle's centre is not in the middle of its projection, so the target is found iteratively.
-        for _ in 0..4 {
-            camera = camera.at_least_distance(&corners, aspect);
+        for _ in 0..if is_whole { 4 } else { 8 } {
+            camera = camera.at_least_distance(&corners, window);
             let projected = Bounds::from_points(
                 corners.iter().filter_map(|corner| camera.project(corner.extend(0.0), Vec2::new(aspect, 1.0))),
             );
-            let middle = projected.and_then(|bounds| camera.unproject(bounds.centre(), Vec2::new(aspect, 1.0)));
+            let middle = projected.and_then(|bounds| camera.unproject(bounds.centre() - aside, Vec2::new(aspect, 1.0)));
             camera.target = middle.unwrap_or(camera.target.truncate()).extend(0.0);
         }
-        camera.at_least_distance(&corners, aspect).clamped()
+        if is_whole { camera.at_least_distance(&corners, window).clamped() } else { camera.clamped() }
     }
 
-    /// Sets the least distance at which all of the points are in the picture.
-    fn at_least_distance(mut self, points: &[Vec2], aspect: f32) -> Self {
-        let room = 1.0 - MARGIN;
+    /// Sets the least distance at which all of the points are in the picture, or are no farther apart than a part of it is
+    /// wide and high.
+    fn at_least_distance(mut self, points: &[Vec2], window: Window) -> Self {
+        let room = (window.high - window.low) * (1.0 - MARGIN);
+        let is_whole = window == Window::whole(window.aspect);
         let fits = |camera: &Self| {
-            let clip = camera.clip_from_world(aspect);
-            points.iter().all(|point| {
+            let clip = camera.clip_from_world(window.aspect);
+            let at = |point: &Vec2| {
                 let at = clip * point.extend(0.0).extend(1.0);
-                at.w > 0.0 && at.x.abs() < at.w * room && at.y.abs() < at.w * room
-            })
+                (at.w > 0.0).then(|| at.truncate().truncate() / at.w)
+            };
+            let Some(all) = points.iter().map(at).collect::<Option<Vec<_>>>() else { return false };
+            let extent = Bounds::from_points(all.iter().copied()).map_or(Vec2::ZERO, |all| all.high - all.low);
+            match is_whole {
+                true => all.iter().all(|at| at.abs().cmplt(room).all()),
+                false => extent.cmplt(room * 2.0).all(),
+            }
         };
-        let (mut near, mut far) = DISTANCES;
+        let (mut near, mut far) = self.distances();
         for _ in 0..40 {
             self.distance = (near * far).sqrt();
             if fits(&self) { far = self.distance } else { near = self.distance }
@@ -155,7 +234,11 @@ impl Camera {
     pub fn clamped(mut self) -> Self {
         self.yaw = PI - (PI - self.yaw).rem_euclid(2.0 * PI);
         self.pitch = self.pitch.clamp(PITCHES.0, PITCHES.1);
-        self.distance = self.distance.clamp(DISTANCES.0, DISTANCES.1);
+        let (near, far) = self.distances();
+        self.distance = self.distance.clamp(near, far);
+        if self.is_plan() {
+            self.pitch = FRAC_PI_2;
+        }
         let lowest_sine = (LOWEST_EYE - self.target.z) / self.distance;
         if lowest_sine >= 1.0 {
             self.target.z = LOWEST_EYE - self.distance * self.pitch.sin();

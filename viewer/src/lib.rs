@@ -12,6 +12,7 @@ pub mod feed;
 mod files;
 pub mod filter;
 pub mod floor_picture;
+pub mod footprint;
 pub mod gpu;
 mod headless;
 pub mod interface;
@@ -27,6 +28,7 @@ pub mod playhead;
 pub mod route;
 pub mod scene;
 pub mod stage;
+pub mod svg;
 pub mod tasks;
 mod video;
 mod window;
@@ -43,7 +45,7 @@ pub fn run(options: &Options) -> Result {
     if !options.bench.is_empty() {
         return bench::run(options);
     }
-    if options.headless {
+    if options.headless || options.svg.is_some() {
         return headless::run(options);
     }
     window::run(options)

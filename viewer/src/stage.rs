@@ -12,11 +12,12 @@ use crate::camera::{Bounds, Camera};
 use crate::curves::curve_point;
 use crate::feed::{Feed, News};
 use crate::gpu::renderer::{Picture, Renderer};
-use crate::palette::{Colouring, Legend};
+use crate::palette::{Colouring, Legend, Theme};
 use crate::plans::{PlanFacts, PlanReport, Watch};
 use crate::playhead::Playhead;
 use crate::route::{Remaining, remaining_route};
 use crate::scene::Scene;
+use crate::svg;
 
 /// The number of rows that are sampled to find the range of a column's values.
 const SAMPLED_ROWS: usize = 1_024;
@@ -208,6 +209,33 @@ impl Stage {
             Colouring::Column(_) if self.feed.value().is_none() => legend.without_data(theme),
             _ => legend,
         }
+    }
+
+    /// Returns a plan as the text of an SVG file. `scale` is 200 for 1:200.
+    ///
+    /// # Errors
+    /// If there are too many robots.
+    pub fn svg(&self, fleet: &str, theme: Theme, scale: Option<f32>) -> Result<String> {
+        let (frame, bounds) = (self.feed.frame(), self.bounds());
+        let values = match &self.scene.colouring {
+            Colouring::Speed => frame.map(|frame| frame.speed()),
+            _ => self.feed.value(),
+        };
+        let seconds = frame.map_or(0.0, |frame| frame.sim_time().as_secs_f64());
+        let legend = self.scene.colouring.legend(theme, &self.robot_types, self.range);
+        svg::draw(&svg::Plan {
+            world: self.feed.world().unwrap_or_default(),
+            frame,
+            robot_type: self.feed.robot_type(),
+            values,
+            colouring: &self.scene.colouring,
+            legend: &legend,
+            theme,
+            bounds: Bounds { low: bounds.low - 1.0, high: bounds.high + 1.0 },
+            offset: self.scene.offset,
+            scale,
+            title: &format!("{fleet}, {seconds:.2} s, {} robots", frame.map_or(0, |frame| frame.len())),
+        })
     }
 
     /// The bounds of the graph, or without a graph of the robots, with the scene's offset.

@@ -12,6 +12,7 @@ use super::device::Gpu;
 use super::floor::Floor;
 use super::graph::Graph;
 use super::highlights::Highlights;
+use super::marked::MarkedPlace;
 use super::pick::{Pick, Picked};
 use super::pipeline::TargetConfig;
 use super::plans::PlanMarks;
@@ -64,6 +65,7 @@ pub struct Renderer {
     graph: Graph,
     routes: Routes,
     stations: Stations,
+    marked: MarkedPlace,
     robots: Robots,
     highlights: Highlights,
     plan_marks: PlanMarks,
@@ -104,6 +106,7 @@ impl Renderer {
             floor: Floor::new(gpu, target, &layout),
             routes: Routes::new(gpu, target, &layout, graph.records_layout()),
             stations: Stations::new(gpu, target, &layout),
+            marked: MarkedPlace::new(gpu, target, &layout, graph.records_layout()),
             graph,
             robots: Robots::new(gpu, target, &layout, &columns),
             highlights: Highlights::new(gpu, target, &layout, &columns),
@@ -188,6 +191,7 @@ impl Renderer {
     pub fn set_graph(&mut self, world: &World<'_>) {
         self.graph.load(&self.gpu, world);
         self.stations.load(&self.gpu, world);
+        self.marked.load(world);
     }
 
     /// Replaces the routes of selected robots, which are drawn along the graph.
@@ -269,6 +273,7 @@ impl Renderer {
         self.drawn = Some((view, picture.scene.layers));
         self.fit_attachments(picture.within.map_or(picture.size, |(_, target)| target));
         let timer = self.timer.as_ref().filter(|timer| timer.is_free());
+        self.marked.update(&self.gpu, picture.scene.marked);
         self.robots.sort(&self.gpu, encoder, picture.size, &self.view_group, &mut self.columns, timer);
         let (trails, selected) = (picture.scene.trails, &picture.scene.selected);
         self.highlights.update(&self.gpu, encoder, &self.view_group, &mut self.columns, trails, selected);
@@ -292,11 +297,14 @@ impl Renderer {
         if layers.nodes {
             self.stations.draw(&mut pass);
         }
+        if let Some(records) = self.graph.records() {
+            self.marked.draw(&mut pass, records);
+        }
         if layers.trails {
             self.highlights.draw_trails(&mut pass, &poses, robots, trails);
         }
         self.highlights.draw_halos(&mut pass, &poses);
-        if layers.robots && layers.shadows {
+        if layers.robots && layers.shadows && !picture.camera.is_plan() {
             self.robots.draw_shadows(&mut pass);
         }
         if layers.robots {
@@ -317,6 +325,11 @@ impl Renderer {
         let (trails, selected) = (picture.scene.trails, &picture.scene.selected);
         self.highlights.update(&self.gpu, &mut encoder, &self.view_group, &mut self.columns, trails, selected);
         self.gpu.queue.submit([encoder.finish()]);
+    }
+
+    /// Width and height of the last picture in pixels.
+    pub fn drawn_size(&self) -> Vec2 {
+        self.drawn.map_or(Vec2::ONE, |(view, _)| Vec2::new(view.viewport.x, view.viewport.y))
     }
 
     /// Returns what the last picture shows at a pixel, counted from its top left. Waits for the GPU.
@@ -343,7 +356,9 @@ impl Renderer {
         view.teleport_distance = self.columns.teleport_distance();
         // A small fleet leaves room for larger marks.
         let room = (picture.size.as_vec2().element_product() / view.robots.max(1) as f32).sqrt() * 0.25;
-        view.detail.z = room.clamp(view.detail.z, view.detail.z * 3.2);
+        if !picture.camera.is_plan() {
+            view.detail.z = room.clamp(view.detail.z, view.detail.z * 3.2);
+        }
         view.detail.w = self.columns.values() as f32;
         view.filtered = u32::from(self.columns.is_filtered());
         view

@@ -7,6 +7,7 @@ use glam::Vec2;
 use regatta_plugin::World;
 use regatta_plugin::world::{NodeRecord, NodeRole};
 
+use super::robot_spots::Spot;
 use super::style;
 use crate::camera::Camera;
 use crate::curves::midpoint;
@@ -23,6 +24,28 @@ const CELL: Vec2 = Vec2::new(30.0, 15.0);
 /// The nodes and edges of a route graph with their places, sorted from west to east.
 #[derive(Debug, Default)]
 pub struct Labels(Vec<Label>);
+
+/// The picture over which labels are drawn.
+#[derive(Clone, Copy, Debug)]
+pub struct LabelView<'a> {
+    /// Where the picture is, in points.
+    pub picture: Rect,
+    /// Its camera.
+    pub camera: &'a Camera,
+    /// The offset of all positions, in metres.
+    pub offset: Vec2,
+    /// The theme.
+    pub theme: Theme,
+    /// The robots in the picture.
+    pub robots: &'a [Spot],
+}
+
+/// Returns the distance from the eye up to which ids are drawn in a picture of `size` points; `None` if the camera is farther
+/// away from the ground than that.
+pub(super) fn reach(camera: &Camera, size: Vec2) -> Option<f32> {
+    let reach = size.y / (2.0 * (camera.fov_y / 2.0).tan() * MIN_POINTS_PER_METRE);
+    (camera.eye().z < reach && size.min_element() > 0.0).then_some(reach)
+}
 
 #[derive(Clone, Debug, PartialEq)]
 struct Label {
@@ -49,10 +72,11 @@ impl Labels {
         Self(all)
     }
 
-    /// Draws the ids that are near enough over a picture. Where space is short, nodes precede edges and near ones far
-    /// ones.
-    pub fn draw(&self, context: &Context, picture: Rect, camera: &Camera, offset: Vec2, theme: Theme) {
-        let painter = context.layer_painter(LayerId::background()).with_clip_rect(picture);
+    /// Draws the ids that are near enough over a picture, of which `clip` is in sight. Where space is short, nodes precede edges
+    /// and near ones far ones; none covers a robot.
+    pub fn draw(&self, context: &Context, clip: Rect, view: &LabelView<'_>) {
+        let LabelView { picture, camera, offset, theme, robots } = *view;
+        let painter = context.layer_painter(LayerId::background()).with_clip_rect(clip);
         let colours = style::colours(theme);
         for (label, at) in self.visible(camera, offset, Vec2::new(picture.width(), picture.height())) {
             let (colour, size) =
@@ -66,8 +90,17 @@ impl Labels {
             };
             let down = if label.is_node { -gap } else { gap };
             let at = pos2(picture.left() + at.x + gap, picture.top() + at.y + down);
-            let galley = painter.layout_no_wrap(label.text(), FontId::proportional(size), colour);
+            // Ids of robots are framed; those of the graph are letters and digits on the floor.
+            let font = if label.station.is_some() { FontId::proportional(size) } else { FontId::monospace(size - 1.0) };
+            let galley = painter.layout_no_wrap(label.text(), font, colour);
             let text = anchor.anchor_size(at, galley.size());
+            let covers = |spot: &Spot| {
+                let middle = pos2(picture.left() + spot.at.x, picture.top() + spot.at.y);
+                text.distance_sq_to_pos(middle) < spot.radius * spot.radius
+            };
+            if robots.iter().any(covers) {
+                continue;
+            }
             painter.rect_filled(text.expand2(egui::vec2(3.0, 0.0)), 3.0, colours.panel.gamma_multiply(0.6));
             painter.galley(text.min, galley, colour);
         }
@@ -77,11 +110,12 @@ impl Labels {
     pub fn draw_robots(
         context: &Context,
         picture: Rect,
+        clip: Rect,
         camera: &Camera,
         theme: Theme,
         robots: impl IntoIterator<Item = (u32, Vec2)>,
     ) {
-        let painter = context.layer_painter(LayerId::background()).with_clip_rect(picture);
+        let painter = context.layer_painter(LayerId::background()).with_clip_rect(clip);
         let colours = style::colours(theme);
         for (id, place) in robots {
             let Some(at) = camera.project(place.extend(0.4), Vec2::new(picture.width(), picture.height())) else {
@@ -98,10 +132,7 @@ impl Labels {
     /// Returns the labels to draw and their places in a picture of this size, in points.
     fn visible(&self, camera: &Camera, offset: Vec2, size: Vec2) -> Vec<(&Label, Vec2)> {
         let eye = camera.eye();
-        let reach = size.y / (2.0 * (camera.fov_y / 2.0).tan() * MIN_POINTS_PER_METRE);
-        if eye.z >= reach || size.min_element() <= 0.0 {
-            return Vec::new();
-        }
+        let Some(reach) = reach(camera, size) else { return Vec::new() };
         let (west, east) = (eye.x - offset.x - reach, eye.x - offset.x + reach);
         let first = self.0.partition_point(|label| label.place.x < west);
         let last = self.0.partition_point(|label| label.place.x <= east);
@@ -135,7 +166,8 @@ impl Labels {
 
 impl Label {
     fn text(&self) -> String {
-        self.station.as_deref().map_or_else(|| self.id.to_string(), str::to_owned)
+        let prefix = if self.is_node { 'n' } else { 'e' };
+        self.station.as_deref().map_or_else(|| format!("{prefix}{}", self.id), str::to_owned)
     }
 
     /// The number of cells that the text takes; a letter takes some six points.
@@ -219,7 +251,7 @@ mod tests {
         let labels = Labels::new(&world.view(1, 1));
         let near = labels.visible(&over(0.0, 20.0), Vec2::ZERO, SIZE);
         let texts: Vec<_> = near.iter().map(|(label, _)| label.text()).collect();
-        assert_eq!(texts, ["inbound dock 4", "charge 2", "3"]);
+        assert_eq!(texts, ["inbound dock 4", "charge 2", "n3"]);
         world.nodes[1].x = 0.9;
         let labels = Labels::new(&world.view(1, 1));
         let near = labels.visible(&over(0.0, 20.0), Vec2::ZERO, SIZE);

@@ -108,6 +108,13 @@ pub enum Action {
         /// Whether to add to the selection instead of replacing it.
         extend: bool,
     },
+    /// Take the robot or the place at a point of the picture as an end of what is measured.
+    Measure {
+        /// Points from the top left corner of the picture.
+        at: Vec2,
+    },
+    /// Write a plan as SVG into the current folder.
+    WriteSvg,
     /// Compute rows of the fleet list.
     Rows(RowQuery),
     /// Dim robots that don't match.

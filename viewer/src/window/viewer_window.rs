@@ -243,6 +243,7 @@ impl ViewerWindow {
         self.frame_pacing.record_draw(start);
         self.interface.settings.apply(&mut self.stage.scene);
         let robots = self.interface.robots();
+        self.stage.scene.marked = self.interface.marked();
         self.stage.scene.selected = if robots.is_empty() { self.look.select.clone() } else { robots };
         if self.fleet_state.routes_of != self.stage.scene.selected {
             self.fleet_state.routes_of.clone_from(&self.stage.scene.selected);

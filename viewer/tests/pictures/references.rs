@@ -9,13 +9,14 @@ use regatta_viewer::camera::{Bounds, Camera};
 use regatta_viewer::floor_picture::FloorPicture;
 use regatta_viewer::gpu::TargetConfig;
 use regatta_viewer::gpu::device::Gpu;
+use regatta_viewer::mesh_file::{self, Placement};
 use regatta_viewer::palette::{Colouring, Theme};
 use regatta_viewer::picture::FORMAT;
 use regatta_viewer::plans::PlanReport;
 use regatta_viewer::plans::goals::GoalMark;
 use regatta_viewer::plans::waits::arrows;
 use regatta_viewer::route::RouteSegment;
-use regatta_viewer::scene::{Light, Scene, Trails};
+use regatta_viewer::scene::{Light, Marked, Scene, Trails};
 
 use crate::Test;
 use crate::fleet::{Robot, SIZE, TestRenderer, camera, graph, robots, top};
@@ -39,6 +40,9 @@ pub const TESTS: &[(&str, Test)] = &[
     ("light_theme_from_the_top", light_theme_from_the_top),
     ("map_and_offset", map_and_offset),
     ("lamps", lamps),
+    ("meshes_of_files_keep_the_data_colour", meshes_of_files),
+    ("marked_edge", marked_edge),
+    ("marked_node", marked_node),
     ("splats_are_like_triangles", splats_are_like_triangles),
 ];
 
@@ -73,6 +77,7 @@ pub fn references_are_told_apart() {
         ("robots_by_state", "robots_by_collision"),
         ("robots_by_state", "lamps"),
         ("graph", "stations"),
+        ("robots_by_state", "marked_edge"),
         ("robots_by_state", "plans"),
         ("robots_by_state", "waits"),
         ("robots_by_state", "filter"),
@@ -291,6 +296,56 @@ fn lamps(gpu: &Gpu) {
     let lamp = |x, colour| Light { position: Vec3::new(x, 2.0, 2.0), colour };
     let lights = vec![lamp(0.0, Vec3::new(2.0, 1.0, 0.4)), lamp(8.0, Vec3::new(0.4, 1.0, 2.0))];
     assert_like("lamps", &loop_renderer(gpu).render(&camera(), &Scene { lights, ..coloured(Colouring::State) }, 1.0));
+}
+
+/// A red and white mesh from a file, whose robots are nevertheless in the colours of their data.
+fn meshes_of_files(gpu: &Gpu) {
+    let folder = std::env::temp_dir().join(format!("regatta-painted-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).expect("made");
+    std::fs::write(folder.join("cart.mtl"), "newmtl red\nKd 0.8 0.05 0.05\nnewmtl white\nKd 1 1 1\n").expect("written");
+    let corners = "v -0.5 -0.3 0.3\nv 0 -0.3 0.3\nv 0 0.3 0.3\nv -0.5 0.3 0.3\nv 0.5 -0.3 0.3\nv 0.5 0.3 0.3\n";
+    let faces = "mtllib cart.mtl\nusemtl red\nf 1 2 3 4\nusemtl white\nf 2 5 6 3\n";
+    std::fs::write(folder.join("cart.obj"), [corners, faces].concat()).expect("written");
+    let loaded = mesh_file::load(&folder.join("cart.obj"), Placement { scale: 1.0, z: 0.0, yaw: 0.0 });
+    std::fs::remove_dir_all(&folder).expect("removed");
+    let mut renderer = TestRenderer::new(gpu);
+    assert!(renderer.inner.set_mesh(None, Some(&loaded.expect("a mesh"))));
+    renderer.push(&robots());
+    renderer.inner.set_values(Some(&[0.0, 1.0, 2.0].repeat(4)));
+    let mut scene = Scene::default();
+    scene.detail.mesh = 8.0;
+    let picture = renderer.render(&top(), &scene, 1.0);
+    assert_like("meshes_of_files", &picture);
+    let legend = Colouring::default().legend(Theme::Dark, &[], None);
+    let palette = legend.scale.colours(Theme::Dark);
+    for (row, robot) in robots().iter().enumerate() {
+        for along in [-0.25, 0.25] {
+            let place = Vec2::new(robot.x, robot.y) + Vec2::from_angle(robot.theta) * along;
+            let at = top().project(place.extend(0.3), SIZE.as_vec2()).expect("in the picture").as_uvec2();
+            let shown = picture.get_pixel(at.x, at.y).0.map(f32::from);
+            let linear = Vec3::from_array([0, 1, 2].map(|part| (shown[part] / 255.0).powf(2.2))).normalize();
+            let hue = palette[row % 3].linear().normalize();
+            assert!(linear.dot(hue) > 0.985, "robot {row}: {shown:?} for {:?}", palette[row % 3]);
+        }
+    }
+}
+
+/// A selected edge has an outline that no route and no robot has.
+fn marked_edge(gpu: &Gpu) {
+    let scene = Scene { marked: Some(Marked::Edge(1)), ..coloured(Colouring::State) };
+    assert_like("marked_edge", &loop_renderer(gpu).render(&camera(), &scene, 1.0));
+}
+
+fn marked_node(gpu: &Gpu) {
+    let near = Camera { target: Vec3::new(8.0, 4.0, 0.0), distance: 7.0, ..camera() };
+    let [marked, plain] = [Some(Marked::Node(2)), None].map(|marked| {
+        let scene = Scene { marked, ..coloured(Colouring::State) };
+        DynamicImage::from(loop_renderer(gpu).render(&near, &scene, 1.0))
+    });
+    assert_like("marked_node", &marked.to_rgba8());
+    assert!(difference(&marked.into_rgb8(), &plain.into_rgb8()) > 2.0 * TOLERANCE);
+    let scene = Scene { marked: Some(Marked::Node(99)), ..coloured(Colouring::State) };
+    assert_like("robots_by_state", &loop_renderer(gpu).render(&camera(), &scene, 1.0));
 }
 
 /// Robots of both shapes from near, as meshes, to far, where the order of overlapping marks may differ; and marks alone
