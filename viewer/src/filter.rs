@@ -2,7 +2,7 @@
 //! thread than the one that draws.
 
 use regatta_plugin::World;
-use regatta_plugin::frame::{Frame, NO_EDGE, RobotState};
+use regatta_plugin::frame::{Frame, RobotState};
 
 use crate::tasks::TaskBook;
 
@@ -17,6 +17,8 @@ pub struct Filter {
     pub task: TaskFilter,
     /// The zone of the edge that the robot is on.
     pub zone: Option<String>,
+    /// The level of the edge that the robot is on.
+    pub level: Option<String>,
 }
 
 /// A condition on a robot's task.
@@ -53,8 +55,14 @@ impl Filter {
     pub fn matches(&self, frame: &Frame<'_>, world: &World<'_>, types: Option<&[f32]>, tasks: &TaskBook) -> Matches {
         let in_zone: Option<Vec<bool>> =
             self.zone.as_ref().map(|zone| world.edges().iter().map(|edge| world.text(edge.zone) == zone).collect());
-        let is_in_zone = |edge: u32| {
-            in_zone.as_ref().is_none_or(|edges| edge != NO_EDGE && edges.get(edge as usize).is_some_and(|is_in| *is_in))
+        let on_level: Option<Vec<bool>> =
+            self.level.as_ref().map(|level| world.edges().iter().map(|edge| world.text(edge.level) == level).collect());
+        // A robot on no edge is in no zone and on no level: no edge has its number.
+        let is_in_place = |edge: u32| {
+            let holds = |edges: &Option<Vec<bool>>| {
+                edges.as_ref().is_none_or(|edges| edges.get(edge as usize).is_some_and(|holds| *holds))
+            };
+            holds(&in_zone) && holds(&on_level)
         };
         let type_of = |row: usize| types.and_then(|types| types.get(row)).map_or(0, |index| *index as u32);
         let mut found = Matches { bits: vec![0; frame.len().div_ceil(32)], counts: [0; 2] };
@@ -65,7 +73,7 @@ impl Filter {
             }
             let matches = self.state.is_none_or(|wanted| wanted == state)
                 && self.robot_type.is_none_or(|wanted| wanted == type_of(row))
-                && is_in_zone(frame.edge()[row])
+                && is_in_place(frame.edge()[row])
                 && self.task.holds(row as u32, tasks);
             found.bits[row / 32] |= u32::from(matches) << (row % 32);
             found.counts[0] += u32::from(matches);

@@ -14,7 +14,7 @@ use crate::feed::News;
 use crate::gpu::TargetConfig;
 use crate::gpu::device::Gpu;
 use crate::gpu::renderer::Renderer;
-use crate::interface::labels::Labels;
+use crate::interface::labels::{Labels, levels};
 use crate::interface::robot_spots;
 use crate::interface::style::thousands;
 use crate::interface::transport::clock_text;
@@ -192,7 +192,7 @@ impl HeadlessViewer<'_> {
     /// Updates the ids of nodes and edges after a new world.
     fn update_labels(&mut self, news: News) {
         if let Some(world) = self.stage.feed.world().filter(|_| news.world) {
-            self.caption.labels = Labels::new(&world);
+            self.caption.labels = Labels::new(&world, self.options.look.level.as_deref());
         }
     }
 
@@ -315,6 +315,11 @@ impl HeadlessViewer<'_> {
                 self.options.fleet
             )));
         }
+        let levels = self.stage.feed.world().map(|world| levels(&world)).unwrap_or_default();
+        if let Some(level) = self.options.look.level.as_ref().filter(|level| !levels.contains(*level)) {
+            let known = if levels.is_empty() { "none".to_owned() } else { levels.join(", ") };
+            return Err(Error::new(format!("there is no level '{level}'; the levels of this world: {known}")));
+        }
         if let (Some(Colouring::Column(name)), None) = (&self.options.look.colour, self.stage.feed.value()) {
             return Err(Error::new(format!(
                 "nobody publishes the column '{name}' of fleet '{}': start its plugin, or give another --colour",
@@ -346,6 +351,7 @@ impl HeadlessViewer<'_> {
             self.stage.set_routes(routes);
         }
         self.update_plans()?;
+        self.stage.hide_other_levels();
         let camera = self.camera();
         let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let size = self.size();

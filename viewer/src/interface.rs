@@ -59,6 +59,9 @@ impl Interface {
         self.shortcuts(ui.ctx(), model, &mut actions);
         self.typing = ui.ctx().egui_wants_keyboard_input();
         self.record_history(model);
+        if std::mem::take(&mut self.is_refiltered) {
+            actions.push(Action::Filter(self.filter.clone()));
+        }
         let frame = style::panel(self.settings.theme());
         Panel::top("top").exact_size(42.0).resizable(false).frame(frame).show(ui, |ui| self.top_bar(ui, model));
         Panel::bottom("bottom")

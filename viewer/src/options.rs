@@ -116,6 +116,9 @@ pub struct LookOptions {
     /// Samples per pixel, 1 or 4 [default: 4; 1 for a window or --bench without a graphics card]
     #[arg(long, value_name = "N", value_parser = values::samples)]
     pub samples: Option<u32>,
+    /// Show this level (floor) only
+    #[arg(long, value_name = "NAME")]
+    pub level: Option<String>,
     /// Hide the graph
     #[arg(long)]
     pub no_graph: bool,
@@ -187,6 +190,7 @@ impl LookOptions {
         (scene.layers.plans, scene.layers.waits) = (self.plans, self.waits);
         scene.trails = Trails { points: self.trails.unwrap_or_default(), only_selected: self.trails_of_selected };
         scene.selected.clone_from(&self.select);
+        scene.level.clone_from(&self.level);
         scene
     }
 }

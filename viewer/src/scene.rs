@@ -30,6 +30,8 @@ pub struct Scene {
     pub trails: Trails,
     /// Ids of the selected robots, which are highlighted by a ring.
     pub selected: Vec<u32>,
+    /// The level (floor) that alone is shown; `None` for all.
+    pub level: Option<String>,
     /// The selected edge or node, which has an outline.
     pub marked: Option<Marked>,
 }
@@ -151,6 +153,7 @@ impl Default for Scene {
             detail: Detail::default(),
             trails: Trails::default(),
             selected: Vec::new(),
+            level: None,
             marked: None,
         }
     }

@@ -11,6 +11,7 @@ use wgpu::{CommandEncoder, TextureView};
 use crate::camera::{Bounds, Camera};
 use crate::curves::curve_point;
 use crate::feed::{Feed, News};
+use crate::filter::Filter;
 use crate::gpu::renderer::{Picture, Renderer};
 use crate::palette::{Colouring, Legend, Theme};
 use crate::plans::{PlanFacts, PlanReport, Watch};
@@ -18,6 +19,7 @@ use crate::playhead::Playhead;
 use crate::route::{Remaining, remaining_route};
 use crate::scene::Scene;
 use crate::svg;
+use crate::tasks::TaskBook;
 
 /// The number of rows that are sampled to find the range of a column's values.
 const SAMPLED_ROWS: usize = 1_024;
@@ -47,6 +49,8 @@ pub struct Stage {
     range: Option<(f32, f32)>,
     /// The colouring whose column the feed watches.
     watched: Option<Colouring>,
+    /// The level that the renderer shows.
+    level: Option<String>,
     routes: Vec<RouteResponse>,
     /// The rest of each route in the newest frame, by robot.
     remaining: Vec<(u32, Remaining)>,
@@ -70,6 +74,7 @@ impl Stage {
             robot_types: Vec::new(),
             range: None,
             watched: None,
+            level: None,
             routes: Vec::new(),
             remaining: Vec::new(),
             plan_facts: PlanFacts::default(),
@@ -99,7 +104,12 @@ impl Stage {
             self.range = None;
             self.renderer.set_values(None);
         }
-        if news.world
+        let is_other_level = self.level != self.scene.level;
+        if is_other_level {
+            self.level.clone_from(&self.scene.level);
+            self.renderer.set_level(self.level.as_deref());
+        }
+        if (news.world || is_other_level)
             && let Some(world) = self.feed.world()
         {
             self.graph_bounds = bounds_of_graph(&world);
@@ -199,6 +209,16 @@ impl Stage {
             (old, new) => new.map(|new| old.map_or(new, |old| old.union(new)).padded()),
         };
         (self.robot_bounds_run, self.robot_bounds) = (run, bounds);
+    }
+
+    /// Hides the robots that are on another level than the scene's. A window has this done by its other thread.
+    pub fn hide_other_levels(&mut self) {
+        let (Some(frame), Some(world), Some(_)) = (self.feed.frame(), self.feed.world(), &self.scene.level) else {
+            return;
+        };
+        let filter = Filter { level: self.scene.level.clone(), ..Filter::default() };
+        let matches = filter.matches(&frame, &world, None, &TaskBook::default());
+        self.renderer.set_matches(Some(&matches.bits));
     }
 
     /// The current meaning of the robots' colours.

@@ -51,9 +51,8 @@ pub struct Plan<'a> {
 /// Returns the scale of a drawing whose longest side is so many metres, if none is given: 1, 2 or 5 times a power of ten.
 fn fitting_scale(metres: f32) -> f32 {
     let least = (metres * 1000.0 / LONGEST_MM).max(1.0);
-    let below = round_step(least);
-    let next = [1.0, 2.0, 2.5].map(|factor| below * factor);
-    next.into_iter().find(|scale| *scale >= least * 0.999).unwrap_or(below * 10.0)
+    let unit = 10_f32.powf(least.log10().floor());
+    [1.0, 2.0, 5.0].map(|factor| factor * unit).into_iter().find(|scale| *scale >= least * 0.999).unwrap_or(10.0 * unit)
 }
 
 /// Returns the text of the file.

@@ -62,7 +62,7 @@ impl Fixture {
             interface: Interface::new(Settings::default(), CameraController::new(Camera::default(), true)),
             header,
             lines,
-            labels: Labels::new(&world.view(1, 1)),
+            labels: Labels::new(&world.view(1, 1), None),
             world,
             timing: Timing::new("an adapter".into()),
             legend: Colouring::default().legend(Theme::Dark, &[], None),

@@ -69,6 +69,8 @@ pub struct Renderer {
     robots: Robots,
     highlights: Highlights,
     plan_marks: PlanMarks,
+    /// The level that alone is shown.
+    level: Option<String>,
     robot_types: Vec<RobotTypeRecord>,
     assignments: Vec<MeshAssignment>,
     timer: Option<Timer>,
@@ -112,6 +114,7 @@ impl Renderer {
             highlights: Highlights::new(gpu, target, &layout, &columns),
             plan_marks: PlanMarks::new(gpu, target, &layout, &columns),
             columns,
+            level: None,
             robot_types: Vec::new(),
             assignments: Vec::new(),
             timer: None,
@@ -187,10 +190,16 @@ impl Renderer {
         self.set_graph(world);
     }
 
+    /// Shows one level of the graph only, from the next [`set_graph`](Self::set_graph) on, and hides the robots that don't match.
+    pub fn set_level(&mut self, level: Option<&str>) {
+        self.level = level.map(str::to_owned);
+    }
+
     /// Sets the route graph.
     pub fn set_graph(&mut self, world: &World<'_>) {
-        self.graph.load(&self.gpu, world);
-        self.stations.load(&self.gpu, world);
+        let level = self.level.as_deref();
+        self.graph.load(&self.gpu, world, level);
+        self.stations.load(&self.gpu, world, level);
         self.marked.load(world);
     }
 
@@ -360,7 +369,7 @@ impl Renderer {
             view.detail.z = room.clamp(view.detail.z, view.detail.z * 3.2);
         }
         view.detail.w = self.columns.values() as f32;
-        view.filtered = u32::from(self.columns.is_filtered());
+        view.filtered = u32::from(self.columns.is_filtered()) * if self.level.is_some() { 2 } else { 1 };
         view
     }
 

@@ -1,6 +1,6 @@
 //! The ids of nodes and edges, drawn beside them where the camera is near enough.
 
-use std::collections::HashSet;
+use std::collections::{BTreeSet, HashSet};
 
 use egui::{Align2, Context, FontId, LayerId, Rect, pos2};
 use glam::Vec2;
@@ -57,15 +57,17 @@ struct Label {
 }
 
 impl Labels {
-    /// Collects the nodes and edges of a route graph.
-    pub fn new(world: &World<'_>) -> Self {
-        let nodes = world.nodes().iter().map(|node| Label {
+    /// Collects the nodes and edges of a route graph, or of one of its levels.
+    pub fn new(world: &World<'_>, level: Option<&str>) -> Self {
+        let is_shown = |text: u32| level.is_none_or(|level| world.text(text) == level);
+        let nodes = world.nodes().iter().filter(|node| is_shown(node.level)).map(|node| Label {
             place: Vec2::new(node.x, node.y),
             id: node.id,
             is_node: true,
             station: station_of(world, node),
         });
-        let middles = world.edges().iter().filter_map(|edge| Some((edge, midpoint(world, edge)?)));
+        let edges = world.edges().iter().filter(|edge| is_shown(edge.level));
+        let middles = edges.filter_map(|edge| Some((edge, midpoint(world, edge)?)));
         let edges = middles.map(|(edge, place)| Label { place, id: edge.id, is_node: false, station: None });
         let mut all: Vec<_> = nodes.chain(edges).collect();
         all.sort_by(|a, b| a.place.x.total_cmp(&b.place.x));
@@ -177,6 +179,14 @@ impl Label {
     }
 }
 
+/// Returns the names of a world's levels.
+pub fn levels(world: &World<'_>) -> Vec<String> {
+    let all = world.nodes().iter().map(|node| node.level).chain(world.edges().iter().map(|edge| edge.level));
+    let offsets: BTreeSet<u32> = all.collect();
+    let names: BTreeSet<&str> = offsets.into_iter().map(|offset| world.text(offset)).collect();
+    names.into_iter().filter(|name| !name.is_empty()).map(str::to_owned).collect()
+}
+
 /// Returns the name of a node with a role, or its role and id; `None` without a role.
 fn station_of(world: &World<'_>, node: &NodeRecord) -> Option<Box<str>> {
     match (node.role(), world.text(node.name)) {
@@ -195,7 +205,7 @@ mod tests {
     const SIZE: Vec2 = Vec2::new(1280.0, 720.0);
 
     fn labels(nodes: impl Iterator<Item = NodeRecord>) -> Labels {
-        Labels::new(&WorldData { nodes: nodes.collect(), ..WorldData::default() }.view(1, 1))
+        Labels::new(&WorldData { nodes: nodes.collect(), ..WorldData::default() }.view(1, 1), None)
     }
 
     fn row(count: u32) -> Labels {
@@ -248,12 +258,12 @@ mod tests {
             station(2, 0, 6.0, NodeRole::Charge),
             station(3, name, -6.0, NodeRole::None),
         ];
-        let labels = Labels::new(&world.view(1, 1));
+        let labels = Labels::new(&world.view(1, 1), None);
         let near = labels.visible(&over(0.0, 20.0), Vec2::ZERO, SIZE);
         let texts: Vec<_> = near.iter().map(|(label, _)| label.text()).collect();
         assert_eq!(texts, ["inbound dock 4", "charge 2", "n3"]);
         world.nodes[1].x = 0.9;
-        let labels = Labels::new(&world.view(1, 1));
+        let labels = Labels::new(&world.view(1, 1), None);
         let near = labels.visible(&over(0.0, 20.0), Vec2::ZERO, SIZE);
         assert_eq!(near.len(), 2, "the name takes the place of the charger's: {near:?}");
     }

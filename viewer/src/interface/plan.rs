@@ -40,7 +40,7 @@ pub fn draw(context: &Context, picture: Rect, clip: Rect, camera: &Camera, theme
     let colours = style::colours(theme);
     coordinates(&painter, picture, clip, camera, &colours);
     scale_bar(&painter, clip, camera.metres_per_pixel(picture.height()), &colours);
-    north(&painter, pos2(clip.right() - 34.0, clip.top() + 40.0), camera.yaw, &colours);
+    north(&painter, pos2(clip.right() - 34.0, clip.top() + 68.0), camera.yaw, &colours);
 }
 
 /// Writes x along the upper side and y along the left side, at round distances, where north is up.
@@ -66,12 +66,19 @@ fn coordinates(painter: &Painter, picture: Rect, clip: Rect, camera: &Camera, co
     for i in first.x..=last.x.min(first.x + 100) {
         let x = i as f32 * step;
         let at = picture.left() + place(x, high.y).x;
+        // The corner is that of both axes.
+        if at < clip.left() + 60.0 || at > clip.right() - 24.0 {
+            continue;
+        }
         tick(pos2(at, clip.top()), pos2(at, clip.top() + 6.0));
         write(pos2(at, clip.top() + 8.0), Align2::CENTER_TOP, metres_text(x));
     }
     for i in first.y..=last.y.min(first.y + 100) {
         let y = i as f32 * step;
         let at = picture.top() + place(low.x, y).y;
+        if at < clip.top() + 26.0 || at > clip.bottom() - 8.0 {
+            continue;
+        }
         tick(pos2(clip.left(), at), pos2(clip.left() + 6.0, at));
         write(pos2(clip.left() + 9.0, at), Align2::LEFT_CENTER, metres_text(y));
     }

@@ -77,7 +77,7 @@ pub fn draw(context: &Context, clip: Rect, picture: Rect, theme: Theme, spots: &
     let colours = style::colours(theme);
     let mut taken = BTreeSet::new();
     for spot in spots {
-        let text = painter.layout_no_wrap(spot.id.to_string(), FontId::monospace(11.0), colours.on_accent);
+        let text = painter.layout_no_wrap(spot.id.to_string(), FontId::monospace(11.0), colours.panel);
         let at = pos2(picture.left() + spot.at.x, picture.top() + spot.at.y);
         let place = Align2::CENTER_CENTER.anchor_size(at, text.size()).expand2(egui::vec2(4.0, 1.0));
         let cells = |rect: Rect| {
@@ -89,7 +89,7 @@ pub fn draw(context: &Context, clip: Rect, picture: Rect, theme: Theme, spots: &
             continue;
         }
         taken.extend(cells(place));
-        painter.rect_filled(place, 6.0, colours.accent);
-        painter.galley(place.min + egui::vec2(4.0, 1.0), text, colours.on_accent);
+        painter.rect_filled(place, 6.0, colours.text);
+        painter.galley(place.min + egui::vec2(4.0, 1.0), text, colours.panel);
     }
 }

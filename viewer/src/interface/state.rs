@@ -55,6 +55,10 @@ pub struct Interface {
     pub(super) recorder: Recorder,
     /// Keys for the search field that were pressed before it had the focus.
     pub(super) late_input: Option<Vec<egui::Event>>,
+    /// The names of the world's levels.
+    pub levels: Vec<String>,
+    /// Whether the filter has been changed by something else than its own panel.
+    pub(super) is_refiltered: bool,
     /// The named cameras of the scenario.
     pub bookmarks: Vec<Bookmark>,
     /// The ends of what is measured; `None` while nothing is.
@@ -142,6 +146,8 @@ impl Interface {
             minimap: Minimap::default(),
             recorder: Recorder::default(),
             late_input: None,
+            levels: Vec::new(),
+            is_refiltered: false,
             bookmarks: Vec::new(),
             measuring: None,
             messages: Vec::new(),

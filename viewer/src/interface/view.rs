@@ -23,6 +23,7 @@ impl Interface {
         });
         self.cameras(ui, actions);
         heading(ui, theme, "layers");
+        self.level_choice(ui);
         let settings = &mut self.settings;
         ui.checkbox(&mut settings.edges, "edges");
         ui.checkbox(&mut settings.nodes, "nodes");

@@ -61,6 +61,7 @@ impl<'a> App<'a> {
         let controller = self.camera_controller(self.options.requested_camera()?);
         let mut interface = Interface::new(settings_store.initial().clone(), controller);
         interface.bookmarks.clone_from(&self.options.bookmark);
+        interface.show_level(self.options.look.level.clone());
         if let Some(error) = error {
             interface.notify(error.to_string());
         }

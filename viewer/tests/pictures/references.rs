@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use glam::{Vec2, Vec3};
 use image::{DynamicImage, Rgb, RgbImage, RgbaImage};
 use regatta_plugin::world::NodeRole;
-use regatta_viewer::camera::{Bounds, Camera};
+use regatta_viewer::camera::{Bounds, Camera, Window};
 use regatta_viewer::floor_picture::FloorPicture;
 use regatta_viewer::gpu::TargetConfig;
 use regatta_viewer::gpu::device::Gpu;
@@ -19,7 +19,7 @@ use regatta_viewer::route::RouteSegment;
 use regatta_viewer::scene::{Light, Marked, Scene, Trails};
 
 use crate::Test;
-use crate::fleet::{Robot, SIZE, TestRenderer, camera, graph, robots, top};
+use crate::fleet::{Robot, SIZE, TestRenderer, bounds, camera, graph, robots, top};
 
 pub const TESTS: &[(&str, Test)] = &[
     ("graph", graph_alone),
@@ -43,6 +43,8 @@ pub const TESTS: &[(&str, Test)] = &[
     ("meshes_of_files_keep_the_data_colour", meshes_of_files),
     ("marked_edge", marked_edge),
     ("marked_node", marked_node),
+    ("one_level", one_level),
+    ("a_plan_has_footprints_of_true_size", plan_footprints),
     ("splats_are_like_triangles", splats_are_like_triangles),
 ];
 
@@ -346,6 +348,46 @@ fn marked_node(gpu: &Gpu) {
     assert!(difference(&marked.into_rgb8(), &plain.into_rgb8()) > 2.0 * TOLERANCE);
     let scene = Scene { marked: Some(Marked::Node(99)), ..coloured(Colouring::State) };
     assert_like("robots_by_state", &loop_renderer(gpu).render(&camera(), &scene, 1.0));
+}
+
+/// Of two levels, one is shown: its edges and nodes, and the robots that match.
+fn one_level(gpu: &Gpu) {
+    let mut renderer = TestRenderer::new(gpu);
+    let mut world = graph();
+    let [ground, first] = ["ground", "first"].map(|name| world.texts.add(name));
+    world.edges.iter_mut().zip([ground, first, first, first]).for_each(|(edge, level)| edge.level = level);
+    world.nodes.iter_mut().zip([ground, ground, first, first]).for_each(|(node, level)| node.level = level);
+    renderer.inner.set_level(Some("ground"));
+    renderer.inner.set_graph(&world.view(1, 1));
+    renderer.push(&robots());
+    renderer.inner.set_matches(Some(&[0b0000_0011_1111]));
+    assert_like("one_level", &renderer.render(&camera(), &coloured(Colouring::State), 1.0));
+    renderer.inner.set_level(None);
+    renderer.inner.set_matches(None);
+    renderer.inner.set_graph(&graph().view(1, 1));
+    assert_like("robots_by_state", &renderer.render(&camera(), &coloured(Colouring::State), 1.0));
+}
+
+/// The pixels of a robot in a plan are as many as its outline covers, in the middle and at the side of the picture.
+fn plan_footprints(gpu: &Gpu) {
+    let mut renderer = TestRenderer::new(gpu);
+    let view = Camera::plan_around(Vec2::new(4.0, 0.0), 10.0);
+    let (per_metre, mut scene) = (SIZE.y as f32 / 10.0, coloured(Colouring::State));
+    (scene.layers.grid, scene.layers.shadows) = (false, true);
+    for x in [4.0, -3.0, 11.0] {
+        renderer.push(&[]);
+        let empty = renderer.render(&view, &scene, 1.0);
+        renderer.push(&[Robot { x, y: 1.3, theta: 0.7, state: 1, ..Robot::default() }]);
+        let picture = renderer.render(&view, &scene, 1.0);
+        let covered = picture.pixels().zip(empty.pixels()).filter(|(a, b)| a != b).count() as f32;
+        let outline = 0.9 * 0.6 * per_metre * per_metre;
+        // Pixels that are covered in part count as whole: half a pixel along the outline.
+        let border = 2.0 * (0.9 + 0.6) * per_metre * 0.75;
+        assert!(covered >= outline && covered <= outline + border, "at {x}: {covered} pixels of {outline}");
+    }
+    let mut renderer = loop_renderer(gpu);
+    let whole = Camera::plan(bounds(), Window::whole(SIZE.x as f32 / SIZE.y as f32));
+    assert_like("plan", &renderer.render(&whole, &coloured(Colouring::State), 1.0));
 }
 
 /// Robots of both shapes from near, as meshes, to far, where the order of overlapping marks may differ; and marks alone
