@@ -319,4 +319,23 @@ mod tests {
         assert_eq!(names, ["dock", "west hall"]);
         assert!(options.bookmark[1].view.fixed().is_some_and(|camera| camera.is_plan()));
     }
+
+    #[test]
+    fn wrong_cameras_are_refused_in_one_line() {
+        let graph = include_str!("../graphs/square.yaml");
+        for (cameras, reason) in [
+            ("[{name: fit, x: 0, y: 0, height: 4}]", "not fit, top or plan"),
+            ("[{name: 'a=b', x: 0, y: 0, height: 4}]", "without , and ="),
+            ("[{name: a, x: 0, y: 0, height: 0}]", "above 0"),
+            ("[{name: a, x: 0, y: 0, z: 3}]", "either z, yaw and pitch"),
+            ("[{name: a, x: 0, y: 0, z: 3, yaw: 0, pitch: 1, height: 2}]", "either z, yaw and pitch"),
+            ("[{name: a, x: .nan, y: 0, height: 2}]", "out of range"),
+            ("[{name: a, x: 0, y: 0, height: 2}, {name: a, x: 0, y: 0, height: 3}]", "used twice"),
+        ] {
+            let text = format!("graph: none.yaml\ncameras: {cameras}\nrobots: [{{node: 1}}]\n");
+            let error = Scenario::from_texts(&text, graph, Path::new("test"), &Overrides::default());
+            let error = error.map(|_| ()).expect_err(cameras).to_string();
+            assert!(error.contains(reason) && error.contains("cameras") && !error.contains('\n'), "{cameras}: {error}");
+        }
+    }
 }

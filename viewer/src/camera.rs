@@ -3,9 +3,13 @@
 //! World coordinates are metres, x east, y north, z up. The camera orbits a target at a distance; its view direction is
 //! given by `yaw` (counter-clockwise from east) and `pitch` (downwards from the horizon).
 
+mod bounds;
+
 use std::f32::consts::{FRAC_PI_2, PI};
 
 use glam::{Mat4, Vec2, Vec3, Vec4};
+
+pub use bounds::{Bounds, Window};
 
 /// The least height of the camera's eye, in metres.
 pub const LOWEST_EYE: f32 = 0.1;
@@ -34,79 +38,6 @@ pub struct Camera {
     pub distance: f32,
     /// Vertical field of view, in radians.
     pub fov_y: f32,
-}
-
-/// An axis-aligned rectangle of the ground, in metres.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Bounds {
-    /// South-west corner.
-    pub low: Vec2,
-    /// North-east corner.
-    pub high: Vec2,
-}
-
-impl Bounds {
-    /// Returns the bounding box of some points, not counting points that are not finite; `None` if there are none.
-    pub fn from_points(points: impl IntoIterator<Item = Vec2>) -> Option<Self> {
-        let grow = |bounds: Self, point: Vec2| Self { low: bounds.low.min(point), high: bounds.high.max(point) };
-        let mut points = points.into_iter().filter(|point| point.is_finite());
-        let first = points.next()?;
-        Some(points.fold(Self { low: first, high: first }, grow))
-    }
-
-    /// Returns a rectangle around the origin with a width and height in metres.
-    pub fn of_size(size: [f32; 2]) -> Self {
-        let half = Vec2::from(size) / 2.0;
-        Self { low: -half, high: half }
-    }
-
-    /// Whether another rectangle lies within this one.
-    pub fn contains(self, other: Self) -> bool {
-        self.low.cmple(other.low).all() && self.high.cmpge(other.high).all()
-    }
-
-    /// Returns the smallest rectangle that contains both.
-    #[must_use]
-    pub fn union(self, other: Self) -> Self {
-        Self { low: self.low.min(other.low), high: self.high.max(other.high) }
-    }
-
-    /// Returns a rectangle that is larger by a fifth of its size plus one metre on all sides.
-    #[must_use]
-    pub fn padded(self) -> Self {
-        let padding = (self.high - self.low) * 0.2 + 1.0;
-        Self { low: self.low - padding, high: self.high + padding }
-    }
-
-    /// The rectangle's centre.
-    pub fn centre(self) -> Vec2 {
-        (self.low + self.high) / 2.0
-    }
-}
-
-/// The part of a picture that nothing covers, as fractions of its width and height from the top left.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Window {
-    /// Width of the picture divided by its height.
-    pub aspect: f32,
-    /// The part's top left corner.
-    pub low: Vec2,
-    /// The part's bottom right corner.
-    pub high: Vec2,
-}
-
-impl Window {
-    /// Returns all of a picture.
-    pub fn whole(aspect: f32) -> Self {
-        Self { aspect, low: Vec2::ZERO, high: Vec2::ONE }
-    }
-}
-
-impl Default for Bounds {
-    /// A square of twenty metres around the origin, which an empty fleet is shown in.
-    fn default() -> Self {
-        Self { low: Vec2::splat(-10.0), high: Vec2::splat(10.0) }
-    }
 }
 
 impl Default for Camera {
@@ -331,70 +262,4 @@ impl Camera {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    const SIZE: Vec2 = Vec2::new(800.0, 600.0);
-
-    fn close(a: Vec2, b: Vec2) -> bool {
-        (a - b).length() < 0.01
-    }
-
-    #[test]
-    fn the_top_view_has_north_up_and_east_right() {
-        let bounds = Bounds { low: Vec2::new(-5.0, -5.0), high: Vec2::new(15.0, 5.0) };
-        let camera = Camera::top(bounds, 4.0 / 3.0);
-        let middle = camera.project(Vec3::new(5.0, 0.0, 0.0), SIZE).unwrap();
-        assert!(close(middle, SIZE / 2.0), "{middle}");
-        let north = camera.project(Vec3::new(5.0, 3.0, 0.0), SIZE).unwrap();
-        let east = camera.project(Vec3::new(8.0, 0.0, 0.0), SIZE).unwrap();
-        assert!(north.y < middle.y && (north.x - middle.x).abs() < 0.01, "{north}");
-        assert!(east.x > middle.x && (east.y - middle.y).abs() < 0.01, "{east}");
-    }
-
-    #[test]
-    fn a_fitted_rectangle_is_in_the_picture() {
-        for (low, high) in [((-300.0, 20.0), (700.0, 90.0)), ((0.0, 0.0), (0.0, 0.0)), ((7000.0, 0.0), (7001.0, 900.0))]
-        {
-            let bounds = Bounds { low: low.into(), high: high.into() };
-            for camera in [Camera::top(bounds, 4.0 / 3.0), Camera::fit(bounds, 4.0 / 3.0)] {
-                for corner in [bounds.low, bounds.high] {
-                    let at = camera.project(corner.extend(0.0), SIZE).unwrap();
-                    assert!(at.cmpge(Vec2::ZERO).all() && at.cmple(SIZE).all(), "{camera:?}: {corner} at {at}");
-                }
-            }
-        }
-    }
-
-    #[test]
-    fn unproject_inverts_project() {
-        let camera =
-            Camera { yaw: 1.0, pitch: 0.5, distance: 40.0, target: Vec3::new(100.0, -30.0, 0.0), ..Camera::default() };
-        for ground in [Vec2::new(100.0, -30.0), Vec2::new(90.0, -20.0), Vec2::new(110.0, -5.0)] {
-            let pixel = camera.project(ground.extend(0.0), SIZE).unwrap();
-            let back = camera.unproject(pixel, SIZE).unwrap();
-            assert!(close(back, ground), "{ground} at {pixel} is {back}");
-        }
-        assert_eq!(camera.unproject(Vec2::ZERO, SIZE).map(|_| ()), Some(()));
-        assert_eq!(Camera { pitch: 0.0, ..camera }.unproject(Vec2::ZERO, SIZE), None, "above the horizon");
-    }
-
-    #[test]
-    fn the_eye_stays_above_the_ground() {
-        for target in [-500.0, 0.0, 3.0] {
-            for pitch in [-3.0, -0.5, 0.0, 1.0, 9.0] {
-                let camera = Camera { pitch, target: Vec3::new(0.0, 0.0, target), ..Camera::default() }.clamped();
-                assert!(camera.eye().z >= LOWEST_EYE - 1e-3, "{camera:?}: {}", camera.eye().z);
-            }
-        }
-        assert!((Camera { yaw: 7.0, ..Camera::default() }.clamped().yaw - (7.0 - 2.0 * PI)).abs() < 1e-5);
-    }
-
-    #[test]
-    fn a_camera_from_an_eye_keeps_its_position() {
-        for pitch in [-0.3, 0.0, 0.3, FRAC_PI_2] {
-            let camera = Camera::from_eye(Vec3::new(3.0, 4.0, 5.0), 0.7, pitch);
-            assert!(camera.eye().distance(Vec3::new(3.0, 4.0, 5.0)) < 1e-3, "{}", camera.eye());
-        }
-    }
-}
+mod tests;

@@ -97,7 +97,7 @@ impl TaskFilter {
 
 #[cfg(test)]
 mod tests {
-    use regatta_plugin::frame::{ColumnsMut, FrameHeader, Line, frame_lines, stride_lines};
+    use regatta_plugin::frame::{ColumnsMut, FrameHeader, Line, NO_EDGE, frame_lines, stride_lines};
     use regatta_plugin::task::{TaskKind, TaskRecord};
     use regatta_plugin::world::{CurveRecord, EdgeRecord, WorldData};
 
@@ -107,9 +107,10 @@ mod tests {
     fn all_conditions_must_hold() {
         let mut world = WorldData::default();
         let zone = world.texts.add("north");
-        for zone in [zone, 0] {
+        let upstairs = world.texts.add("upstairs");
+        for (zone, level) in [(zone, 0), (0, upstairs)] {
             let line = CurveRecord::straight([0.0, 0.0], [1.0, 0.0]);
-            world.add_edge(EdgeRecord { length: 1.0, zone, ..EdgeRecord::default() }, [line]);
+            world.add_edge(EdgeRecord { length: 1.0, zone, level, ..EdgeRecord::default() }, [line]);
         }
         let header =
             FrameHeader { run_id: 1, robots: 40, stride_lines: stride_lines(40) as u32, ..FrameHeader::default() };
@@ -138,6 +139,8 @@ mod tests {
         assert_eq!(ids(Filter { task: TaskFilter::Some, ..all.clone() }), [36]);
         assert!(ids(Filter { task: TaskFilter::Number(8), ..all.clone() }).is_empty());
         assert_eq!(ids(Filter { task: TaskFilter::None, ..all.clone() }).len(), 38);
+        let on_edge_1: Vec<usize> = (1..40).filter(|row| row % 3 == 1).collect();
+        assert_eq!(ids(Filter { level: Some("upstairs".into()), ..all.clone() }), on_edge_1);
         let north = Filter { zone: Some("north".into()), robot_type: Some(1), ..all };
         assert_eq!(ids(north), [3, 9, 15, 21, 27, 33, 39]);
     }

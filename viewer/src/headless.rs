@@ -1,5 +1,7 @@
 //! Rendering without a window: a screenshot or a recording.
 
+mod output;
+
 use std::path::Path;
 use std::time::{Duration, Instant};
 
@@ -61,7 +63,7 @@ struct HeadlessViewer<'a> {
 /// # Errors
 /// If there is no graphics adapter, the fleet can't be read, or a picture can't be written.
 pub fn run(options: &Options) -> Result {
-    check_output(options)?;
+    output::check(options)?;
     let view = options.requested_camera()?;
     let termination = Termination::watch()?;
     let gpu = Gpu::offscreen()?;
@@ -84,39 +86,6 @@ pub fn run(options: &Options) -> Result {
         (None, None) if options.svg.is_some() => viewer.svg(options.svg.as_deref().unwrap_or(Path::new(""))),
         (None, None) => Err(Error::new("--headless needs --screenshot FILE, --record FOLDER or --bench N")),
     }
-}
-
-/// Returns an error if pictures would replace others without `--force`, or have an unknown format.
-fn check_output(options: &Options) -> Result {
-    check_format(options)?;
-    let output = options.screenshot.as_deref().or(options.record.as_deref()).or(options.svg.as_deref());
-    match output.filter(|path| !options.force && is_taken(path)) {
-        Some(path) => Err(Error::new(format!("{}: this exists; --force replaces it", path.display()))),
-        None => Ok(()),
-    }
-}
-
-/// Returns an error if a path ends like a file of a format that isn't written.
-fn check_format(options: &Options) -> Result {
-    let ending = |path: &Path| path.extension().map(|ending| ending.to_string_lossy().to_lowercase());
-    let unknown = |path: &Path, formats: &str| {
-        Err(Error::new(format!("{}: pictures are not written in this format: {formats}", path.display())))
-    };
-    if let Some(path) = options.svg.as_deref().filter(|path| ending(path).as_deref() != Some("svg")) {
-        return unknown(path, "give a name that ends in .svg");
-    }
-    match (&options.screenshot, &options.record) {
-        (Some(path), _) if ending(path).as_deref() != Some("png") => unknown(path, "give a name that ends in .png"),
-        (_, Some(path)) if !path.is_dir() && ending(path).is_some_and(|ending| ending != "mp4") => {
-            unknown(path, "give a name that ends in .mp4, or a folder for PNG files")
-        }
-        _ => Ok(()),
-    }
-}
-
-/// Whether there is a file, or a folder with something in it.
-fn is_taken(path: &Path) -> bool {
-    path.read_dir().map_or_else(|_| path.is_file(), |mut entries| entries.next().is_some())
 }
 
 impl HeadlessViewer<'_> {

@@ -50,6 +50,9 @@ use view_model::{Action, EngineState, Item, ViewModel};
 /// The least width of a window with a panel on either side, in points.
 const TWO_PANELS: f32 = 620.0;
 
+/// The least width of a window in which the panel on the left opens wide, in points.
+const ALL_COLUMNS: f32 = 1200.0;
+
 impl Interface {
     /// Shows everything and handles keyboard and mouse. Returns where the picture of the fleet is, in points, and the
     /// actions that the caller carries out.
@@ -136,7 +139,9 @@ impl Interface {
 
     fn left_panel(&mut self, ui: &mut Ui, room: f32, model: &ViewModel<'_>, actions: &mut Vec<Action>) {
         let Some(open) = self.settings.left else { return };
-        let panel = Panel::left("left").default_size(290.0).size_range(270.0..=640.0_f32.min(room - 40.0).max(270.0));
+        // The list of robots has all its columns where there is room.
+        let size = if room >= ALL_COLUMNS { 470.0 } else { 290.0 };
+        let panel = Panel::left("left").default_size(size).size_range(270.0..=640.0_f32.min(room - 40.0).max(270.0));
         panel.frame(style::panel(self.settings.theme())).show(ui, |ui| match open {
             LeftPanel::Fleet => self.fleet_list(ui, model, actions),
             LeftPanel::Collisions => self.collisions(ui, model),

@@ -116,3 +116,31 @@ impl History {
         points.chunk_by(is_continuous).map(|part| PlotPoints::from(part.to_vec())).collect()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use regatta_plugin::frame::{ColumnsMut, FrameHeader, Line, frame_lines, stride_lines};
+
+    use super::*;
+
+    #[test]
+    fn the_history_of_a_robot_begins_before_it_is_selected() {
+        let mut lines = vec![Line::default(); frame_lines(3)];
+        let (mut recorder, mut history) = (Recorder::default(), History::default());
+        for step in 0..100_u64 {
+            let columns = ColumnsMut::split(&mut lines, 3);
+            (0..3).for_each(|row| (columns.x[row], columns.state[row]) = (step as f32, 1));
+            let sim_time_nanos = step * 100_000_000;
+            let stride_lines = stride_lines(3) as u32;
+            let header = FrameHeader { run_id: 1, robots: 3, stride_lines, sim_time_nanos, ..FrameHeader::default() };
+            let frame = Frame::new(&header, &lines).expect("a frame");
+            recorder.push(&frame);
+            if step == 99 {
+                history.push(&frame, 1, &recorder);
+            }
+        }
+        let [low, high] = history.range(0, 1.0);
+        assert_eq!((low, high), (0.0, 99.0), "from the first frame on");
+        assert!(history.points.len() > 30, "{}", history.points.len());
+    }
+}

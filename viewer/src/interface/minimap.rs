@@ -32,11 +32,13 @@ impl Minimap {
         }
         self.source = source;
         let step = world.edges().len().div_ceil(MAX_EDGES).max(1);
-        let halves = world.edges().iter().step_by(step).flat_map(|edge| world.curves(edge)).flat_map(|curve| {
-            let [from, middle, to] = [0.0, 0.5, 1.0].map(|part| curve_point(curve, part));
-            [[from, middle], [middle, to]]
+        let lines = world.edges().iter().step_by(step).flat_map(|edge| world.curves(edge)).flat_map(|curve| {
+            // The more edges there are, the smaller is each.
+            let parts = if world.edges().len() < 500 { 8_u8 } else { 2 };
+            let point = move |part: u8| curve_point(curve, f32::from(part) / f32::from(parts));
+            (0..parts).map(move |part| [point(part), point(part + 1)])
         });
-        self.lines = halves.collect();
+        self.lines = lines.collect();
     }
 }
 

@@ -41,7 +41,8 @@ impl Interface {
         let is_connected = model.status.is_some();
         let room = ui.available_width();
         // Sliders get shorter, and then are numbers only.
-        ui.spacing_mut().slider_width = ((room - 620.0) / 2.0).clamp(40.0, 130.0);
+        let rest = room - if room >= NAMED { 560.0 } else { 440.0 };
+        ui.spacing_mut().slider_width = (rest / 2.0).clamp(40.0, 130.0);
         ui.horizontal_centered(|ui| {
             ui.add_enabled_ui(is_connected, |ui| {
                 let (icon, name) = if model.is_paused() { (Icon::Play, "Resume") } else { (Icon::Pause, "Pause") };

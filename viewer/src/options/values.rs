@@ -251,6 +251,20 @@ mod tests {
         assert_eq!((mesh.robot_type.as_deref(), scale, z, yaw), (Some("tug"), 0.001, 0.1, 0.0));
         let turned: MeshOption = "box.stl,1,0,90".parse().expect("a mesh");
         assert!((turned.placement.yaw - core::f32::consts::FRAC_PI_2).abs() < 1e-6);
+        let plan: CameraOption = "20,-10,60".parse().expect("a plan");
+        let camera = plan.fixed().expect("it depends on nothing");
+        assert!(camera.is_plan() && camera.target == Vec3::new(20.0, -10.0, 0.0));
+        assert_eq!(CameraOption::entry(&camera), "  - {name: here, x: 20.00, y: -10.00, height: 60.00}");
+        assert_eq!("dock".parse(), Ok(CameraOption::Named("dock".into())));
+        let bookmark: Bookmark = "west hall = 1,2,3,0,0.5".parse().expect("a bookmark");
+        assert_eq!(bookmark.name, "west hall");
+        for bad in ["=fit", "dock", "a=b", "a=1,2", "a=1,2,-3"] {
+            assert!(bad.parse::<Bookmark>().is_err(), "{bad}");
+        }
+        assert_eq!("-10,5,0.05".parse(), Ok(FloorAt([-10.0, 5.0, 0.05, 0.0])));
+        assert!("1,2".parse::<FloorAt>().is_err() && "1,2,0".parse::<FloorAt>().is_err());
+        assert_eq!((super::scale("200"), super::scale("1:50")), (Ok(200.0), Ok(50.0)));
+        assert!(super::scale("0.5").is_err());
         for bad in ["", "tug=", "a.stl,0", "a.stl,x", "a.stl,1,2,3,4"] {
             assert!(bad.parse::<MeshOption>().is_err(), "{bad}");
         }
