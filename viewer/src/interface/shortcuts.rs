@@ -35,6 +35,7 @@ impl Interface {
                 self.settings.left = Some(LeftPanel::Fleet);
                 self.fleet_list.request_focus = true;
                 self.late_input = Some(keys::take_input_after_find(context));
+                context.request_repaint();
             }
             Command::Next => self.select_neighbour(model, true),
             Command::Previous => self.select_neighbour(model, false),

@@ -242,7 +242,7 @@ mod tests {
         for bad in ["", "640", "0x5", "640x480x2", "640x-1", "99999x1"] {
             assert!(bad.parse::<Size>().is_err(), "{bad}");
         }
-        for bad in ["", "side", "1,2,3", "1,2,3,4,nan", "1,2,3,4,5,6"] {
+        for bad in ["", "2side", "1,2,-3", "1,2", "1,2,3,4,nan", "1,2,3,4,5,6"] {
             assert!(bad.parse::<CameraOption>().is_err(), "{bad}");
         }
         assert!("0,0".parse::<LightOption>().is_err());
