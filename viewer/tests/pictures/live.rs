@@ -157,6 +157,9 @@ fn a_recording(_: &Gpu) {
 fn what_cannot_be_shown(_: &Gpu) {
     let live = LiveFleet::start("refused");
     let picture = live.path("refused.png");
+    // Afterwards the fleet is past its first tick.
+    live.view(&["--screenshot", &live.path("first.png")]);
+    std::thread::sleep(Duration::from_millis(50));
     let refused = |args: &[&str]| {
         let error = live.try_view("320x200", args).expect_err("it is refused").to_string();
         assert!(!error.contains('\n'), "{error}");

@@ -65,7 +65,11 @@ fn body_id(instance: Instance, @location(6) point: vec3f) -> Id {
 fn block(instance: Instance, @location(6) point: vec3f, @location(7) normal: vec4f, @location(8) paint: vec4f) -> Vertex {
     let local = placed(instance, point);
     let facing = vec3f(rotated(instance.heading, normal.xy), normal.z);
-    let colour = lit(mix(paint.rgb, instance.colour.rgb, paint.a), facing, local);
+    // In a plan all of an outline has the robot's colour, darker in front: a light front would vanish on a light floor. The
+    // narrow field of view tells a plan.
+    let outline = instance.colour.rgb * max(paint.a, 0.45);
+    let painted = select(mix(paint.rgb, instance.colour.rgb, paint.a), outline, view.up.w < 0.01);
+    let colour = lit(painted, facing, local);
     return Vertex(cropped(clip_from(local)), facing, colour, local, paint.a);
 }
 
