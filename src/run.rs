@@ -7,7 +7,7 @@ use std::process::{Command, ExitCode};
 use std::time::{Duration, Instant};
 
 use clap::Args;
-use regatta_engine::scenario::{LightEntry, PluginCommand, Scenario, Viewer};
+use regatta_engine::scenario::{CameraEntry, LightEntry, PluginCommand, Scenario, Viewer};
 use regatta_plugin::{AFTER_VARIABLE, Control, FleetName, LOAD_VARIABLE, Termination};
 use tempfile::NamedTempFile;
 
@@ -259,6 +259,11 @@ fn viewer_command(fleet: &FleetName, scenario: &Scenario) -> Result<Command, Fai
     for LightEntry { x, y, z, colour: [red, green, blue] } in &scenario.lights {
         command.args(["--light", &format!("{x},{y},{z},{red},{green},{blue}")]);
     }
+    for CameraEntry { name, x, y, z, yaw, pitch, height } in &scenario.cameras {
+        let numbers = [Some(*x), Some(*y), *z, *yaw, *pitch, *height].into_iter().flatten();
+        let view: Vec<_> = numbers.map(|number| number.to_string()).collect();
+        command.args(["--bookmark", &format!("{name}={}", view.join(","))]);
+    }
     Ok(command)
 }
 
@@ -291,21 +296,46 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_viewer_receives_the_lights_of_the_scenario() {
+    fn the_viewer_receives_the_lights_and_cameras_of_the_scenario() {
         let lights = "[{x: -1.5, y: 2, z: 3}, {x: 4, y: 5e2, z: 6, colour: [1, 0.5, 0.25]}]";
-        let text = format!("graph: none.yaml\nlights: {lights}\nrobots: [{{node: 1}}]\n");
+        let cameras =
+            "[{name: dock, x: 4, y: -3, z: 12, yaw: 1.5, pitch: 0.9}, {name: west hall, x: 2.5, y: 1, height: 40}]";
+        let text = format!("graph: none.yaml\nlights: {lights}\ncameras: {cameras}\nrobots: [{{node: 1}}]\n");
         let graph = include_str!("../graphs/square.yaml");
         let scenario =
             Scenario::from_texts(&text, graph, Path::new("test"), &Overrides::default()).expect("a valid scenario");
         let command = viewer_command(&"lit".parse().expect("a name"), &scenario).expect("a command");
         let arguments: Vec<_> = command.get_args().map(|argument| argument.to_string_lossy().into_owned()).collect();
-        let expected = ["viewer", "--fleet", "lit", "--light", "-1.5,2,3,1,1,1", "--light", "4,500,6,1,0.5,0.25"];
-        assert_eq!(arguments, expected);
+        let lights = ["viewer", "--fleet", "lit", "--light", "-1.5,2,3,1,1,1", "--light", "4,500,6,1,0.5,0.25"];
+        let cameras = ["--bookmark", "dock=4,-3,12,1.5,0.9", "--bookmark", "west hall=2.5,1,40"];
+        assert_eq!(arguments, [&lights[..], &cameras].concat());
 
         let parser = regatta_viewer::Options::augment_args(clap::Command::new("viewer"));
         let matches = parser.try_get_matches_from(&arguments).expect("valid options of the viewer");
         let options = regatta_viewer::Options::from_arg_matches(&matches).expect("valid options of the viewer");
         let positions: Vec<_> = options.look.scene().lights.iter().map(|light| light.position.to_array()).collect();
         assert_eq!(positions, [[-1.5, 2.0, 3.0], [4.0, 500.0, 6.0]]);
+        let names: Vec<_> = options.bookmark.iter().map(|bookmark| bookmark.name.as_str()).collect();
+        assert_eq!(names, ["dock", "west hall"]);
+        assert!(options.bookmark[1].view.fixed().is_some_and(|camera| camera.is_plan()));
+    }
+
+    #[test]
+    fn wrong_cameras_are_refused_in_one_line() {
+        let graph = include_str!("../graphs/square.yaml");
+        for (cameras, reason) in [
+            ("[{name: fit, x: 0, y: 0, height: 4}]", "not fit, top or plan"),
+            ("[{name: 'a=b', x: 0, y: 0, height: 4}]", "without , and ="),
+            ("[{name: a, x: 0, y: 0, height: 0}]", "above 0"),
+            ("[{name: a, x: 0, y: 0, z: 3}]", "either z, yaw and pitch"),
+            ("[{name: a, x: 0, y: 0, z: 3, yaw: 0, pitch: 1, height: 2}]", "either z, yaw and pitch"),
+            ("[{name: a, x: .nan, y: 0, height: 2}]", "out of range"),
+            ("[{name: a, x: 0, y: 0, height: 2}, {name: a, x: 0, y: 0, height: 3}]", "used twice"),
+        ] {
+            let text = format!("graph: none.yaml\ncameras: {cameras}\nrobots: [{{node: 1}}]\n");
+            let error = Scenario::from_texts(&text, graph, Path::new("test"), &Overrides::default());
+            let error = error.map(|_| ()).expect_err(cameras).to_string();
+            assert!(error.contains(reason) && error.contains("cameras") && !error.contains('\n'), "{cameras}: {error}");
+        }
     }
 }

@@ -21,7 +21,7 @@ pub use explain::YamlProblem;
 pub use made_up::made_up_scenario;
 pub use read::is_scenario;
 pub use suggest::closest;
-pub use yaml::{Breakdowns, Disturbances, LegName, LightEntry, PluginCommand, Stalls, Viewer};
+pub use yaml::{Breakdowns, CameraEntry, Disturbances, LegName, LightEntry, PluginCommand, Stalls, Viewer};
 
 /// The largest number of robots of a scenario: ids and columns stay far below the limits of `u32`.
 pub const MAX_ROBOTS: u32 = 16_000_000;
@@ -55,6 +55,8 @@ pub struct Scenario {
     pub viewer: Viewer,
     /// The lights of the viewer besides the sun; at most [`MAX_LIGHTS`], with finite numbers.
     pub lights: Vec<LightEntry>,
+    /// The named cameras of the viewer: each with z, yaw and pitch, or with a height, and a name of its own.
+    pub cameras: Vec<CameraEntry>,
     /// Warnings about the scenario and its graph, one line each.
     pub warnings: Vec<String>,
     /// Whether the file was a layout, for which the rest was made up.

@@ -20,6 +20,7 @@ use screen::{Screen, Screenshot};
 const TESTS: &[(&str, fn())] = &[
     ("a_window_is_turned_zoomed_resized_and_closed", a_window_is_turned_zoomed_resized_and_closed),
     ("a_click_selects_the_robot_under_the_pointer", a_click_selects_the_robot_under_the_pointer),
+    ("a_second_robot_is_added_and_measured_after_a_panel_has_opened", a_second_robot_is_added_and_measured),
     ("a_viewer_survives_its_engine_and_finds_the_next", a_viewer_survives_its_engine_and_finds_the_next),
     ("a_file_that_cannot_be_loaded_is_reported_and_forgotten", a_file_that_cannot_be_loaded_is_reported_and_forgotten),
     (
@@ -142,6 +143,59 @@ fn a_click_selects_the_robot_under_the_pointer() {
     eventually("the title names the robot", || screen.try_xdotool(&["search", "--name", &title]));
     close(&screen, viewer);
     assert_eq!(screen.settings().expect("valid settings replace the broken ones")["right"], "selection");
+}
+
+/// The panel that the first click opens doesn't move the picture, so that a Ctrl-click on another robot hits it.
+fn a_second_robot_is_added_and_measured() {
+    let screen = Screen::start();
+    let fleet = Fleet::start("measure", "thirty.yaml", &[]);
+    fleet.control(&["pause"]);
+    let mut subscriber = fleet.subscriber();
+    let places = eventually("a frame", || {
+        let frame = subscriber.latest().ok()??;
+        Some(frame.x().iter().zip(frame.y()).map(|(x, y)| Vec2::new(*x, *y)).collect::<Vec<_>>())
+    });
+    let first = places[11];
+    let others = (0..places.len()).filter(|robot| *robot != 11);
+    let second = others.min_by(|a, b| places[*a].distance(first).total_cmp(&places[*b].distance(first)));
+    let second = second.expect("another robot");
+    let (middle, height) = ((first + places[second]) / 2.0, (places[second].distance(first) * 3.0).max(10.0));
+    let view = format!("{},{},{height}", middle.x, middle.y);
+    let viewer = viewer(&screen, &fleet.name, &["--camera", &view]);
+    screen.window(&format!("Regatta: {}", fleet.name));
+    eventually("the fleet is drawn", || (screen.screenshot().colours() > 100).then_some(()));
+    screen.stable_screenshot();
+    let size = Vec2::new(screen::SIZE.0 as f32, screen::SIZE.1 as f32 - 42.0 - 48.0);
+    let camera = Camera::plan_around(middle, height);
+    let pixel = |place: Vec2| camera.project(place.extend(0.0), size).expect("in sight") + Vec2::new(0.0, 42.0);
+    let move_to = |place: Vec2| {
+        let at = pixel(place).round().as_ivec2();
+        screen.xdotool(&["mousemove", &at.x.to_string(), &at.y.to_string()]);
+    };
+    let titled = |robot: usize| {
+        let title = format!("{}, robot {robot}$", fleet.name);
+        eventually("the title names the robot", || screen.try_xdotool(&["search", "--name", &title]));
+    };
+    move_to(first);
+    screen.xdotool(&["click", "1"]);
+    titled(11);
+    screen.stable_screenshot();
+    move_to(places[second]);
+    screen.xdotool(&["keydown", "ctrl", "click", "1", "keyup", "ctrl"]);
+    titled(second);
+    // The measured line is drawn between the two robots.
+    screen.xdotool(&["key", "m"]);
+    let before = screen.stable_screenshot();
+    for place in [first, places[second]] {
+        move_to(place);
+        screen.xdotool(&["click", "1"]);
+        screen.stable_screenshot();
+    }
+    let at = pixel(middle).as_uvec2();
+    let (x, y) = (at.x as usize, at.y as usize);
+    let changed = screen.screenshot().differing(&before, x - 30..x + 30, y - 30..y + 30);
+    assert!(changed > 100, "{changed} pixels between the robots");
+    close(&screen, viewer);
 }
 
 fn a_viewer_survives_its_engine_and_finds_the_next() {

@@ -3,9 +3,13 @@
 //! World coordinates are metres, x east, y north, z up. The camera orbits a target at a distance; its view direction is
 //! given by `yaw` (counter-clockwise from east) and `pitch` (downwards from the horizon).
 
+mod bounds;
+
 use std::f32::consts::{FRAC_PI_2, PI};
 
 use glam::{Mat4, Vec2, Vec3, Vec4};
+
+pub use bounds::{Bounds, Window};
 
 /// The least height of the camera's eye, in metres.
 pub const LOWEST_EYE: f32 = 0.1;
@@ -15,6 +19,9 @@ const NEAR: f32 = 0.05;
 const DISTANCES: (f32, f32) = (0.3, 100_000.0);
 /// The range of the pitch, in radians below the horizon.
 const PITCHES: (f32, f32) = (-1.2, FRAC_PI_2);
+/// The vertical field of view of a plan's camera, in radians. Half a metre of height is seen from 500 times the height of the
+/// picture on the ground, or farther.
+const PLAN_FOV: f32 = 0.002;
 /// The share of the picture that stays free around a rectangle that is fitted into it.
 const MARGIN: f32 = 0.06;
 
@@ -31,61 +38,6 @@ pub struct Camera {
     pub distance: f32,
     /// Vertical field of view, in radians.
     pub fov_y: f32,
-}
-
-/// An axis-aligned rectangle of the ground, in metres.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Bounds {
-    /// South-west corner.
-    pub low: Vec2,
-    /// North-east corner.
-    pub high: Vec2,
-}
-
-impl Bounds {
-    /// Returns the bounding box of some points, not counting points that are not finite; `None` if there are none.
-    pub fn from_points(points: impl IntoIterator<Item = Vec2>) -> Option<Self> {
-        let grow = |bounds: Self, point: Vec2| Self { low: bounds.low.min(point), high: bounds.high.max(point) };
-        let mut points = points.into_iter().filter(|point| point.is_finite());
-        let first = points.next()?;
-        Some(points.fold(Self { low: first, high: first }, grow))
-    }
-
-    /// Returns a rectangle around the origin with a width and height in metres.
-    pub fn of_size(size: [f32; 2]) -> Self {
-        let half = Vec2::from(size) / 2.0;
-        Self { low: -half, high: half }
-    }
-
-    /// Whether another rectangle lies within this one.
-    pub fn contains(self, other: Self) -> bool {
-        self.low.cmple(other.low).all() && self.high.cmpge(other.high).all()
-    }
-
-    /// Returns the smallest rectangle that contains both.
-    #[must_use]
-    pub fn union(self, other: Self) -> Self {
-        Self { low: self.low.min(other.low), high: self.high.max(other.high) }
-    }
-
-    /// Returns a rectangle that is larger by a fifth of its size plus one metre on all sides.
-    #[must_use]
-    pub fn padded(self) -> Self {
-        let padding = (self.high - self.low) * 0.2 + 1.0;
-        Self { low: self.low - padding, high: self.high + padding }
-    }
-
-    /// The rectangle's centre.
-    pub fn centre(self) -> Vec2 {
-        (self.low + self.high) / 2.0
-    }
-}
-
-impl Default for Bounds {
-    /// A square of twenty metres around the origin, which an empty fleet is shown in.
-    fn default() -> Self {
-        Self { low: Vec2::splat(-10.0), high: Vec2::splat(10.0) }
-    }
 }
 
 impl Default for Camera {
@@ -105,6 +57,46 @@ impl Camera {
         Self { pitch: FRAC_PI_2, ..Self::default() }.fitted(bounds, aspect)
     }
 
+    /// Returns the camera of a plan: straight down, north up, and from so far away that it is orthographic in effect. What is
+    /// half a metre high is shifted by less than one part in ten thousand of the picture's height.
+    pub fn plan(bounds: Bounds, window: Window) -> Self {
+        Self { pitch: FRAC_PI_2, fov_y: PLAN_FOV, ..Self::default() }.fitted_within(bounds, window)
+    }
+
+    /// Returns the camera of a plan around a place, with the height of the ground in the picture in metres.
+    pub fn plan_around(place: Vec2, height: f32) -> Self {
+        let distance = height / (2.0 * (PLAN_FOV / 2.0).tan());
+        let camera = Self { target: place.extend(0.0), pitch: FRAC_PI_2, fov_y: PLAN_FOV, distance, ..Self::default() };
+        camera.clamped()
+    }
+
+    /// Whether this is the camera of a plan.
+    pub fn is_plan(&self) -> bool {
+        self.fov_y < 2.0 * PLAN_FOV
+    }
+
+    /// Metres per pixel at the target, in a picture of `height` pixels.
+    pub fn metres_per_pixel(&self, height: f32) -> f32 {
+        self.distance / self.pixels_per_radian(height)
+    }
+
+    /// Returns this camera as that of a plan, or as one in perspective that shows about the same from an angle.
+    #[must_use]
+    pub fn toggled_plan(self) -> Self {
+        let usual = Self::default();
+        let scale = (self.fov_y / 2.0).tan();
+        let (fov_y, pitch, yaw) =
+            if self.is_plan() { (usual.fov_y, usual.pitch, self.yaw) } else { (PLAN_FOV, FRAC_PI_2, FRAC_PI_2) };
+        let distance = self.distance * scale / (fov_y / 2.0).tan();
+        Self { target: self.target.with_z(0.0), yaw, pitch, distance, fov_y }.clamped()
+    }
+
+    /// The range of the distance to the target, in metres: the height of the ground in the picture decides.
+    fn distances(&self) -> (f32, f32) {
+        let scale = (Self::default().fov_y / 2.0).tan() / (self.fov_y / 2.0).tan();
+        if self.is_plan() { (DISTANCES.0 * scale, DISTANCES.1 * scale) } else { DISTANCES }
+    }
+
     /// Returns a camera from the position of its eye and its view direction.
     pub fn from_eye(eye: Vec3, yaw: f32, pitch: f32) -> Self {
         let camera = Self { yaw, pitch, ..Self::default() };
@@ -117,32 +109,50 @@ impl Camera {
     /// Moves the camera, without a turn, so that it shows all of a rectangle of the ground.
     #[must_use]
     pub fn fitted(self, bounds: Bounds, aspect: f32) -> Self {
+        self.fitted_within(bounds, Window::whole(aspect))
+    }
+
+    /// Moves the camera, without a turn, so that it shows all of a rectangle of the ground in a part of the picture.
+    #[must_use]
+    pub fn fitted_within(self, bounds: Bounds, window: Window) -> Self {
+        let aspect = window.aspect;
+        let is_whole = window == Window::whole(aspect);
+        // How far the middle of the part is from that of the picture.
+        let aside = ((window.low + window.high) / 2.0 - 0.5) * Vec2::new(aspect, 1.0);
         let size = (bounds.high - bounds.low).max(Vec2::splat(1.0));
         let corners = [Vec2::ZERO, Vec2::X, Vec2::Y, Vec2::ONE].map(|corner| bounds.low + corner * size);
         let mut camera = Self { target: bounds.centre().extend(0.0), ..self };
         // In perspective, the rectangle's centre is not in the middle of its projection, so the target is found iteratively.
-        for _ in 0..4 {
-            camera = camera.at_least_distance(&corners, aspect);
+        for _ in 0..if is_whole { 4 } else { 8 } {
+            camera = camera.at_least_distance(&corners, window);
             let projected = Bounds::from_points(
                 corners.iter().filter_map(|corner| camera.project(corner.extend(0.0), Vec2::new(aspect, 1.0))),
             );
-            let middle = projected.and_then(|bounds| camera.unproject(bounds.centre(), Vec2::new(aspect, 1.0)));
+            let middle = projected.and_then(|bounds| camera.unproject(bounds.centre() - aside, Vec2::new(aspect, 1.0)));
             camera.target = middle.unwrap_or(camera.target.truncate()).extend(0.0);
         }
-        camera.at_least_distance(&corners, aspect).clamped()
+        if is_whole { camera.at_least_distance(&corners, window).clamped() } else { camera.clamped() }
     }
 
-    /// Sets the least distance at which all of the points are in the picture.
-    fn at_least_distance(mut self, points: &[Vec2], aspect: f32) -> Self {
-        let room = 1.0 - MARGIN;
+    /// Sets the least distance at which all of the points are in the picture, or are no farther apart than a part of it is
+    /// wide and high.
+    fn at_least_distance(mut self, points: &[Vec2], window: Window) -> Self {
+        let room = (window.high - window.low) * (1.0 - MARGIN);
+        let is_whole = window == Window::whole(window.aspect);
         let fits = |camera: &Self| {
-            let clip = camera.clip_from_world(aspect);
-            points.iter().all(|point| {
+            let clip = camera.clip_from_world(window.aspect);
+            let at = |point: &Vec2| {
                 let at = clip * point.extend(0.0).extend(1.0);
-                at.w > 0.0 && at.x.abs() < at.w * room && at.y.abs() < at.w * room
-            })
+                (at.w > 0.0).then(|| at.truncate().truncate() / at.w)
+            };
+            let Some(all) = points.iter().map(at).collect::<Option<Vec<_>>>() else { return false };
+            let extent = Bounds::from_points(all.iter().copied()).map_or(Vec2::ZERO, |all| all.high - all.low);
+            match is_whole {
+                true => all.iter().all(|at| at.abs().cmplt(room).all()),
+                false => extent.cmplt(room * 2.0).all(),
+            }
         };
-        let (mut near, mut far) = DISTANCES;
+        let (mut near, mut far) = self.distances();
         for _ in 0..40 {
             self.distance = (near * far).sqrt();
             if fits(&self) { far = self.distance } else { near = self.distance }
@@ -155,7 +165,11 @@ impl Camera {
     pub fn clamped(mut self) -> Self {
         self.yaw = PI - (PI - self.yaw).rem_euclid(2.0 * PI);
         self.pitch = self.pitch.clamp(PITCHES.0, PITCHES.1);
-        self.distance = self.distance.clamp(DISTANCES.0, DISTANCES.1);
+        let (near, far) = self.distances();
+        self.distance = self.distance.clamp(near, far);
+        if self.is_plan() {
+            self.pitch = FRAC_PI_2;
+        }
         let lowest_sine = (LOWEST_EYE - self.target.z) / self.distance;
         if lowest_sine >= 1.0 {
             self.target.z = LOWEST_EYE - self.distance * self.pitch.sin();
@@ -248,70 +262,4 @@ impl Camera {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    const SIZE: Vec2 = Vec2::new(800.0, 600.0);
-
-    fn close(a: Vec2, b: Vec2) -> bool {
-        (a - b).length() < 0.01
-    }
-
-    #[test]
-    fn the_top_view_has_north_up_and_east_right() {
-        let bounds = Bounds { low: Vec2::new(-5.0, -5.0), high: Vec2::new(15.0, 5.0) };
-        let camera = Camera::top(bounds, 4.0 / 3.0);
-        let middle = camera.project(Vec3::new(5.0, 0.0, 0.0), SIZE).unwrap();
-        assert!(close(middle, SIZE / 2.0), "{middle}");
-        let north = camera.project(Vec3::new(5.0, 3.0, 0.0), SIZE).unwrap();
-        let east = camera.project(Vec3::new(8.0, 0.0, 0.0), SIZE).unwrap();
-        assert!(north.y < middle.y && (north.x - middle.x).abs() < 0.01, "{north}");
-        assert!(east.x > middle.x && (east.y - middle.y).abs() < 0.01, "{east}");
-    }
-
-    #[test]
-    fn a_fitted_rectangle_is_in_the_picture() {
-        for (low, high) in [((-300.0, 20.0), (700.0, 90.0)), ((0.0, 0.0), (0.0, 0.0)), ((7000.0, 0.0), (7001.0, 900.0))]
-        {
-            let bounds = Bounds { low: low.into(), high: high.into() };
-            for camera in [Camera::top(bounds, 4.0 / 3.0), Camera::fit(bounds, 4.0 / 3.0)] {
-                for corner in [bounds.low, bounds.high] {
-                    let at = camera.project(corner.extend(0.0), SIZE).unwrap();
-                    assert!(at.cmpge(Vec2::ZERO).all() && at.cmple(SIZE).all(), "{camera:?}: {corner} at {at}");
-                }
-            }
-        }
-    }
-
-    #[test]
-    fn unproject_inverts_project() {
-        let camera =
-            Camera { yaw: 1.0, pitch: 0.5, distance: 40.0, target: Vec3::new(100.0, -30.0, 0.0), ..Camera::default() };
-        for ground in [Vec2::new(100.0, -30.0), Vec2::new(90.0, -20.0), Vec2::new(110.0, -5.0)] {
-            let pixel = camera.project(ground.extend(0.0), SIZE).unwrap();
-            let back = camera.unproject(pixel, SIZE).unwrap();
-            assert!(close(back, ground), "{ground} at {pixel} is {back}");
-        }
-        assert_eq!(camera.unproject(Vec2::ZERO, SIZE).map(|_| ()), Some(()));
-        assert_eq!(Camera { pitch: 0.0, ..camera }.unproject(Vec2::ZERO, SIZE), None, "above the horizon");
-    }
-
-    #[test]
-    fn the_eye_stays_above_the_ground() {
-        for target in [-500.0, 0.0, 3.0] {
-            for pitch in [-3.0, -0.5, 0.0, 1.0, 9.0] {
-                let camera = Camera { pitch, target: Vec3::new(0.0, 0.0, target), ..Camera::default() }.clamped();
-                assert!(camera.eye().z >= LOWEST_EYE - 1e-3, "{camera:?}: {}", camera.eye().z);
-            }
-        }
-        assert!((Camera { yaw: 7.0, ..Camera::default() }.clamped().yaw - (7.0 - 2.0 * PI)).abs() < 1e-5);
-    }
-
-    #[test]
-    fn a_camera_from_an_eye_keeps_its_position() {
-        for pitch in [-0.3, 0.0, 0.3, FRAC_PI_2] {
-            let camera = Camera::from_eye(Vec3::new(3.0, 4.0, 5.0), 0.7, pitch);
-            assert!(camera.eye().distance(Vec3::new(3.0, 4.0, 5.0)) < 1e-3, "{}", camera.eye());
-        }
-    }
-}
+mod tests;

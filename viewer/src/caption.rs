@@ -2,15 +2,16 @@
 
 use egui::{Context, FullOutput, RawInput, Rect, pos2, vec2};
 use glam::{UVec2, Vec2};
+use regatta_plugin::Frame;
 use wgpu::{CommandEncoder, TextureView};
 
 use crate::camera::Camera;
 use crate::gpu::device::Gpu;
 use crate::gpu::painter::{Drawing, Painter};
 use crate::interface::banner::Banner;
-use crate::interface::labels::Labels;
+use crate::interface::labels::{LabelView, Labels};
 use crate::interface::symbols::Symbols;
-use crate::interface::{overlay, style};
+use crate::interface::{overlay, plan, robot_spots, style};
 use crate::palette::Legend;
 use crate::picture::OVERLAY_FORMAT;
 use crate::plans::PlanFacts;
@@ -38,6 +39,12 @@ pub struct Annotations<'a> {
     pub legend: Option<&'a Legend>,
     /// What is known of plans.
     pub plans: PlanFacts,
+    /// The fleet, the time and the number of robots, a line each; shown with the legend.
+    pub title: Vec<String>,
+    /// The robots that are near enough for ids; empty if no ids are shown.
+    pub frame: Option<Frame<'a>>,
+    /// The radius of the largest robot type, in metres.
+    pub robot_radius: f32,
     /// Robots whose ids are shown, with their positions in metres.
     pub robots: Vec<(u32, Vec2)>,
     /// What the picture says of itself.
@@ -84,18 +91,29 @@ impl Caption {
     }
 
     fn lay_out(&self, size: UVec2, scale: f32, annotations: &Annotations<'_>) -> FullOutput {
-        let Annotations { camera, scene, legend, plans, robots, banner } = annotations;
+        let Annotations { camera, scene, legend, plans, title, frame, robot_radius, robots, banner } = annotations;
         let picture = Rect::from_min_size(pos2(0.0, 0.0), vec2(size.x as f32, size.y as f32) / scale);
         let mut input = RawInput { screen_rect: Some(picture), ..RawInput::default() };
         input.viewports.entry(egui::ViewportId::ROOT).or_default().native_pixels_per_point = Some(scale);
         self.context.run_ui(input, |ui| {
-            if scene.layers.ids {
-                self.labels.draw(ui.ctx(), picture, camera, scene.offset, scene.theme);
+            let (layers, theme, size) = (scene.layers, scene.theme, Vec2::new(picture.width(), picture.height()));
+            let near = frame.filter(|_| layers.ids || layers.robot_ids);
+            let spots = near.map(|frame| robot_spots::find(&frame, camera, scene.offset, size, *robot_radius));
+            let spots = spots.unwrap_or_default();
+            if layers.ids {
+                let view = LabelView { picture, camera, offset: scene.offset, theme, robots: &spots };
+                self.labels.draw(ui.ctx(), picture, &view);
             }
-            Labels::draw_robots(ui.ctx(), picture, camera, scene.theme, robots.iter().copied());
-            banner.show(ui.ctx(), picture, camera, scene.theme);
+            if layers.robot_ids {
+                robot_spots::draw(ui.ctx(), picture, picture, theme, &spots);
+            }
+            Labels::draw_robots(ui.ctx(), picture, picture, camera, theme, robots.iter().copied());
+            banner.show(ui.ctx(), picture, camera, theme);
             if let Some(legend) = legend {
-                overlay::legend(ui.ctx(), picture, scene.theme, legend, &Symbols::new(scene.layers, *plans));
+                if camera.is_plan() {
+                    plan::draw(ui.ctx(), picture, picture, camera, theme);
+                }
+                overlay::legend(ui.ctx(), picture, theme, legend, &Symbols::new(layers, *plans), Some(title));
             }
         })
     }

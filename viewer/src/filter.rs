@@ -2,7 +2,7 @@
 //! thread than the one that draws.
 
 use regatta_plugin::World;
-use regatta_plugin::frame::{Frame, NO_EDGE, RobotState};
+use regatta_plugin::frame::{Frame, RobotState};
 
 use crate::tasks::TaskBook;
 
@@ -17,6 +17,8 @@ pub struct Filter {
     pub task: TaskFilter,
     /// The zone of the edge that the robot is on.
     pub zone: Option<String>,
+    /// The level of the edge that the robot is on.
+    pub level: Option<String>,
 }
 
 /// A condition on a robot's task.
@@ -53,8 +55,14 @@ impl Filter {
     pub fn matches(&self, frame: &Frame<'_>, world: &World<'_>, types: Option<&[f32]>, tasks: &TaskBook) -> Matches {
         let in_zone: Option<Vec<bool>> =
             self.zone.as_ref().map(|zone| world.edges().iter().map(|edge| world.text(edge.zone) == zone).collect());
-        let is_in_zone = |edge: u32| {
-            in_zone.as_ref().is_none_or(|edges| edge != NO_EDGE && edges.get(edge as usize).is_some_and(|is_in| *is_in))
+        let on_level: Option<Vec<bool>> =
+            self.level.as_ref().map(|level| world.edges().iter().map(|edge| world.text(edge.level) == level).collect());
+        // A robot on no edge is in no zone and on no level: no edge has its number.
+        let is_in_place = |edge: u32| {
+            let holds = |edges: &Option<Vec<bool>>| {
+                edges.as_ref().is_none_or(|edges| edges.get(edge as usize).is_some_and(|holds| *holds))
+            };
+            holds(&in_zone) && holds(&on_level)
         };
         let type_of = |row: usize| types.and_then(|types| types.get(row)).map_or(0, |index| *index as u32);
         let mut found = Matches { bits: vec![0; frame.len().div_ceil(32)], counts: [0; 2] };
@@ -65,7 +73,7 @@ impl Filter {
             }
             let matches = self.state.is_none_or(|wanted| wanted == state)
                 && self.robot_type.is_none_or(|wanted| wanted == type_of(row))
-                && is_in_zone(frame.edge()[row])
+                && is_in_place(frame.edge()[row])
                 && self.task.holds(row as u32, tasks);
             found.bits[row / 32] |= u32::from(matches) << (row % 32);
             found.counts[0] += u32::from(matches);
@@ -89,7 +97,7 @@ impl TaskFilter {
 
 #[cfg(test)]
 mod tests {
-    use regatta_plugin::frame::{ColumnsMut, FrameHeader, Line, frame_lines, stride_lines};
+    use regatta_plugin::frame::{ColumnsMut, FrameHeader, Line, NO_EDGE, frame_lines, stride_lines};
     use regatta_plugin::task::{TaskKind, TaskRecord};
     use regatta_plugin::world::{CurveRecord, EdgeRecord, WorldData};
 
@@ -99,9 +107,10 @@ mod tests {
     fn all_conditions_must_hold() {
         let mut world = WorldData::default();
         let zone = world.texts.add("north");
-        for zone in [zone, 0] {
+        let upstairs = world.texts.add("upstairs");
+        for (zone, level) in [(zone, 0), (0, upstairs)] {
             let line = CurveRecord::straight([0.0, 0.0], [1.0, 0.0]);
-            world.add_edge(EdgeRecord { length: 1.0, zone, ..EdgeRecord::default() }, [line]);
+            world.add_edge(EdgeRecord { length: 1.0, zone, level, ..EdgeRecord::default() }, [line]);
         }
         let header =
             FrameHeader { run_id: 1, robots: 40, stride_lines: stride_lines(40) as u32, ..FrameHeader::default() };
@@ -130,6 +139,8 @@ mod tests {
         assert_eq!(ids(Filter { task: TaskFilter::Some, ..all.clone() }), [36]);
         assert!(ids(Filter { task: TaskFilter::Number(8), ..all.clone() }).is_empty());
         assert_eq!(ids(Filter { task: TaskFilter::None, ..all.clone() }).len(), 38);
+        let on_edge_1: Vec<usize> = (1..40).filter(|row| row % 3 == 1).collect();
+        assert_eq!(ids(Filter { level: Some("upstairs".into()), ..all.clone() }), on_edge_1);
         let north = Filter { zone: Some("north".into()), robot_type: Some(1), ..all };
         assert_eq!(ids(north), [3, 9, 15, 21, 27, 33, 39]);
     }

@@ -41,11 +41,12 @@ pub struct FloorPicture {
 
 impl FloorPicture {
     /// Reads a ROS map if the name ends in `.yaml` or `.yml`, else an image that is stretched over `bounds`. A picture with
-    /// more than `limit` pixels in either direction is scaled down.
+    /// more than `limit` pixels in either direction is scaled down. `placed` overrides the placement: x and y of the lower left
+    /// corner in metres, metres per pixel, and the yaw in degrees.
     ///
     /// # Errors
     /// [`FloorPictureError`] if a file can't be read or is malformed.
-    pub fn load(path: &Path, bounds: Bounds, limit: u32) -> Result<Self, FloorPictureError> {
+    pub fn load(path: &Path, bounds: Bounds, limit: u32, placed: Option<[f32; 4]>) -> Result<Self, FloorPictureError> {
         let failed = |reason: String| FloorPictureError { path: path.to_owned(), reason };
         let is_map = path.extension().is_some_and(|extension| extension == "yaml" || extension == "yml");
         let picture = if is_map {
@@ -53,6 +54,15 @@ impl FloorPicture {
         } else {
             let pixels = read(path).map_err(failed)?;
             Self { pixels, corner: bounds.low, turn: 0.0, size: bounds.high - bounds.low }
+        };
+        let picture = match placed {
+            None => picture,
+            Some([x, y, resolution, yaw]) => Self {
+                corner: Vec2::new(x, y),
+                turn: yaw.to_radians(),
+                size: Vec2::new(picture.pixels.width() as f32, picture.pixels.height() as f32) * resolution,
+                ..picture
+            },
         };
         Ok(picture.limited(limit))
     }
@@ -180,7 +190,11 @@ mod tests {
         std::fs::create_dir_all(&folder).expect("made");
         std::fs::write(folder.join("m.pgm"), b"P5\n3 2\n255\n\x00\xff\xcd\xff\xff\xff").expect("written");
         std::fs::write(folder.join("m.yaml"), "image: m.pgm\nresolution: 0.5\norigin: [-1, 2, 0]\n").expect("written");
-        let picture = FloorPicture::load(&folder.join("m.yaml"), Bounds::default(), 4096);
+        let picture = FloorPicture::load(&folder.join("m.yaml"), Bounds::default(), 4096, None);
+        let placed = Some([7.0, -8.0, 0.1, 90.0]);
+        let moved = FloorPicture::load(&folder.join("m.yaml"), Bounds::default(), 4096, placed).unwrap();
+        assert_eq!((moved.corner, moved.size), (Vec2::new(7.0, -8.0), Vec2::new(0.3, 0.2)));
+        assert!((moved.turn - core::f32::consts::FRAC_PI_2).abs() < 1e-6);
         std::fs::remove_dir_all(&folder).expect("removed");
         let picture = picture.unwrap();
         assert_eq!((picture.corner, picture.size), (Vec2::new(-1.0, 2.0), Vec2::new(1.5, 1.0)));

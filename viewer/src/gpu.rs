@@ -8,6 +8,7 @@ mod floor;
 mod graph;
 mod highlights;
 mod instances;
+mod marked;
 pub mod painter;
 pub mod pick;
 mod pipeline;

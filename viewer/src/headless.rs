@@ -3,12 +3,14 @@
 mod film;
 mod scrub;
 
+mod output;
+
 use std::path::Path;
 use std::time::{Duration, Instant};
 
 use glam::{UVec2, Vec2};
 use image::RgbaImage;
-use regatta_plugin::frame::ClockState;
+use regatta_plugin::frame::{ClockState, RobotState};
 use regatta_plugin::{Error, Participant, Result, Termination};
 
 use crate::camera::Camera;
@@ -18,9 +20,12 @@ use crate::gpu::TargetConfig;
 use crate::gpu::device::Gpu;
 use crate::gpu::renderer::Renderer;
 use crate::interface::banner::Banner;
-use crate::interface::labels::Labels;
-use crate::options::Options;
-use crate::palette::Colouring;
+use crate::interface::labels::{Labels, levels};
+use crate::interface::robot_spots;
+use crate::interface::style::thousands;
+use crate::interface::transport::clock_text;
+use crate::options::{CameraOption, Options};
+use crate::palette::{Colouring, Theme};
 use crate::picture::{FORMAT, Offscreen, write_png};
 use crate::plans::inbox::PlanInbox;
 use crate::plans::{PlanFacts, Watch};
@@ -36,6 +41,8 @@ const NOTICE_AFTER: Duration = Duration::from_secs(1);
 const REPLAY_START: Duration = Duration::from_secs(30);
 /// The longest wait for columns, which may arrive some moments after their frame.
 const COLUMNS_WAIT: Duration = Duration::from_millis(300);
+/// The longest wait for a column that the command line names, whose plugin may just be starting.
+const REQUESTED_COLUMN_WAIT: Duration = Duration::from_secs(3);
 /// The timeout of a request for routes, for a screenshot and for a picture of a recording.
 const ROUTE_TIMEOUTS: [Duration; 2] = [Duration::from_secs(2), Duration::from_millis(100)];
 
@@ -45,6 +52,8 @@ const PLANS_WAIT: Duration = Duration::from_secs(10);
 /// A stage with the texture that it is drawn into.
 struct HeadlessViewer<'a> {
     options: &'a Options,
+    /// The camera, unless a robot is followed.
+    view: CameraOption,
     gpu: Gpu,
     participant: Participant,
     stage: Stage,
@@ -62,7 +71,8 @@ struct HeadlessViewer<'a> {
 /// # Errors
 /// If there is no graphics adapter, the fleet can't be read, or a picture can't be written.
 pub fn run(options: &Options) -> Result {
-    check_output(options)?;
+    output::check(options)?;
+    let view = options.requested_camera()?;
     let termination = Termination::watch()?;
     let gpu = Gpu::offscreen()?;
     let target = TargetConfig::new(&gpu, FORMAT, options.look.samples.unwrap_or(4));
@@ -79,6 +89,7 @@ pub fn run(options: &Options) -> Result {
     let plans = if options.film.is_some() { None } else { PlanInbox::open(&options.fleet, watch)? };
     let caption = Caption::new(&gpu);
     let mut viewer = HeadlessViewer {
+        view,
         caption,
         clock: None,
         options,
@@ -94,37 +105,10 @@ pub fn run(options: &Options) -> Result {
         (Some(path), ..) => viewer.film(path),
         (None, Some(path), _) => viewer.screenshot(path),
         (None, None, Some(path)) => viewer.record(path),
+        (None, None, None) if options.svg.is_some() => viewer.svg(options.svg.as_deref().unwrap_or(Path::new(""))),
         (None, None, None) if !options.bench.is_empty() => viewer.scrub(),
         (None, None, None) => Err(Error::new("--headless needs --screenshot FILE, --record FOLDER or --bench N")),
     }
-}
-
-/// Returns an error if pictures would replace others without `--force`.
-fn check_output(options: &Options) -> Result {
-    if let Some(film) = &options.film {
-        check_film(film)?;
-    }
-    let output = options.screenshot.as_deref().or(options.record.as_deref()).or(options.film.as_deref());
-    match output.filter(|path| !options.force && is_taken(path)) {
-        Some(path) => Err(Error::new(format!("{}: this exists; --force replaces it", path.display()))),
-        None => Ok(()),
-    }
-}
-
-/// Returns an error unless a film is an MP4 file or a folder.
-fn check_film(path: &Path) -> Result {
-    match path.extension() {
-        Some(suffix) if !suffix.eq_ignore_ascii_case("mp4") && !path.is_dir() => Err(Error::new(format!(
-            "{}: a film is an MP4 file (.mp4), or a folder without a suffix for PNG files",
-            path.display()
-        ))),
-        _ => Ok(()),
-    }
-}
-
-/// Whether there is a file, or a folder with something in it.
-fn is_taken(path: &Path) -> bool {
-    path.read_dir().map_or_else(|_| path.is_file(), |mut entries| entries.next().is_some())
 }
 
 impl HeadlessViewer<'_> {
@@ -133,11 +117,23 @@ impl HeadlessViewer<'_> {
             return Ok(());
         }
         self.wait_for_columns()?;
+        self.check_options()?;
         self.wait_for_plans()?;
-        self.warn_about_options();
         let picture = self.render(1.0)?;
         write_png(&picture, path)?;
         Ok(())
+    }
+
+    /// Writes a plan.
+    fn svg(&mut self, path: &Path) -> Result {
+        if !self.wait_for_fleet()? {
+            return Ok(());
+        }
+        self.wait_for_columns()?;
+        self.check_options()?;
+        let theme = self.options.look.theme.unwrap_or(Theme::Light);
+        let text = self.stage.svg(&self.options.fleet.to_string(), theme, self.options.svg_scale)?;
+        std::fs::write(path, text).map_err(|error| Error::new(format!("{}: {error}", path.display())))
     }
 
     /// Records pictures at regular steps of wall time.
@@ -146,7 +142,8 @@ impl HeadlessViewer<'_> {
         if !self.wait_for_fleet()? {
             return Ok(());
         }
-        self.warn_about_options();
+        self.wait_for_columns()?;
+        self.check_options()?;
         let started = Instant::now();
         let step = Duration::from_secs(1) / self.options.fps;
         let total = (self.options.record_for().as_secs_f64() * f64::from(self.options.fps)).ceil() as u32;
@@ -190,7 +187,7 @@ impl HeadlessViewer<'_> {
     /// Updates the ids of nodes and edges after a new world.
     fn update_labels(&mut self, news: News) {
         if let Some(world) = self.stage.feed.world().filter(|_| news.world) {
-            self.caption.labels = Labels::new(&world);
+            self.caption.labels = Labels::new(&world, self.options.look.level.as_deref());
         }
     }
 
@@ -207,10 +204,10 @@ impl HeadlessViewer<'_> {
             let time = self.stage.feed.frame().map(|frame| frame.sim_time());
             polls += u32::from(time.is_some());
             if let Some(time) = time.filter(|time| polls == 1 && self.options.at.is_some() && *time > from) {
-                let seconds = time.as_secs_f64();
-                tracing::warn!(
-                    "the fleet is already at {seconds:.2} s, which is after --at; the picture shows that time"
-                );
+                let (time, fleet) = (time.as_secs_f64(), &self.options.fleet);
+                return Err(Error::new(format!(
+                    "fleet '{fleet}' is already at {time:.2} s, after --at: give a later time, or replay a recording"
+                )));
             }
             if time.is_some_and(|time| time >= from) && self.stage.feed.world().is_some() {
                 let bounds = self.stage.bounds();
@@ -224,6 +221,12 @@ impl HeadlessViewer<'_> {
                 let what = if time.is_some() { "the time --at of " } else { "" };
                 eprintln!("waiting for {what}fleet '{}'", self.options.fleet);
                 is_notified = true;
+            }
+            if time.is_none() && started.elapsed() > self.options.timeout.into() {
+                let (fleet, timeout) = (&self.options.fleet, self.options.timeout);
+                return Err(Error::new(format!(
+                    "no frame of fleet '{fleet}' within {timeout}: start it with `regatta run`, or give a longer --timeout"
+                )));
             }
             if let Some(time) = time.filter(|_| self.has_ended()) {
                 let (time, fleet) = (time.as_secs_f64(), &self.options.fleet);
@@ -245,7 +248,8 @@ impl HeadlessViewer<'_> {
         let started = Instant::now();
         let has_column = matches!(self.stage.scene.colouring, Colouring::Column(_));
         let lacks = |stage: &Stage| stage.feed.robot_type().is_none() || has_column && stage.feed.value().is_none();
-        while lacks(&self.stage) && started.elapsed() < COLUMNS_WAIT {
+        let wait = if self.options.look.colour.is_some() { REQUESTED_COLUMN_WAIT } else { COLUMNS_WAIT };
+        while lacks(&self.stage) && started.elapsed() < wait && !self.termination.requested() {
             std::thread::sleep(POLL);
             self.stage.update(Instant::now())?;
         }
@@ -278,6 +282,16 @@ impl HeadlessViewer<'_> {
         Ok(Some(found.facts))
     }
 
+    /// The lines that say what a picture shows: the fleet, the simulated time and the number of robots.
+    fn title(&self) -> Vec<String> {
+        let frame = self.stage.feed.frame();
+        let robots = frame.map_or(0, |frame| {
+            frame.columns().state.iter().filter(|state| **state != RobotState::Absent as u8).count()
+        });
+        let time = frame.map_or(0.0, |frame| frame.sim_time().as_secs_f64());
+        vec![self.options.fleet.to_string(), format!("{}, {} robots", clock_text(time), thousands(robots as u64))]
+    }
+
     /// The robots of --follow and --select.
     fn selected(&self) -> impl Iterator<Item = u32> {
         self.options.follow.iter().chain(&self.options.look.select).copied()
@@ -290,18 +304,30 @@ impl HeadlessViewer<'_> {
         Some((position + self.stage.scene.offset, *frame.theta().get(row)?))
     }
 
-    /// Warns about options that have no effect on this fleet.
-    fn warn_about_options(&self) {
+    /// Refuses options that this fleet can't fulfil, and warns about those that have no effect.
+    fn check_options(&self) -> Result {
         let robots = self.stage.feed.frame().map_or(0, |frame| frame.len());
         if let Some(robot) = self.selected().find(|robot| *robot as usize >= robots) {
-            tracing::warn!("there is no robot {robot}: the fleet has {robots} robots, numbered from 0");
+            return Err(Error::new(format!(
+                "there is no robot {robot}: fleet '{}' has {robots} robots, numbered from 0",
+                self.options.fleet
+            )));
+        }
+        let levels = self.stage.feed.world().map(|world| levels(&world)).unwrap_or_default();
+        if let Some(level) = self.options.look.level.as_ref().filter(|level| !levels.contains(*level)) {
+            let known = if levels.is_empty() { "none".to_owned() } else { levels.join(", ") };
+            return Err(Error::new(format!("there is no level '{level}'; the levels of this world: {known}")));
         }
         if let (Some(Colouring::Column(name)), None) = (&self.options.look.colour, self.stage.feed.value()) {
-            tracing::warn!("the column '{name}' is not published, so all robots have the same colour");
+            return Err(Error::new(format!(
+                "nobody publishes the column '{name}' of fleet '{}': start its plugin, or give another --colour",
+                self.options.fleet
+            )));
         }
         if self.stage.scene.trails.points > 0 && self.options.screenshot.is_some() && self.options.at.is_none() {
             tracing::warn!("trails start with this program; use --at with a later time to let them grow");
         }
+        Ok(())
     }
 
     fn camera(&self) -> Camera {
@@ -309,7 +335,7 @@ impl HeadlessViewer<'_> {
             Some((position, theta)) => {
                 Camera { target: position.extend(0.2), yaw: theta, pitch: 0.42, distance: 6.0, ..Camera::default() }
             }
-            None => self.options.camera.camera(self.stage.bounds(), self.size()),
+            None => self.view.camera(self.stage.bounds(), self.size()),
         }
     }
 
@@ -326,6 +352,7 @@ impl HeadlessViewer<'_> {
             }
             self.update_plans()?;
         }
+        self.stage.hide_other_levels();
         let camera = self.camera();
         let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let size = self.size();
@@ -337,9 +364,12 @@ impl HeadlessViewer<'_> {
         let plans = self.stage.plan_facts();
         let time = self.clock.or_else(|| Some(self.stage.feed.frame()?.sim_time().as_secs_f64()));
         let look = &self.options.look;
-        let clock = time.filter(|_| look.clock);
-        let banner = Banner { title: look.title.clone(), clock, scale: look.scale };
-        let annotations = Annotations { camera: &camera, scene: &self.stage.scene, legend, plans, robots, banner };
+        let banner = Banner { title: look.title.clone(), clock: time.filter(|_| look.clock), scale: look.scale };
+        let frame = self.stage.feed.frame();
+        let robot_radius = self.stage.feed.world().map_or(0.5, |world| robot_spots::radius(&world));
+        let (title, scene) = (self.title(), &self.stage.scene);
+        let annotations =
+            Annotations { camera: &camera, scene, legend, plans, title, frame, robot_radius, robots, banner };
         self.caption.draw(&self.gpu, &mut encoder, target, &annotations);
         Ok(self.offscreen.read(encoder)?)
     }

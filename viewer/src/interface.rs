@@ -6,6 +6,7 @@
 
 pub mod banner;
 pub mod camera_controller;
+mod cameras;
 mod collisions;
 mod connection;
 mod filter;
@@ -15,10 +16,15 @@ mod history;
 mod icons;
 mod keys;
 pub mod labels;
+pub mod measure;
+mod minimap;
 pub mod overlay;
 mod performance;
+mod places;
+pub mod plan;
 mod pointer_input;
 pub mod pose;
+pub mod robot_spots;
 pub mod rows;
 mod selection;
 pub mod settings;
@@ -29,17 +35,25 @@ pub mod symbols;
 mod timeline;
 pub mod timing;
 mod top_bar;
-mod transport;
+pub mod transport;
 mod view;
+mod view_cube;
 pub mod view_model;
 mod virtual_list;
 mod work;
 
 use egui::{CentralPanel, Panel, Rect, ScrollArea, Ui};
 
+use crate::camera::Window;
 use settings::{LeftPanel, RightPanel};
 pub use state::Interface;
-use view_model::{Action, Item, ViewModel};
+use view_model::{Action, EngineState, Item, ViewModel};
+
+/// The least width of a window with a panel on either side, in points.
+const TWO_PANELS: f32 = 620.0;
+
+/// The least width of a window in which the panel on the left opens wide, in points.
+const ALL_COLUMNS: f32 = 1200.0;
 
 impl Interface {
     /// Shows everything and handles keyboard and mouse. Returns where the picture of the fleet is, in points, and the
@@ -50,6 +64,9 @@ impl Interface {
         self.shortcuts(ui.ctx(), model, &mut actions);
         self.typing = ui.ctx().egui_wants_keyboard_input();
         self.record_history(model);
+        if std::mem::take(&mut self.is_refiltered) {
+            actions.push(Action::Filter(self.filter.clone()));
+        }
         let frame = style::panel(self.settings.theme());
         Panel::top("top").exact_size(42.0).resizable(false).frame(frame).show(ui, |ui| self.top_bar(ui, model));
         Panel::bottom("bottom")
@@ -64,19 +81,32 @@ impl Interface {
                 .frame(frame)
                 .show(ui, |ui| self.timeline(ui, model, &mut actions));
         }
-        self.left_panel(ui, model, &mut actions);
-        self.right_panel(ui, model, &mut actions);
-        let picture = CentralPanel::no_frame()
+        // The picture goes on under the panels, so that it doesn't move when one is opened.
+        let picture = ui.available_rect_before_wrap();
+        self.panels(ui, model, &mut actions);
+        let visible = CentralPanel::no_frame()
             .show(ui, |ui| {
-                let picture = ui.max_rect();
                 self.pointer_input(ui, picture, &mut actions);
-                picture
+                ui.max_rect()
             })
             .inner;
-        self.overlay(ui.ctx(), picture, model);
+        self.overlay(ui.ctx(), picture, visible, model);
+        if model.engine != EngineState::Awaited {
+            self.minimap(ui.ctx(), picture, visible, model);
+            self.view_cube(ui.ctx(), visible);
+        }
         self.help(ui.ctx());
-        self.move_camera(ui, picture, model);
+        self.move_camera(ui, picture, visible, model);
         (picture, actions)
+    }
+
+    /// Shows the open panels: one only in a narrow window.
+    fn panels(&mut self, ui: &mut Ui, model: &ViewModel<'_>, actions: &mut Vec<Action>) {
+        let room = ui.available_width();
+        if room >= TWO_PANELS || self.settings.right.is_none() {
+            self.left_panel(ui, room, model, actions);
+        }
+        self.right_panel(ui, room, model, actions);
     }
 
     fn apply_style(&mut self, ui: &Ui) {
@@ -89,12 +119,19 @@ impl Interface {
     }
 
     /// Advances flights and following, and fits everything into the picture until the user moves the camera.
-    fn move_camera(&mut self, ui: &Ui, picture: Rect, model: &ViewModel<'_>) {
+    fn move_camera(&mut self, ui: &Ui, picture: Rect, visible: Rect, model: &ViewModel<'_>) {
         let seconds = ui.input(|input| input.stable_dt).min(0.1);
+        let robot = self.camera_controller.flies_to();
+        if let Some(pose) = robot.and_then(|robot| model.pose(robot, self.settings.offset.into())) {
+            self.camera_controller.retarget(pose.place);
+        }
         self.camera_controller.advance(seconds.into(), model.followed);
-        if picture.is_positive() {
-            self.camera_controller.keep_fitted(model.bounds, picture.aspect_ratio());
-            self.aspect = picture.aspect_ratio();
+        if picture.is_positive() && visible.is_positive() {
+            let part = |at: egui::Pos2| glam::Vec2::new(at.x - picture.left(), at.y - picture.top());
+            let size = glam::Vec2::new(picture.width(), picture.height());
+            let (low, high) = (part(visible.min) / size, part(visible.max) / size);
+            self.window = Window { aspect: picture.aspect_ratio(), low, high };
+            self.camera_controller.keep_fitted(model.bounds, self.window);
         }
         if self.camera_controller.is_flying() {
             ui.ctx().request_repaint();
@@ -102,27 +139,31 @@ impl Interface {
     }
 
     fn record_history(&mut self, model: &ViewModel<'_>) {
-        if let (Some(Item::Robot(id)), Some(frame)) = (self.selected, model.frame) {
-            self.history.push(&frame, id);
+        let Some(frame) = model.frame else { return };
+        self.recorder.push(&frame);
+        if let Some(Item::Robot(id)) = self.selected {
+            self.history.push(&frame, id, &self.recorder);
         }
     }
 
-    fn left_panel(&mut self, ui: &mut Ui, model: &ViewModel<'_>, actions: &mut Vec<Action>) {
+    fn left_panel(&mut self, ui: &mut Ui, room: f32, model: &ViewModel<'_>, actions: &mut Vec<Action>) {
         let Some(open) = self.settings.left else { return };
-        let panel = Panel::left("left").default_size(290.0).size_range(270.0..=460.0);
+        // The list of robots has all its columns where there is room.
+        let size = if room >= ALL_COLUMNS { 470.0 } else { 290.0 };
+        let panel = Panel::left("left").default_size(size).size_range(270.0..=640.0_f32.min(room - 40.0).max(270.0));
         panel.frame(style::panel(self.settings.theme())).show(ui, |ui| match open {
             LeftPanel::Fleet => self.fleet_list(ui, model, actions),
             LeftPanel::Collisions => self.collisions(ui, model),
         });
     }
 
-    fn right_panel(&mut self, ui: &mut Ui, model: &ViewModel<'_>, actions: &mut Vec<Action>) {
+    fn right_panel(&mut self, ui: &mut Ui, room: f32, model: &ViewModel<'_>, actions: &mut Vec<Action>) {
         let Some(open) = self.settings.right else { return };
-        let panel = Panel::right("right").default_size(280.0).size_range(220.0..=460.0);
+        let panel = Panel::right("right").default_size(280.0).size_range(270.0..=460.0_f32.min(room - 40.0).max(270.0));
         panel.frame(style::panel(self.settings.theme())).show(ui, |ui| {
             ScrollArea::vertical().auto_shrink(false).show(ui, |ui| match open {
                 RightPanel::Selection => self.selection(ui, model),
-                RightPanel::View => self.view(ui, model),
+                RightPanel::View => self.view(ui, model, actions),
                 RightPanel::Performance => self.performance(ui, model),
                 RightPanel::Connection => self.connection(ui, model, actions),
             });

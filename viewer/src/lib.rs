@@ -12,6 +12,7 @@ pub mod feed;
 mod files;
 pub mod filter;
 pub mod floor_picture;
+pub mod footprint;
 pub mod gpu;
 mod headless;
 pub mod interface;
@@ -28,6 +29,7 @@ pub mod playhead;
 pub mod route;
 pub mod scene;
 pub mod stage;
+pub mod svg;
 pub mod tasks;
 mod video;
 mod window;
@@ -44,7 +46,7 @@ pub fn run(options: &Options) -> Result {
     if !options.bench.is_empty() && options.recording.is_none() {
         return bench::run(options);
     }
-    if options.headless || options.film.is_some() || !options.bench.is_empty() {
+    if options.headless || options.film.is_some() || options.svg.is_some() || !options.bench.is_empty() {
         return headless::run(options);
     }
     window::run(options)

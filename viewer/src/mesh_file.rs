@@ -6,7 +6,7 @@ use std::fs::File;
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
-use glam::Vec3;
+use glam::{Quat, Vec3};
 
 use crate::files;
 use crate::mesh::{Mesh, Vertex};
@@ -15,10 +15,10 @@ use crate::mesh::{Mesh, Vertex};
 const MAX_TRIANGLES: usize = 500_000;
 /// The farthest that a vertex may be from the origin, in metres.
 const MAX_EXTENT: f32 = 1e4;
-/// The paint of files without colours: a light shell with a large share of the robot's colour.
-const PLAIN: [u8; 4] = [150, 156, 162, 170];
-/// The share of the robot's colour in a coloured mesh, of 255.
-const TINT: u8 = 90;
+/// The paint of files without colours: the robot's colour.
+const PLAIN: [u8; 4] = [0, 0, 0, 255];
+/// The share of the robot's colour, of 255, in black parts of a mesh.
+const DARKEST: f32 = 140.0;
 
 /// The error of loading a mesh file.
 #[derive(Debug, thiserror::Error)]
@@ -53,11 +53,22 @@ struct Corner {
     paint: [u8; 4],
 }
 
-/// Reads a mesh, scales it, and lifts it by `z` metres.
+/// How a mesh is placed on its robot.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Placement {
+    /// Metres per unit of the file.
+    pub scale: f32,
+    /// The height by which it is lifted, in metres.
+    pub z: f32,
+    /// The angle by which it is turned about the vertical axis, in radians counter-clockwise.
+    pub yaw: f32,
+}
+
+/// Reads a mesh, scales it, turns it and lifts it.
 ///
 /// # Errors
 /// [`MeshFileError`].
-pub fn load(path: &Path, scale: f32, z: f32) -> Result<Mesh, MeshFileError> {
+pub fn load(path: &Path, placement: Placement) -> Result<Mesh, MeshFileError> {
     let extension = path.extension().and_then(|extension| extension.to_str()).unwrap_or_default().to_lowercase();
     let malformed = |reason: String| MeshFileError::Malformed { path: path.to_owned(), reason };
     files::check_regular(path).map_err(malformed)?;
@@ -74,22 +85,22 @@ pub fn load(path: &Path, scale: f32, z: f32) -> Result<Mesh, MeshFileError> {
     if corners.iter().any(|corner| !corner.at.is_finite()) {
         return Err(malformed("a vertex position is not a number".to_owned()));
     }
-    if corners.iter().any(|corner| (corner.at * scale).abs().max_element() > MAX_EXTENT) {
+    if corners.iter().any(|corner| (corner.at * placement.scale).abs().max_element() > MAX_EXTENT) {
         let reason = format!("a vertex is farther than {MAX_EXTENT} m from the origin; use a smaller scale");
         return Err(malformed(reason));
     }
-    Ok(build(&corners, scale, z))
+    Ok(build(&corners, placement))
 }
 
-fn build(corners: &[Corner], scale: f32, z: f32) -> Mesh {
-    let mut mesh = Mesh::default();
+fn build(corners: &[Corner], Placement { scale, z, yaw }: Placement) -> Mesh {
+    let (mut mesh, turn) = (Mesh::default(), Quat::from_rotation_z(yaw));
     for triangle in corners.chunks_exact(3) {
         let [a, b, c] = [triangle[0], triangle[1], triangle[2]];
         let flat = (b.at - a.at).cross(c.at - a.at).normalize_or(Vec3::Z);
         for corner in [a, b, c] {
             let normal = corner.normal.try_normalize().unwrap_or(flat);
             mesh.indices.push(mesh.vertices.len() as u32);
-            mesh.vertices.push(Vertex::new(corner.at * scale + Vec3::Z * z, normal, corner.paint));
+            mesh.vertices.push(Vertex::new(turn * corner.at * scale + Vec3::Z * z, turn * normal, corner.paint));
         }
     }
     mesh
@@ -139,9 +150,12 @@ fn obj_materials(path: &Path) -> tobj::MTLLoadResult {
     tobj::load_mtl_buf(&mut lines.join("\n").as_bytes())
 }
 
+/// Returns the paint of a material. The robot's colour tells its state, so that a mesh never mixes another hue into it: of the
+/// material only the lightness is kept, as a shade of the robot's colour.
 fn paint_of(colour: [f32; 3]) -> [u8; 4] {
-    let [red, green, blue] = colour.map(|part| (part.clamp(0.0, 1.0) * 255.0) as u8);
-    [red, green, blue, TINT]
+    let [red, green, blue] = colour.map(|part| if part.is_finite() { part.clamp(0.0, 1.0) } else { 1.0 });
+    let lightness = (0.2126 * red + 0.7152 * green + 0.0722 * blue).sqrt();
+    [0, 0, 0, (DARKEST + (255.0 - DARKEST) * lightness).round() as u8]
 }
 
 #[cfg(test)]

@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use clap::{ArgGroup, Args};
 use glam::{UVec2, Vec2};
-use regatta_plugin::FleetName;
+use regatta_plugin::{Error, FleetName, Result};
 
 use crate::camera::Bounds;
 use crate::floor_picture::FloorPicture;
@@ -15,12 +15,13 @@ use crate::gpu::renderer::Renderer;
 use crate::mesh_file;
 use crate::palette::{Colouring, Theme};
 use crate::scene::{MAX_LIGHTS, Scene, Trails};
-pub use values::{CameraOption, LightOption, MeshOption, OptionError, Pair, Size};
+pub use values::{Bookmark, CameraOption, FloorAt, LightOption, MeshOption, OptionError, Pair, Size};
 
 /// Options of `regatta viewer`.
 #[derive(Args, Clone, Debug)]
 #[command(group = ArgGroup::new("offscreen").args(["headless", "film"]).multiple(true))]
 #[command(group = ArgGroup::new("moving").args(["record", "film"]).multiple(true))]
+#[command(group = ArgGroup::new("unattended").multiple(true))]
 pub struct Options {
     /// Recording to show (MCAP), with a timeline, instead of a fleet that runs
     #[arg(value_name = "FILE", conflicts_with = "fleet")]
@@ -29,20 +30,30 @@ pub struct Options {
     #[arg(long, value_name = "NAME", default_value_t)]
     pub fleet: FleetName,
     /// Render without a window
-    #[arg(long)]
+    #[arg(long, group = "unattended")]
     pub headless: bool,
+    /// Write a plan with its scale to this SVG file, without a window
+    #[arg(long, value_name = "FILE", group = "unattended", conflicts_with_all = ["screenshot", "record"])]
+    pub svg: Option<PathBuf>,
+    /// Scale of the plan: 200 for 1:200 [default: one at which it fits on A3]
+    #[arg(long, value_name = "N", requires = "svg", value_parser = values::scale)]
+    pub svg_scale: Option<f32>,
     /// Write one picture to this PNG file
     #[arg(long, value_name = "FILE", requires = "headless")]
     pub screenshot: Option<PathBuf>,
     /// Simulated time of the picture, for example 12.5s or 3min [default: that of the first frame]
-    #[arg(long, value_name = "TIME", requires = "headless")]
+    #[arg(long, value_name = "TIME", requires = "unattended")]
     pub at: Option<humantime::Duration>,
+    /// Longest wait for the fleet, for example 10s or 1h
+    #[arg(long, value_name = "TIME", default_value = "1min", requires = "unattended")]
+    pub timeout: humantime::Duration,
     /// Record PNG files into this folder, or a video into this file if it ends in .mp4 (requires the program ffmpeg)
     #[arg(long, value_name = "PATH", requires = "headless", conflicts_with = "screenshot")]
     pub record: Option<PathBuf>,
     /// Film the recording in simulated time, every picture one step after the other: an MP4 file (requires the program ffmpeg),
     /// or a folder for PNG files
-    #[arg(long, value_name = "PATH", requires = "recording", conflicts_with_all = ["screenshot", "record", "at"])]
+    #[arg(long, value_name = "PATH", group = "unattended", requires = "recording",
+        conflicts_with_all = ["screenshot", "record", "at", "svg"])]
     pub film: Option<PathBuf>,
     /// Start of the film, for example 12.5s or 3min [default: that of the recording]
     #[arg(long, value_name = "TIME", requires = "film")]
@@ -54,7 +65,7 @@ pub struct Options {
     #[arg(long, value_name = "FACTOR", default_value_t = 1.0, requires = "film", value_parser = values::film_speed)]
     pub speed: f32,
     /// Replace files that exist
-    #[arg(long, requires = "offscreen")]
+    #[arg(long, requires = "unattended")]
     pub force: bool,
     /// Pictures per second of a recording or a film
     #[arg(long, value_name = "N", default_value_t = 30, requires = "moving",
@@ -66,10 +77,14 @@ pub struct Options {
     /// Width and height of the picture or of the window in pixels [default: 1920x1080; a window opens with its last size]
     #[arg(long, value_name = "WxH")]
     pub size: Option<Size>,
-    /// Camera: fit, top, or x,y,z,yaw,pitch: the position in metres and the view direction in radians (yaw
-    /// counter-clockwise from east, pitch below the horizon)
+    /// Camera: fit, top, plan (orthographic), the name of a --bookmark, x,y,z,yaw,pitch: the position in metres and the view
+    /// direction in radians (yaw counter-clockwise from east, pitch below the horizon); or x,y,height: a plan around x,y, with
+    /// the height of the ground in metres
     #[arg(long, value_name = "VIEW", default_value = "fit", allow_hyphen_values = true)]
     pub camera: CameraOption,
+    /// A named camera, for --camera and the View panel; VIEW as above
+    #[arg(long, value_name = "NAME=VIEW")]
+    pub bookmark: Vec<Bookmark>,
     /// Follow this robot from behind
     #[arg(long, value_name = "ID", conflicts_with = "camera")]
     pub follow: Option<u32>,
@@ -101,8 +116,12 @@ pub struct LookOptions {
     /// (map.yaml), placed at its own origin
     #[arg(long, value_name = "FILE")]
     pub floor_image: Option<PathBuf>,
-    /// Draw robots of one type, or of all types, as this mesh (STL, OBJ, glTF), scaled and lifted by z metres
-    #[arg(long, value_name = "[TYPE=]FILE[,SCALE[,Z]]")]
+    /// Place of the floor picture, also of a map: x and y of its lower left corner in metres, metres per pixel, yaw in degrees
+    #[arg(long, value_name = "X,Y,RESOLUTION[,YAW]", requires = "floor_image", allow_hyphen_values = true)]
+    pub floor_at: Option<FloorAt>,
+    /// Draw robots of one type, or of all types, as this mesh (STL, OBJ, glTF), scaled, lifted by z metres and turned by
+    /// degrees counter-clockwise
+    #[arg(long, value_name = "[TYPE=]FILE[,SCALE[,Z[,YAW]]]")]
     pub mesh: Vec<MeshOption>,
     /// Add a light at x,y,z in metres with the colour r,g,b (0 to 1 or above; default white); up to eight lights
     #[arg(long, value_name = "X,Y,Z[,R,G,B]", allow_hyphen_values = true)]
@@ -116,12 +135,18 @@ pub struct LookOptions {
     /// Samples per pixel, 1 or 4 [default: 4; 1 for a window or --bench without a graphics card]
     #[arg(long, value_name = "N", value_parser = values::samples)]
     pub samples: Option<u32>,
+    /// Show this level (floor) only
+    #[arg(long, value_name = "NAME")]
+    pub level: Option<String>,
     /// Hide the graph
     #[arg(long)]
     pub no_graph: bool,
     /// Hide the ids of nodes and edges
     #[arg(long)]
     pub no_ids: bool,
+    /// Show the ids of robots near the camera
+    #[arg(long)]
+    pub robot_ids: bool,
     /// Hide the legend in pictures
     #[arg(long, requires = "offscreen")]
     pub no_legend: bool,
@@ -155,7 +180,7 @@ impl LookOptions {
     /// Loads the meshes into a renderer. If a file can't be read, it logs a warning, and the built-in mesh is used.
     pub fn load_meshes(&self, renderer: &mut Renderer) {
         for option in &self.mesh {
-            match mesh_file::load(&option.path, option.scale, option.z) {
+            match mesh_file::load(&option.path, option.placement) {
                 Ok(mesh) if renderer.set_mesh(option.robot_type.as_deref(), Some(&mesh)) => {}
                 Ok(_) => tracing::warn!("{}: too many meshes; this one is not used", option.path.display()),
                 Err(error) => tracing::warn!("{error}; the built-in mesh is used instead"),
@@ -168,7 +193,8 @@ impl LookOptions {
     pub fn load_floor_picture(&self, renderer: &mut Renderer, bounds: Bounds) {
         let Some(path) = &self.floor_image else { return };
         let bounds = self.scene().floor.bounds.unwrap_or(bounds);
-        match FloorPicture::load(path, bounds, renderer.max_texture_size()) {
+        let placed = self.floor_at.map(|at| at.0);
+        match FloorPicture::load(path, bounds, renderer.max_texture_size(), placed) {
             Ok(picture) if renderer.set_floor_picture(Some(&picture)) => {}
             Ok(_) => tracing::warn!("{}: no room in the graphics memory; the floor stays plain", path.display()),
             Err(error) => tracing::warn!("{error}; the floor stays plain"),
@@ -188,9 +214,11 @@ impl LookOptions {
             (scene.layers.edges, scene.layers.arrows, scene.layers.nodes) = (false, false, false);
         }
         scene.layers.ids = !self.no_ids && !self.no_graph;
+        scene.layers.robot_ids = self.robot_ids;
         (scene.layers.plans, scene.layers.waits) = (self.plans, self.waits);
         scene.trails = Trails { points: self.trails.unwrap_or_default(), only_selected: self.trails_of_selected };
         scene.selected.clone_from(&self.select);
+        scene.level.clone_from(&self.level);
         scene
     }
 }
@@ -214,6 +242,20 @@ impl Options {
             (None, true) => self.screenshot.as_ref().map(|_| self.at.map_or(Duration::MAX, Into::into)),
             (None, false) => None,
         }
+    }
+
+    /// The camera that the options request; a named one is looked up.
+    ///
+    /// # Errors
+    /// If no bookmark has the name.
+    pub fn requested_camera(&self) -> Result<CameraOption> {
+        let CameraOption::Named(name) = &self.camera else { return Ok(self.camera.clone()) };
+        let found = self.bookmark.iter().find(|bookmark| bookmark.name == *name);
+        found.map(|bookmark| bookmark.view.clone()).ok_or_else(|| {
+            let names: Vec<_> = self.bookmark.iter().map(|bookmark| bookmark.name.as_str()).collect();
+            let known = if names.is_empty() { "no camera is named".to_owned() } else { names.join(", ") };
+            Error::new(format!("--camera {name}: unknown; give fit, top, plan, numbers, or one of: {known}"))
+        })
     }
 
     /// Duration of a recording.

@@ -141,7 +141,7 @@ impl Theme {
                 edge: Rgb(0x6d8196),
                 two_way: Rgb(0x8a7fb0),
                 node: Rgb(0x93a5b5),
-                selection: YELLOW,
+                selection: Rgb(0xffffff),
                 route: Rgb(0x24c79b),
                 waiting: Rgb(0xffb000),
                 ring: Rgb(0xff2d3a),

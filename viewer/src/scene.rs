@@ -30,6 +30,19 @@ pub struct Scene {
     pub trails: Trails,
     /// Ids of the selected robots, which are highlighted by a ring.
     pub selected: Vec<u32>,
+    /// The level (floor) that alone is shown; `None` for all.
+    pub level: Option<String>,
+    /// The selected edge or node, which has an outline.
+    pub marked: Option<Marked>,
+}
+
+/// An edge or a node of the route graph.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Marked {
+    /// An edge, by its index in the world.
+    Edge(u32),
+    /// A node, by its index in the world.
+    Node(u32),
 }
 
 /// The layers of a picture that can be hidden.
@@ -45,6 +58,8 @@ pub struct Layers {
     pub nodes: bool,
     /// Ids of nodes and edges near the camera.
     pub ids: bool,
+    /// Ids of robots near the camera.
+    pub robot_ids: bool,
     /// Robots.
     pub robots: bool,
     /// Shadows under the robots.
@@ -103,6 +118,7 @@ impl Default for Layers {
             arrows: true,
             nodes: true,
             ids: true,
+            robot_ids: false,
             robots: true,
             shadows: true,
             trails: true,
@@ -137,6 +153,8 @@ impl Default for Scene {
             detail: Detail::default(),
             trails: Trails::default(),
             selected: Vec::new(),
+            level: None,
+            marked: None,
         }
     }
 }

@@ -12,13 +12,16 @@ use wgpu::{CommandEncoder, TextureView};
 use crate::camera::{Bounds, Camera};
 use crate::curves::curve_point;
 use crate::feed::{Feed, News};
+use crate::filter::Filter;
 use crate::gpu::renderer::{Picture, Renderer};
-use crate::palette::{Colouring, Legend};
+use crate::palette::{Colouring, Legend, Theme};
 use crate::past::Past;
 use crate::plans::{PlanFacts, PlanReport, Watch};
 use crate::playhead::Playhead;
 use crate::route::{Remaining, remaining_route};
 use crate::scene::Scene;
+use crate::svg;
+use crate::tasks::TaskBook;
 
 /// The number of rows that are sampled to find the range of a column's values.
 const SAMPLED_ROWS: usize = 1_024;
@@ -52,6 +55,8 @@ pub struct Stage {
     range: Option<(f32, f32)>,
     /// The colouring whose column the feed watches.
     watched: Option<Colouring>,
+    /// The level that the renderer shows.
+    level: Option<String>,
     routes: Vec<RouteResponse>,
     /// The rest of each route in the newest frame, by robot.
     remaining: Vec<(u32, Remaining)>,
@@ -77,6 +82,7 @@ impl Stage {
             robot_types: Vec::new(),
             range: None,
             watched: None,
+            level: None,
             routes: Vec::new(),
             remaining: Vec::new(),
             plan_facts: PlanFacts::default(),
@@ -106,7 +112,12 @@ impl Stage {
             self.range = None;
             self.renderer.set_values(None);
         }
-        if news.world
+        let is_other_level = self.level != self.scene.level;
+        if is_other_level {
+            self.level.clone_from(&self.scene.level);
+            self.renderer.set_level(self.level.as_deref());
+        }
+        if (news.world || is_other_level)
             && let Some(world) = self.feed.world()
         {
             self.graph_bounds = bounds_of_graph(&world);
@@ -259,6 +270,16 @@ impl Stage {
         (self.robot_bounds_run, self.robot_bounds) = (run, bounds);
     }
 
+    /// Hides the robots that are on another level than the scene's. A window has this done by its other thread.
+    pub fn hide_other_levels(&mut self) {
+        let (Some(frame), Some(world), Some(_)) = (self.feed.frame(), self.feed.world(), &self.scene.level) else {
+            return;
+        };
+        let filter = Filter { level: self.scene.level.clone(), ..Filter::default() };
+        let matches = filter.matches(&frame, &world, None, &TaskBook::default());
+        self.renderer.set_matches(Some(&matches.bits));
+    }
+
     /// The current meaning of the robots' colours.
     pub fn legend(&self) -> Legend {
         let (theme, colouring) = (self.scene.theme, &self.scene.colouring);
@@ -267,6 +288,33 @@ impl Stage {
             Colouring::Column(_) if self.feed.value().is_none() || self.is_looking_back() => legend.without_data(theme),
             _ => legend,
         }
+    }
+
+    /// Returns a plan as the text of an SVG file. `scale` is 200 for 1:200.
+    ///
+    /// # Errors
+    /// If there are too many robots.
+    pub fn svg(&self, fleet: &str, theme: Theme, scale: Option<f32>) -> Result<String> {
+        let (frame, bounds) = (self.feed.frame(), self.bounds());
+        let values = match &self.scene.colouring {
+            Colouring::Speed => frame.map(|frame| frame.speed()),
+            _ => self.feed.value(),
+        };
+        let seconds = frame.map_or(0.0, |frame| frame.sim_time().as_secs_f64());
+        let legend = self.scene.colouring.legend(theme, &self.robot_types, self.range);
+        svg::draw(&svg::Plan {
+            world: self.feed.world().unwrap_or_default(),
+            frame,
+            robot_type: self.feed.robot_type(),
+            values,
+            colouring: &self.scene.colouring,
+            legend: &legend,
+            theme,
+            bounds: Bounds { low: bounds.low - 1.0, high: bounds.high + 1.0 },
+            offset: self.scene.offset,
+            scale,
+            title: &format!("{fleet}, {seconds:.2} s, {} robots", frame.map_or(0, |frame| frame.len())),
+        })
     }
 
     /// The bounds of the graph, or without a graph of the robots, with the scene's offset.

@@ -586,11 +586,13 @@ fn files_for_the_floor_and_the_robots_are_typed_or_dropped() {
     harness.state_mut().interface.use_file(std::path::Path::new("tug.STL"));
     settle(&mut harness);
     let mesh = harness.state().interface.settings.mesh.clone().expect("a mesh");
-    assert_eq!((mesh.file.as_str(), mesh.scale, mesh.z), ("tug.STL", 1.0, 0.0));
+    assert_eq!((mesh.file.as_str(), mesh.scale, mesh.z, mesh.yaw), ("tug.STL", 1.0, 0.0, 0.0));
     harness.get_all_by_label("remove").next().expect("a button").click();
     settle(&mut harness);
     assert_eq!(harness.state().interface.settings.floor_image, "");
     assert!(harness.state().interface.settings.mesh.is_some());
+    harness.get_by_label("add a lamp").scroll_to_me();
+    settle(&mut harness);
     harness.get_by_label("add a lamp").click();
     settle(&mut harness);
     assert_eq!(harness.state().interface.settings.lamps.len(), 1);
@@ -708,9 +710,9 @@ fn a_part_is_repeated_until_it_is_ended() {
         harness.state_mut().header.run_id = run;
         settle(harness);
     };
-    press(&mut harness, Key::O);
+    press(&mut harness, Key::Y);
     go(&mut harness, 5.0, 1);
-    press(&mut harness, Key::O);
+    press(&mut harness, Key::Y);
     settle(&mut harness);
     let back = (ControlKind::Seek, 3_000_000_000, 0.0);
     assert_eq!(harness.state().requests(), [back], "once, although many pictures were drawn");

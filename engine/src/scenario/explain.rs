@@ -61,7 +61,7 @@ fn place(path: &str) -> String {
 pub(super) const GRAPH_KEYS: [&str; 5] = ["Handles", "Edges", "Vertices", "Nodes", "AngleUnit"];
 
 /// The keys of a scenario.
-pub(super) const SCENARIO_KEYS: [&str; 12] = [
+pub(super) const SCENARIO_KEYS: [&str; 13] = [
     "graph",
     "layout",
     "rate",
@@ -74,6 +74,7 @@ pub(super) const SCENARIO_KEYS: [&str; 12] = [
     "plugins",
     "viewer",
     "lights",
+    "cameras",
 ];
 
 fn translate(path: &str, message: &str) -> String {

@@ -12,8 +12,8 @@ use regatta_plugin::world::Shape;
 use super::battery::battery;
 use super::suggest::did_you_mean;
 use super::yaml::{
-    Disturbances, LegName, LightEntry, NodeEntry, NodeKey, PluginCommand, PluginEntry, RepeatEntry, RobotGroupEntry,
-    RobotTypeEntry, RoutesEntry, ScenarioFile, ShapeEntry,
+    CameraEntry, Disturbances, LegName, LightEntry, NodeEntry, NodeKey, PluginCommand, PluginEntry, RepeatEntry,
+    RobotGroupEntry, RobotTypeEntry, RoutesEntry, ScenarioFile, ShapeEntry,
 };
 use super::{MAX_LIGHTS, MAX_ROBOTS, Overrides, RobotCount, RobotGroup, Scenario, ScenarioError, Start};
 use crate::fleet::{Repeat, RobotType};
@@ -51,6 +51,7 @@ pub(super) fn resolve(
     let groups = groups(file.robots, &graph, &robot_types).map_err(|(place, message)| invalid(&place, message))?;
     check_disturbances(&file.disturbances).map_err(|message| invalid("disturbances", message))?;
     check_lights(&file.lights).map_err(|message| invalid("lights", message))?;
+    check_cameras(&file.cameras).map_err(|message| invalid("cameras", message))?;
     let plugins = plugins(file.plugins, path);
     check_names(&plugins).and_then(|()| check_order(&plugins)).map_err(|message| invalid("plugins", message))?;
 
@@ -69,6 +70,7 @@ pub(super) fn resolve(
         plugins,
         viewer: file.viewer,
         lights: file.lights,
+        cameras: file.cameras,
         warnings,
         is_made_up: false,
     })
@@ -200,6 +202,34 @@ fn check_lights(lights: &[LightEntry]) -> Result<(), String> {
             return Err(format!(
                 "entry {number}: colour has {component}; give red, green and blue, each 0 to 1 or a little above"
             ));
+        }
+    }
+    Ok(())
+}
+
+fn check_cameras(cameras: &[CameraEntry]) -> Result<(), String> {
+    let mut names = BTreeSet::new();
+    for (number, camera) in (1..).zip(cameras) {
+        let CameraEntry { name, x, y, z, yaw, pitch, height } = camera;
+        let entry = |message: String| Err(format!("entry {number}: {message}"));
+        // The viewer tells names from fit, top, plan and numbers, on its command line too.
+        let is_name = name.starts_with(char::is_alphabetic) && !name.contains([',', '=']) && name.trim() == name;
+        if !is_name || ["fit", "top", "plan"].contains(&name.as_str()) {
+            return entry(format!(
+                "name is '{name}'; give a name that begins with a letter, without , and =, and not fit, top or plan"
+            ));
+        }
+        if !names.insert(name) {
+            return entry(format!("the name '{name}' is used twice"));
+        }
+        let numbers = [Some(*x), Some(*y), *z, *yaw, *pitch, *height];
+        if let Some(bad) = numbers.into_iter().flatten().find(|number| !number.is_finite() || number.abs() >= 1e6) {
+            return entry(format!("{bad} is out of range; give numbers below a million"));
+        }
+        match (z, yaw, pitch, height) {
+            (Some(_), Some(_), Some(_), None) => {}
+            (None, None, None, Some(height)) if *height > 0.0 => {}
+            _ => return entry("give either z, yaw and pitch, or height (above 0) for a plan".to_owned()),
         }
     }
     Ok(())

@@ -47,6 +47,9 @@ pub struct ScenarioFile {
     /// The lights of the viewer besides the sun.
     #[serde(default)]
     pub lights: Vec<LightEntry>,
+    /// The named cameras of the viewer.
+    #[serde(default)]
+    pub cameras: Vec<CameraEntry>,
 }
 
 fn default_rate() -> f64 {
@@ -258,6 +261,26 @@ pub struct LightEntry {
     /// Linear red, green and blue, 0 to 1 and above; white by default.
     #[serde(default = "white")]
     pub colour: [f32; 3],
+}
+
+/// A named camera of the viewer: in perspective from a place, or a plan.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CameraEntry {
+    /// The name.
+    pub name: String,
+    /// Metres to the east: of the eye, or of a plan's middle.
+    pub x: f32,
+    /// Metres to the north.
+    pub y: f32,
+    /// The eye's metres above the floor; with it, `yaw` and `pitch`.
+    pub z: Option<f32>,
+    /// The view's direction in radians counter-clockwise from east.
+    pub yaw: Option<f32>,
+    /// The angle of the view's direction below the horizon, in radians.
+    pub pitch: Option<f32>,
+    /// Of a plan: the height of the ground in the picture in metres.
+    pub height: Option<f32>,
 }
 
 fn white() -> [f32; 3] {

@@ -59,7 +59,7 @@ struct CurveInstance {
 }
 
 /// Returns the world's curves, at their indices in the world.
-fn curve_instances(world: &World<'_>) -> Vec<CurveInstance> {
+fn curve_instances(world: &World<'_>, level: Option<&str>) -> Vec<CurveInstance> {
     let unused = |curve: &CurveRecord| CurveInstance {
         edge: u32::MAX,
         control_points: curve.control_points,
@@ -67,7 +67,8 @@ fn curve_instances(world: &World<'_>) -> Vec<CurveInstance> {
         ..CurveInstance::zeroed()
     };
     let mut instances: Vec<_> = world.all_curves().iter().map(unused).collect();
-    for (index, edge) in (0..).zip(world.edges()) {
+    let is_shown = |text: u32| level.is_none_or(|level| world.text(text) == level);
+    for (index, edge) in (0..).zip(world.edges()).filter(|(_, edge)| is_shown(edge.level)) {
         let curves = world.curves(edge);
         let first = edge.first_curve as usize;
         if let Some(instances) = instances.get_mut(first..first + curves.len()) {
@@ -174,11 +175,15 @@ impl Graph {
         }
     }
 
-    /// Uploads a graph, which replaces the one before.
-    pub fn load(&mut self, gpu: &Gpu, world: &World<'_>) {
+    /// Uploads a graph, which replaces the one before; of one level only if it is given.
+    pub fn load(&mut self, gpu: &Gpu, world: &World<'_>, level: Option<&str>) {
         self.loaded = None;
-        let curves = curve_instances(world);
-        let place = |node: &NodeRecord| NodeInstance { position: [node.x, node.y] };
+        let curves = curve_instances(world, level);
+        // A node without a place is not in sight.
+        let is_shown = |node: &NodeRecord| level.is_none_or(|level| world.text(node.level) == level);
+        let place = |node: &NodeRecord| NodeInstance {
+            position: if is_shown(node) { [node.x, node.y] } else { [f32::NAN; 2] },
+        };
         let nodes: Vec<_> = world.nodes().iter().map(place).collect();
         if curves.is_empty() || nodes.is_empty() {
             return;
@@ -301,7 +306,7 @@ mod tests {
         world.add_edge(edge(2.0), [line([0.0, 0.0], [2.0, 0.0])]);
         world.add_edge(edge(8.0), [line([2.0, 0.0], [2.0, 2.0]), line([2.0, 2.0], [8.0, 2.0])]);
         world.curves.push(line([0.0, 0.0], [1.0, 1.0]));
-        let instances = curve_instances(&world.view(1, 1));
+        let instances = curve_instances(&world.view(1, 1), None);
         assert_eq!(instances.iter().map(|instance| instance.edge).collect::<Vec<_>>(), [0, 1, 1, u32::MAX]);
         let near =
             |numbers: [f32; 4], expected: [f32; 4]| numbers.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-3);

@@ -12,6 +12,7 @@ use super::device::Gpu;
 use super::floor::Floor;
 use super::graph::Graph;
 use super::highlights::Highlights;
+use super::marked::MarkedPlace;
 use super::pick::{Pick, Picked};
 use super::pipeline::TargetConfig;
 use super::plans::PlanMarks;
@@ -64,9 +65,12 @@ pub struct Renderer {
     graph: Graph,
     routes: Routes,
     stations: Stations,
+    marked: MarkedPlace,
     robots: Robots,
     highlights: Highlights,
     plan_marks: PlanMarks,
+    /// The level that alone is shown.
+    level: Option<String>,
     robot_types: Vec<RobotTypeRecord>,
     assignments: Vec<MeshAssignment>,
     timer: Option<Timer>,
@@ -104,11 +108,13 @@ impl Renderer {
             floor: Floor::new(gpu, target, &layout),
             routes: Routes::new(gpu, target, &layout, graph.records_layout()),
             stations: Stations::new(gpu, target, &layout),
+            marked: MarkedPlace::new(gpu, target, &layout, graph.records_layout()),
             graph,
             robots: Robots::new(gpu, target, &layout, &columns),
             highlights: Highlights::new(gpu, target, &layout, &columns),
             plan_marks: PlanMarks::new(gpu, target, &layout, &columns),
             columns,
+            level: None,
             robot_types: Vec::new(),
             assignments: Vec::new(),
             timer: None,
@@ -184,10 +190,17 @@ impl Renderer {
         self.set_graph(world);
     }
 
+    /// Shows one level of the graph only, from the next [`set_graph`](Self::set_graph) on, and hides the robots that don't match.
+    pub fn set_level(&mut self, level: Option<&str>) {
+        self.level = level.map(str::to_owned);
+    }
+
     /// Sets the route graph.
     pub fn set_graph(&mut self, world: &World<'_>) {
-        self.graph.load(&self.gpu, world);
-        self.stations.load(&self.gpu, world);
+        let level = self.level.as_deref();
+        self.graph.load(&self.gpu, world, level);
+        self.stations.load(&self.gpu, world, level);
+        self.marked.load(world);
     }
 
     /// Replaces the routes of selected robots, which are drawn along the graph.
@@ -269,6 +282,7 @@ impl Renderer {
         self.drawn = Some((view, picture.scene.layers));
         self.fit_attachments(picture.within.map_or(picture.size, |(_, target)| target));
         let timer = self.timer.as_ref().filter(|timer| timer.is_free());
+        self.marked.update(&self.gpu, picture.scene.marked);
         self.robots.sort(&self.gpu, encoder, picture.size, &self.view_group, &mut self.columns, timer);
         let (trails, selected) = (picture.scene.trails, &picture.scene.selected);
         self.highlights.update(&self.gpu, encoder, &self.view_group, &mut self.columns, trails, selected);
@@ -292,11 +306,14 @@ impl Renderer {
         if layers.nodes {
             self.stations.draw(&mut pass);
         }
+        if let Some(records) = self.graph.records() {
+            self.marked.draw(&mut pass, records);
+        }
         if layers.trails {
             self.highlights.draw_trails(&mut pass, &poses, robots, trails);
         }
         self.highlights.draw_halos(&mut pass, &poses);
-        if layers.robots && layers.shadows {
+        if layers.robots && layers.shadows && !picture.camera.is_plan() {
             self.robots.draw_shadows(&mut pass);
         }
         if layers.robots {
@@ -317,6 +334,11 @@ impl Renderer {
         let (trails, selected) = (picture.scene.trails, &picture.scene.selected);
         self.highlights.update(&self.gpu, &mut encoder, &self.view_group, &mut self.columns, trails, selected);
         self.gpu.queue.submit([encoder.finish()]);
+    }
+
+    /// Width and height of the last picture in pixels.
+    pub fn drawn_size(&self) -> Vec2 {
+        self.drawn.map_or(Vec2::ONE, |(view, _)| Vec2::new(view.viewport.x, view.viewport.y))
     }
 
     /// Returns what the last picture shows at a pixel, counted from its top left. Waits for the GPU.
@@ -343,9 +365,11 @@ impl Renderer {
         view.teleport_distance = self.columns.teleport_distance();
         // A small fleet leaves room for larger marks.
         let room = (picture.size.as_vec2().element_product() / view.robots.max(1) as f32).sqrt() * 0.25;
-        view.detail.z = room.clamp(view.detail.z, view.detail.z * 3.2);
+        if !picture.camera.is_plan() {
+            view.detail.z = room.clamp(view.detail.z, view.detail.z * 3.2);
+        }
         view.detail.w = self.columns.values() as f32;
-        view.filtered = u32::from(self.columns.is_filtered());
+        view.filtered = u32::from(self.columns.is_filtered()) * if self.level.is_some() { 2 } else { 1 };
         view
     }
 

@@ -5,7 +5,7 @@ use wgpu::ShaderModule;
 use super::device::Gpu;
 
 /// The source of each shader by name. Shared parts come before the shader's own part, as WGSL has no imports.
-pub const SHADERS: [(&str, &str); 11] = [
+pub const SHADERS: [(&str, &str); 12] = [
     ("floor", concat!(include_str!("shaders/view.wgsl"), include_str!("shaders/floor.wgsl"))),
     (
         "graph",
@@ -21,6 +21,14 @@ pub const SHADERS: [(&str, &str); 11] = [
             include_str!("shaders/view.wgsl"),
             include_str!("shaders/curves.wgsl"),
             include_str!("shaders/routes.wgsl")
+        ),
+    ),
+    (
+        "marked",
+        concat!(
+            include_str!("shaders/view.wgsl"),
+            include_str!("shaders/curves.wgsl"),
+            include_str!("shaders/marked.wgsl")
         ),
     ),
     ("robots", concat!(include_str!("shaders/view.wgsl"), include_str!("shaders/robots.wgsl"))),

@@ -50,8 +50,9 @@ impl Stations {
     }
 
     /// Takes the stations of a world.
-    pub fn load(&mut self, gpu: &Gpu, world: &World<'_>) {
-        let nodes = world.nodes().iter().filter(|node| node.role() != NodeRole::None);
+    pub fn load(&mut self, gpu: &Gpu, world: &World<'_>, level: Option<&str>) {
+        let is_shown = |level_of: u32| level.is_none_or(|level| world.text(level_of) == level);
+        let nodes = world.nodes().iter().filter(|node| node.role() != NodeRole::None && is_shown(node.level));
         let stations: Vec<_> = nodes.map(|node| Station { place: [node.x, node.y], role: node.role }).collect();
         self.stations.set(gpu, &stations);
     }

@@ -5,7 +5,7 @@ use glam::{Mat4, UVec2, Vec2, Vec3, Vec4};
 
 use crate::camera::Camera;
 use crate::palette::{Colouring, Legend, Rgb, Scale, Theme};
-use crate::scene::{MAX_LIGHTS, Scene};
+use crate::scene::{Detail, MAX_LIGHTS, Scene};
 
 /// The shaders' `View`; view.wgsl documents the fields.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
@@ -87,7 +87,13 @@ impl ViewUniform {
         self.crop = Vec4::new(1.0, 1.0, 0.0, 0.0);
         let fleet_origin = origin - scene.offset;
         self.origin = Vec4::new(fleet_origin.x, fleet_origin.y, origin.x, origin.y);
-        self.detail = Vec4::new(scene.detail.mesh, scene.detail.block, scene.detail.mark, 0.0);
+        // A plan has footprints: blocks seen from above, at their true size as far as pixels allow.
+        let detail = if camera.is_plan() {
+            Detail { mesh: f32::MAX, block: 1.0, mark: 2.0, ..scene.detail }
+        } else {
+            scene.detail
+        };
+        self.detail = Vec4::new(detail.mesh, detail.block, detail.mark, 0.0);
         let metres_per_pixel = camera.distance / pixels_per_radian;
         let spacing = 10_f32.powf((metres_per_pixel * GRID_PIXELS).log10().ceil()).max(1.0);
         self.spacing =

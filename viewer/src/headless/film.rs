@@ -72,7 +72,7 @@ impl HeadlessViewer<'_> {
         control.speed(f32::INFINITY)?;
         let now = control.status()?;
         self.wait_for_columns()?;
-        self.warn_about_options();
+        self.check_options()?;
         let schedule = self.schedule(&now)?;
         let mut around = Around { before: now, after: now, gap: u64::MAX, is_at_end: false };
         let (mut told, total) = (Instant::now(), schedule.pictures());

@@ -5,7 +5,7 @@ use std::f32::consts::FRAC_PI_2;
 use glam::Vec2;
 
 use super::pose::{Pose, shortest_turn};
-use crate::camera::{Bounds, Camera};
+use crate::camera::{Bounds, Camera, Window};
 
 /// Radians that the camera turns per point of a drag.
 const TURN_PER_POINT: f32 = 0.006;
@@ -52,12 +52,26 @@ enum Fit {
     FromAbove,
 }
 
+impl Fit {
+    /// Returns a camera with this direction; `current` is the camera so far.
+    fn direction(self, current: Camera) -> Camera {
+        match self {
+            Self::Current => current,
+            _ if current.is_plan() => Camera { yaw: FRAC_PI_2, ..current },
+            Self::Default => Camera { pitch: 0.95, ..Camera::default() },
+            Self::FromAbove => Camera { pitch: FRAC_PI_2, ..Camera::default() },
+        }
+    }
+}
+
 #[derive(Clone, Copy, Debug)]
 struct Flight {
     from: Camera,
     to: Camera,
     /// 0 at the start, 1 at the end.
     progress: f64,
+    /// The robot that it leads to.
+    robot: Option<u32>,
 }
 
 impl Default for CameraController {
@@ -84,14 +98,15 @@ impl CameraController {
         Self { fit: Some(Fit::FromAbove), ..Self::default() }
     }
 
+    /// Creates a controller that shows a plan of everything until the user moves the camera.
+    pub fn plan() -> Self {
+        Self { camera: Camera::default().toggled_plan(), ..Self::top_view() }
+    }
+
     /// Fits the bounds into the picture unless the user has moved the camera or a flight is under way.
-    pub fn keep_fitted(&mut self, bounds: Bounds, aspect: f32) {
-        match self.fit.filter(|_| self.flight.is_none()) {
-            Some(Fit::Default) => self.camera = Camera::fit(bounds, aspect),
-            Some(Fit::Current) => self.camera = self.camera.fitted(bounds, aspect).clamped(),
-            Some(Fit::FromAbove) => self.camera = Camera::top(bounds, aspect).clamped(),
-            None => {}
-        }
+    pub fn keep_fitted(&mut self, bounds: Bounds, window: Window) {
+        let Some(fit) = self.fit.filter(|_| self.flight.is_none()) else { return };
+        self.camera = fit.direction(self.camera).fitted_within(bounds, window).clamped();
     }
 
     /// Returns the current camera.
@@ -150,6 +165,11 @@ impl CameraController {
         self.camera = Camera { target: self.camera.target + step.extend(0.0), ..self.camera }.clamped();
     }
 
+    /// Moves the camera over a place on the ground.
+    pub fn move_to(&mut self, place: Vec2) {
+        self.shift(place - self.camera.target.truncate());
+    }
+
     /// Multiplies the distance by a factor; the point of the ground under `cursor` stays there.
     pub fn zoom(&mut self, factor: f32, cursor: Option<Vec2>, size: Vec2) {
         self.end_automatic_motion();
@@ -170,31 +190,77 @@ impl CameraController {
     }
 
     /// Flies to where everything is in the picture, seen from an angle.
-    pub fn fit(&mut self, bounds: Bounds, aspect: f32) {
-        let camera = Camera { pitch: self.camera.pitch.clamp(0.5, 1.1), ..self.camera };
+    pub fn fit(&mut self, bounds: Bounds, window: Window) {
+        let pitch = if self.camera.is_plan() { FRAC_PI_2 } else { self.camera.pitch.clamp(0.5, 1.1) };
         self.follow = None;
-        self.fly(camera.fitted(bounds, aspect));
+        self.fly(Camera { pitch, ..self.camera }.fitted_within(bounds, window));
         self.fit = Some(Fit::Current);
     }
 
     /// Flies to where everything is in the picture, seen from straight above with north up.
-    pub fn top(&mut self, bounds: Bounds, aspect: f32) {
+    pub fn top(&mut self, bounds: Bounds, window: Window) {
         self.follow = None;
-        self.fly(Camera::top(bounds, aspect));
+        self.fly(Fit::FromAbove.direction(self.camera).fitted_within(bounds, window));
         self.fit = Some(Fit::FromAbove);
+    }
+
+    /// Switches between the plan and the view in perspective. Both show about the same ground.
+    pub fn toggle_plan(&mut self) {
+        let fit = self.fit;
+        self.end_automatic_motion();
+        self.follow = None;
+        self.camera = self.camera.toggled_plan();
+        self.fit = fit;
+    }
+
+    /// Flies to a camera.
+    pub fn fly_to_camera(&mut self, camera: Camera) {
+        self.follow = None;
+        self.fly(camera);
+    }
+
+    /// Sets the camera's direction, in radians; what it looks at stays.
+    pub fn look(&mut self, yaw: f32, pitch: f32) {
+        let usual = if self.camera.is_plan() { self.camera.toggled_plan() } else { self.camera };
+        self.fly(Camera { yaw, pitch, ..usual });
     }
 
     /// Flies to a place on the ground, and closer if the camera is far away.
     pub fn fly_to(&mut self, place: Vec2) {
         self.end_automatic_motion();
         self.follow = None;
-        let distance = self.camera.distance.min(CLOSE);
+        // The height of the ground in a picture decides what is close.
+        let close = CLOSE * (Camera::default().fov_y / 2.0).tan() / (self.camera.fov_y / 2.0).tan();
+        let distance = self.camera.distance.min(close);
         self.fly(Camera { target: place.extend(TARGET_HEIGHT), distance, ..self.camera });
+    }
+
+    /// Flies to a robot, also while it drives on.
+    pub fn fly_to_robot(&mut self, robot: u32, place: Vec2) {
+        self.fly_to(place);
+        self.flight = self.flight.map(|flight| Flight { robot: Some(robot), ..flight });
+    }
+
+    /// The robot that the flight leads to.
+    pub fn flies_to(&self) -> Option<u32> {
+        self.flight.and_then(|flight| flight.robot)
+    }
+
+    /// Lets the flight lead to where its robot is now.
+    pub fn retarget(&mut self, place: Vec2) {
+        if let Some(flight) = &mut self.flight {
+            flight.to.target = place.extend(TARGET_HEIGHT);
+        }
     }
 
     fn fly(&mut self, to: Camera) {
         self.fit = None;
-        self.flight = Some(Flight { from: self.camera, to: to.clamped(), progress: 0.0 });
+        // Between a plan and a perspective there is no way: it would lead through all fields of view.
+        if self.camera.is_plan() != to.is_plan() {
+            self.camera = to.clamped();
+            return;
+        }
+        self.flight = Some(Flight { from: self.camera, to: to.clamped(), progress: 0.0, robot: None });
     }
 
     /// Follows a robot, or none.
@@ -203,7 +269,12 @@ impl CameraController {
         self.follow = follow;
         self.yaw_offset = 0.0;
         match follow {
-            Some((_, Follow::Behind)) => (self.camera.pitch, self.camera.distance) = BEHIND,
+            Some((_, Follow::Behind)) => {
+                self.camera.fov_y = Camera::default().fov_y;
+                (self.camera.pitch, self.camera.distance) = BEHIND;
+            }
+            // A plan stays as large as it is.
+            Some((_, Follow::Above)) if self.camera.is_plan() => self.camera.yaw = FRAC_PI_2,
             Some((_, Follow::Above)) => {
                 (self.camera.pitch, self.camera.yaw) = (FRAC_PI_2, FRAC_PI_2);
                 self.camera.distance = self.camera.distance.clamp(ABOVE, 4.0 * ABOVE);

@@ -1,10 +1,13 @@
 //! The help: all keyboard shortcuts and pointer gestures.
 
-use egui::{Align2, Context, Grid, RichText, Window};
+use egui::{Align2, Context, Grid, RichText, ScrollArea, Window};
 
 use super::keys;
 use super::state::Interface;
 use super::style;
+
+/// The width of a column, in points.
+const COLUMN: f32 = 400.0;
 
 impl Interface {
     pub(super) fn help(&mut self, context: &Context) {
@@ -19,23 +22,36 @@ impl Interface {
             .anchor(Align2::CENTER_CENTER, [0.0, 0.0])
             .frame(style::floating(theme).fill(colours.panel).inner_margin(18.0))
             .show(context, |ui| {
+                let screen = context.content_rect().size();
+                ui.set_max_size(egui::vec2(screen.x - 60.0, screen.y - 60.0));
                 ui.label(RichText::new("Keys and mouse").size(17.0));
                 ui.add_space(8.0);
-                let entries = keys::list(context);
-                let third = (entries.len() + keys::POINTER_GESTURES.len()).div_ceil(3);
+                let columns = ((screen.x - 60.0) / COLUMN).clamp(1.0, 3.0) as usize;
                 let gestures = keys::POINTER_GESTURES.iter().map(|(gesture, text)| ((*gesture).to_owned(), *text));
-                let all: Vec<_> = gestures.chain(entries).collect();
-                ui.horizontal_top(|ui| {
-                    for (i, column) in all.chunks(third).enumerate() {
-                        Grid::new(("keys", i)).num_columns(2).spacing([12.0, 5.0]).show(ui, |ui| {
-                            for (input, text) in column {
+                let all: Vec<_> = gestures.chain(keys::list(context)).collect();
+                let rows = all.len().div_ceil(columns);
+                ScrollArea::vertical().max_height(screen.y - 120.0).show(ui, |ui| {
+                    if columns == 1 {
+                        for (input, text) in &all {
+                            ui.horizontal_wrapped(|ui| {
                                 ui.label(RichText::new(input).monospace().color(colours.accent));
                                 ui.label(*text);
-                                ui.end_row();
-                            }
-                        });
-                        ui.add_space(14.0);
+                            });
+                        }
+                        return;
                     }
+                    ui.horizontal_top(|ui| {
+                        for (i, column) in all.chunks(rows).enumerate() {
+                            Grid::new(("keys", i)).num_columns(2).spacing([12.0, 5.0]).show(ui, |ui| {
+                                for (input, text) in column {
+                                    ui.label(RichText::new(input).monospace().color(colours.accent));
+                                    ui.label(*text);
+                                    ui.end_row();
+                                }
+                            });
+                            ui.add_space(14.0);
+                        }
+                    });
                 });
             });
         // A click outside closes the help.

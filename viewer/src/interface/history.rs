@@ -14,6 +14,59 @@ const MIN_GAP: f64 = 0.05;
 /// The index of the heading in [`PLOTS`].
 const THETA: usize = 2;
 
+/// The simulated time between two snapshots of all robots, in seconds.
+const SNAPSHOT_GAP: f64 = 0.25;
+/// The most memory for the snapshots of a minute, in bytes; a larger fleet is not recorded.
+const MAX_BYTES: f64 = 64e6;
+
+/// The columns of all robots during the last minute, copied as they are a few times per simulated second.
+#[derive(Clone, Debug, Default)]
+pub struct Recorder {
+    run: u64,
+    snapshots: VecDeque<Snapshot>,
+}
+
+#[derive(Clone, Debug)]
+struct Snapshot {
+    /// Simulated seconds.
+    at: f64,
+    columns: [Vec<f32>; 4],
+    state: Vec<u8>,
+}
+
+impl Recorder {
+    /// Takes a snapshot of a frame if one is due. Another run, or a step back in time, begins anew.
+    pub fn push(&mut self, frame: &Frame<'_>) {
+        let now = frame.sim_time().as_secs_f64();
+        let last = self.snapshots.back().map_or(f64::NEG_INFINITY, |snapshot| snapshot.at);
+        if self.run != frame.run_id() || now < last {
+            (self.run, self.snapshots) = (frame.run_id(), VecDeque::new());
+        } else if now < last + SNAPSHOT_GAP {
+            return;
+        }
+        if frame.len() as f64 * 17.0 * SPAN / SNAPSHOT_GAP > MAX_BYTES {
+            self.snapshots.clear();
+            return;
+        }
+        let columns = [frame.x(), frame.y(), frame.theta(), frame.speed()].map(<[f32]>::to_vec);
+        self.snapshots.push_back(Snapshot { at: now, columns, state: frame.columns().state.to_vec() });
+        while self.snapshots.front().is_some_and(|snapshot| snapshot.at < now - SPAN) {
+            self.snapshots.pop_front();
+        }
+    }
+
+    /// Returns the points of a robot's history that were recorded before the newest frame.
+    fn points(&self, run: u64, row: usize) -> VecDeque<[f64; 5]> {
+        let snapshots = self.snapshots.iter().filter(|_| self.run == run);
+        let point = |snapshot: &Snapshot| {
+            snapshot.state.get(row).filter(|state| **state != RobotState::Absent as u8)?;
+            let [x, y, theta, speed] = [0, 1, 2, 3].map(|column: usize| f64::from(snapshot.columns[column][row]));
+            Some([snapshot.at, x, y, theta.to_degrees(), speed])
+        };
+        snapshots.filter_map(point).collect()
+    }
+}
+
 /// The values of one robot during the last minute.
 #[derive(Clone, Debug, Default)]
 pub struct History {
@@ -24,13 +77,14 @@ pub struct History {
 }
 
 impl History {
-    /// Adds the values of a frame. The history starts anew with another robot or run, or when time has gone back.
-    pub fn push(&mut self, frame: &Frame<'_>, robot: u32) {
+    /// Adds the values of a frame. The history starts anew with another robot or run, or when time has gone back; of another
+    /// robot it starts with what was recorded.
+    pub fn push(&mut self, frame: &Frame<'_>, robot: u32, recorder: &Recorder) {
         let (row, now) = (robot as usize, frame.sim_time().as_secs_f64());
         let source = Some((frame.run_id(), robot));
         let last = self.points.back().map_or(f64::NEG_INFINITY, |point| point[0]);
         if self.source != source || now < last {
-            *self = Self { source, points: VecDeque::new() };
+            *self = Self { source, points: recorder.points(frame.run_id(), row) };
         } else if now < last + MIN_GAP {
             return;
         }
@@ -60,5 +114,33 @@ impl History {
         let points: Vec<_> = self.points.iter().map(|point| [point[0] - now, point[plot + 1]]).collect();
         let is_continuous = |a: &[f64; 2], b: &[f64; 2]| plot != THETA || (a[1] - b[1]).abs() < 180.0;
         points.chunk_by(is_continuous).map(|part| PlotPoints::from(part.to_vec())).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use regatta_plugin::frame::{ColumnsMut, FrameHeader, Line, frame_lines, stride_lines};
+
+    use super::*;
+
+    #[test]
+    fn the_history_of_a_robot_begins_before_it_is_selected() {
+        let mut lines = vec![Line::default(); frame_lines(3)];
+        let (mut recorder, mut history) = (Recorder::default(), History::default());
+        for step in 0..100_u64 {
+            let columns = ColumnsMut::split(&mut lines, 3);
+            (0..3).for_each(|row| (columns.x[row], columns.state[row]) = (step as f32, 1));
+            let sim_time_nanos = step * 100_000_000;
+            let stride_lines = stride_lines(3) as u32;
+            let header = FrameHeader { run_id: 1, robots: 3, stride_lines, sim_time_nanos, ..FrameHeader::default() };
+            let frame = Frame::new(&header, &lines).expect("a frame");
+            recorder.push(&frame);
+            if step == 99 {
+                history.push(&frame, 1, &recorder);
+            }
+        }
+        let [low, high] = history.range(0, 1.0);
+        assert_eq!((low, high), (0.0, 99.0), "from the first frame on");
+        assert!(history.points.len() > 30, "{}", history.points.len());
     }
 }

@@ -65,6 +65,14 @@ pub enum Command {
     Plans,
     /// Show or hide who waits for whom.
     Waits,
+    /// Show or hide the ids of robots.
+    RobotIds,
+    /// Switch between the plan and the view in perspective.
+    Plan,
+    /// Show or hide the minimap.
+    Minimap,
+    /// Begin or end measuring.
+    Measure,
     /// Scroll the open list up by a page.
     PageUp,
     /// Scroll the open list down by a page.
@@ -100,7 +108,7 @@ const SHORTCUTS: &[Shortcut] = &[
     shortcut(NONE, Key::Comma, Command::StepBack, "recording, past: one frame back"),
     shortcut(NONE, Key::X, Command::NextMark, "recording: next mark"),
     shortcut(NONE, Key::Z, Command::PreviousMark, "recording: previous mark"),
-    shortcut(NONE, Key::O, Command::Loop, "recording: repeat a part from, to, end"),
+    shortcut(NONE, Key::Y, Command::Loop, "recording: repeat a part from, to, end"),
     shortcut(NONE, Key::U, Command::Past, "live run: the last ten minutes"),
     shortcut(NONE, Key::OpenBracket, Command::Slower, "half the speed"),
     shortcut(NONE, Key::CloseBracket, Command::Faster, "twice the speed"),
@@ -127,6 +135,10 @@ const SHORTCUTS: &[Shortcut] = &[
     shortcut(NONE, Key::G, Command::Graph, "show or hide the graph"),
     shortcut(NONE, Key::H, Command::Plans, "routes and goals of all robots"),
     shortcut(NONE, Key::B, Command::Waits, "who waits for whom"),
+    shortcut(SHIFT, Key::U, Command::RobotIds, "ids of robots"),
+    shortcut(NONE, Key::O, Command::Plan, "plan (orthographic) or perspective"),
+    shortcut(SHIFT, Key::M, Command::Minimap, "minimap"),
+    shortcut(NONE, Key::M, Command::Measure, "measure distance and clearance"),
     shortcut(NONE, Key::Questionmark, Command::Help, "this help"),
     shortcut(SHIFT, Key::Questionmark, Command::Help, ""),
     shortcut(SHIFT, Key::Slash, Command::Help, ""),
@@ -159,6 +171,8 @@ pub const POINTER_GESTURES: &[(&str, &str)] = &[
     ("Ctrl or Cmd click", "add a robot to the selection, or remove it"),
     ("Enter in the search", "select it; with Ctrl or Cmd, add it"),
     ("double click", "fly there"),
+    ("left drag in a plan", "pan"),
+    ("click while measuring", "one end, then the other: robots or places"),
 ];
 
 /// The camera motion of held keys: right, forward, turn left, tilt down, zoom out; each -1, 0 or 1.
@@ -177,7 +191,33 @@ pub fn pressed(context: &Context) -> Vec<Command> {
             Event::Key { key, pressed: true, modifiers, .. } => Some((*key, *modifiers)),
             _ => None,
         });
-        pressed.filter_map(|(key, modifiers)| command_of(key, modifiers)).collect()
+        let mut commands: Vec<_> = pressed.filter_map(|(key, modifiers)| command_of(key, modifiers)).collect();
+        // Later keys are for the search field.
+        let find = commands.iter().position(|command| *command == Command::Find);
+        commands.truncate(find.map_or(commands.len(), |find| find + 1));
+        commands
+    })
+}
+
+/// Takes the events out of a picture's input that came after Ctrl+F: at low picture rates they are in the same picture, before
+/// the search field gets the focus. Pointer events stay.
+pub fn take_input_after_find(context: &Context) -> Vec<Event> {
+    context.input_mut(|input| {
+        let is_find = |event: &Event| {
+            matches!(event, Event::Key { key: Key::F, pressed: true, modifiers, .. } if modifiers.matches_exact(CTRL))
+        };
+        let after = input.events.iter().position(is_find).map_or(input.events.len(), |at| at + 1);
+        let typed = |event: &mut Event| matches!(event, Event::Text(_) | Event::Key { .. } | Event::Ime(_));
+        let (mut rest, mut taken) = (input.events.split_off(after), Vec::new());
+        rest.retain_mut(|event| {
+            let is_typed = typed(event);
+            if is_typed {
+                taken.push(event.clone());
+            }
+            !is_typed
+        });
+        input.events.append(&mut rest);
+        taken
     })
 }
 

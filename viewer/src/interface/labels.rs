@@ -1,12 +1,13 @@
 //! The ids of nodes and edges, drawn beside them where the camera is near enough.
 
-use std::collections::HashSet;
+use std::collections::{BTreeSet, HashSet};
 
 use egui::{Align2, Context, FontId, LayerId, Rect, pos2};
 use glam::Vec2;
 use regatta_plugin::World;
 use regatta_plugin::world::{NodeRecord, NodeRole};
 
+use super::robot_spots::Spot;
 use super::style;
 use crate::camera::Camera;
 use crate::curves::midpoint;
@@ -24,6 +25,28 @@ const CELL: Vec2 = Vec2::new(30.0, 15.0);
 #[derive(Debug, Default)]
 pub struct Labels(Vec<Label>);
 
+/// The picture over which labels are drawn.
+#[derive(Clone, Copy, Debug)]
+pub struct LabelView<'a> {
+    /// Where the picture is, in points.
+    pub picture: Rect,
+    /// Its camera.
+    pub camera: &'a Camera,
+    /// The offset of all positions, in metres.
+    pub offset: Vec2,
+    /// The theme.
+    pub theme: Theme,
+    /// The robots in the picture.
+    pub robots: &'a [Spot],
+}
+
+/// Returns the distance from the eye up to which ids are drawn in a picture of `size` points; `None` if the camera is farther
+/// away from the ground than that.
+pub(super) fn reach(camera: &Camera, size: Vec2) -> Option<f32> {
+    let reach = size.y / (2.0 * (camera.fov_y / 2.0).tan() * MIN_POINTS_PER_METRE);
+    (camera.eye().z < reach && size.min_element() > 0.0).then_some(reach)
+}
+
 #[derive(Clone, Debug, PartialEq)]
 struct Label {
     place: Vec2,
@@ -34,25 +57,28 @@ struct Label {
 }
 
 impl Labels {
-    /// Collects the nodes and edges of a route graph.
-    pub fn new(world: &World<'_>) -> Self {
-        let nodes = world.nodes().iter().map(|node| Label {
+    /// Collects the nodes and edges of a route graph, or of one of its levels.
+    pub fn new(world: &World<'_>, level: Option<&str>) -> Self {
+        let is_shown = |text: u32| level.is_none_or(|level| world.text(text) == level);
+        let nodes = world.nodes().iter().filter(|node| is_shown(node.level)).map(|node| Label {
             place: Vec2::new(node.x, node.y),
             id: node.id,
             is_node: true,
             station: station_of(world, node),
         });
-        let middles = world.edges().iter().filter_map(|edge| Some((edge, midpoint(world, edge)?)));
+        let edges = world.edges().iter().filter(|edge| is_shown(edge.level));
+        let middles = edges.filter_map(|edge| Some((edge, midpoint(world, edge)?)));
         let edges = middles.map(|(edge, place)| Label { place, id: edge.id, is_node: false, station: None });
         let mut all: Vec<_> = nodes.chain(edges).collect();
         all.sort_by(|a, b| a.place.x.total_cmp(&b.place.x));
         Self(all)
     }
 
-    /// Draws the ids that are near enough over a picture. Where space is short, nodes precede edges and near ones far
-    /// ones.
-    pub fn draw(&self, context: &Context, picture: Rect, camera: &Camera, offset: Vec2, theme: Theme) {
-        let painter = context.layer_painter(LayerId::background()).with_clip_rect(picture);
+    /// Draws the ids that are near enough over a picture, of which `clip` is in sight. Where space is short, nodes precede edges
+    /// and near ones far ones; none covers a robot.
+    pub fn draw(&self, context: &Context, clip: Rect, view: &LabelView<'_>) {
+        let LabelView { picture, camera, offset, theme, robots } = *view;
+        let painter = context.layer_painter(LayerId::background()).with_clip_rect(clip);
         let colours = style::colours(theme);
         for (label, at) in self.visible(camera, offset, Vec2::new(picture.width(), picture.height())) {
             let (colour, size) =
@@ -66,8 +92,17 @@ impl Labels {
             };
             let down = if label.is_node { -gap } else { gap };
             let at = pos2(picture.left() + at.x + gap, picture.top() + at.y + down);
-            let galley = painter.layout_no_wrap(label.text(), FontId::proportional(size), colour);
+            // Ids of robots are framed; those of the graph are letters and digits on the floor.
+            let font = if label.station.is_some() { FontId::proportional(size) } else { FontId::monospace(size - 1.0) };
+            let galley = painter.layout_no_wrap(label.text(), font, colour);
             let text = anchor.anchor_size(at, galley.size());
+            let covers = |spot: &Spot| {
+                let middle = pos2(picture.left() + spot.at.x, picture.top() + spot.at.y);
+                text.distance_sq_to_pos(middle) < spot.radius * spot.radius
+            };
+            if robots.iter().any(covers) {
+                continue;
+            }
             painter.rect_filled(text.expand2(egui::vec2(3.0, 0.0)), 3.0, colours.panel.gamma_multiply(0.6));
             painter.galley(text.min, galley, colour);
         }
@@ -77,11 +112,12 @@ impl Labels {
     pub fn draw_robots(
         context: &Context,
         picture: Rect,
+        clip: Rect,
         camera: &Camera,
         theme: Theme,
         robots: impl IntoIterator<Item = (u32, Vec2)>,
     ) {
-        let painter = context.layer_painter(LayerId::background()).with_clip_rect(picture);
+        let painter = context.layer_painter(LayerId::background()).with_clip_rect(clip);
         let colours = style::colours(theme);
         for (id, place) in robots {
             let Some(at) = camera.project(place.extend(0.4), Vec2::new(picture.width(), picture.height())) else {
@@ -98,10 +134,7 @@ impl Labels {
     /// Returns the labels to draw and their places in a picture of this size, in points.
     fn visible(&self, camera: &Camera, offset: Vec2, size: Vec2) -> Vec<(&Label, Vec2)> {
         let eye = camera.eye();
-        let reach = size.y / (2.0 * (camera.fov_y / 2.0).tan() * MIN_POINTS_PER_METRE);
-        if eye.z >= reach || size.min_element() <= 0.0 {
-            return Vec::new();
-        }
+        let Some(reach) = reach(camera, size) else { return Vec::new() };
         let (west, east) = (eye.x - offset.x - reach, eye.x - offset.x + reach);
         let first = self.0.partition_point(|label| label.place.x < west);
         let last = self.0.partition_point(|label| label.place.x <= east);
@@ -135,7 +168,8 @@ impl Labels {
 
 impl Label {
     fn text(&self) -> String {
-        self.station.as_deref().map_or_else(|| self.id.to_string(), str::to_owned)
+        let prefix = if self.is_node { 'n' } else { 'e' };
+        self.station.as_deref().map_or_else(|| format!("{prefix}{}", self.id), str::to_owned)
     }
 
     /// The number of cells that the text takes; a letter takes some six points.
@@ -143,6 +177,14 @@ impl Label {
         let letters = self.station.as_deref().map_or(0, |name| name.chars().count());
         (letters as f32 * 6.0 / CELL.x).ceil().max(1.0) as i32
     }
+}
+
+/// Returns the names of a world's levels.
+pub fn levels(world: &World<'_>) -> Vec<String> {
+    let all = world.nodes().iter().map(|node| node.level).chain(world.edges().iter().map(|edge| edge.level));
+    let offsets: BTreeSet<u32> = all.collect();
+    let names: BTreeSet<&str> = offsets.into_iter().map(|offset| world.text(offset)).collect();
+    names.into_iter().filter(|name| !name.is_empty()).map(str::to_owned).collect()
 }
 
 /// Returns the name of a node with a role, or its role and id; `None` without a role.
@@ -163,7 +205,7 @@ mod tests {
     const SIZE: Vec2 = Vec2::new(1280.0, 720.0);
 
     fn labels(nodes: impl Iterator<Item = NodeRecord>) -> Labels {
-        Labels::new(&WorldData { nodes: nodes.collect(), ..WorldData::default() }.view(1, 1))
+        Labels::new(&WorldData { nodes: nodes.collect(), ..WorldData::default() }.view(1, 1), None)
     }
 
     fn row(count: u32) -> Labels {
@@ -216,12 +258,12 @@ mod tests {
             station(2, 0, 6.0, NodeRole::Charge),
             station(3, name, -6.0, NodeRole::None),
         ];
-        let labels = Labels::new(&world.view(1, 1));
+        let labels = Labels::new(&world.view(1, 1), None);
         let near = labels.visible(&over(0.0, 20.0), Vec2::ZERO, SIZE);
         let texts: Vec<_> = near.iter().map(|(label, _)| label.text()).collect();
-        assert_eq!(texts, ["inbound dock 4", "charge 2", "3"]);
+        assert_eq!(texts, ["inbound dock 4", "charge 2", "n3"]);
         world.nodes[1].x = 0.9;
-        let labels = Labels::new(&world.view(1, 1));
+        let labels = Labels::new(&world.view(1, 1), None);
         let near = labels.visible(&over(0.0, 20.0), Vec2::ZERO, SIZE);
         assert_eq!(near.len(), 2, "the name takes the place of the charger's: {near:?}");
     }

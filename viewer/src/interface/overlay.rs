@@ -5,7 +5,9 @@ use egui::{Align2, Area, Context, Id, Order, Rect, RichText, Sense, Ui, pos2, ve
 
 use glam::Vec2;
 
-use super::labels::Labels;
+use super::labels::{LabelView, Labels};
+use super::plan;
+use super::robot_spots;
 use super::state::Interface;
 use super::style;
 use super::symbols::Symbols;
@@ -18,44 +20,78 @@ const MARGIN: f32 = 10.0;
 const MESSAGE_SECONDS: f64 = 8.0;
 
 impl Interface {
-    pub(super) fn overlay(&mut self, context: &Context, picture: Rect, model: &ViewModel<'_>) {
+    /// Shows what floats over the picture, of which no panel covers `visible`.
+    pub(super) fn overlay(&mut self, context: &Context, picture: Rect, visible: Rect, model: &ViewModel<'_>) {
         if model.engine == EngineState::Awaited {
-            self.waiting(context, picture, model);
+            self.waiting(context, visible, model);
         } else {
             if model.engine == EngineState::Gone {
                 self.veil(context, picture, model);
             }
-            if self.settings.ids {
-                let offset = Vec2::from(self.settings.offset);
-                model.labels.draw(context, picture, &self.camera_controller.camera(), offset, self.settings.theme());
-                let place = |id| Some((id, model.pose(id, offset)?.place));
-                let robots = self.robots().into_iter().filter_map(place);
-                Labels::draw_robots(context, picture, &self.camera_controller.camera(), self.settings.theme(), robots);
+            self.ids(context, picture, visible, model);
+            let (camera, theme) = (self.camera_controller.camera(), self.settings.theme());
+            if camera.is_plan() && visible.is_positive() {
+                plan::draw(context, picture, visible, &camera, theme);
             }
+            self.draw_measurement(context, picture, visible, model);
             let symbols = Symbols { plans: self.settings.plans, waits: self.settings.waits, facts: model.plans };
-            legend(context, picture, self.settings.theme(), model.legend, &symbols);
-            self.coordinates(context, picture);
+            legend(context, visible, theme, model.legend, &symbols, None);
+            self.coordinates(context, picture, visible, model);
         }
-        self.messages(context, picture);
+        self.messages(context, visible);
+    }
+
+    /// Draws the ids of nodes, edges and robots.
+    fn ids(&self, context: &Context, picture: Rect, visible: Rect, model: &ViewModel<'_>) {
+        let (ids, robot_ids) = (self.settings.ids, self.settings.robot_ids);
+        if !ids && !robot_ids {
+            return;
+        }
+        let (camera, offset, theme) =
+            (&self.camera_controller.camera(), Vec2::from(self.settings.offset), self.settings.theme());
+        let size = Vec2::new(picture.width(), picture.height());
+        let radius = robot_spots::radius(&model.world);
+        let spots =
+            model.frame.map(|frame| robot_spots::find(&frame, camera, offset, size, radius)).unwrap_or_default();
+        if ids {
+            let view = LabelView { picture, camera, offset, theme, robots: &spots };
+            model.labels.draw(context, visible, &view);
+        }
+        if robot_ids {
+            robot_spots::draw(context, visible, picture, theme, &spots);
+        }
+        if ids {
+            let place = |id| Some((id, model.pose(id, offset)?.place));
+            let robots = self.robots().into_iter().filter_map(place);
+            Labels::draw_robots(context, picture, visible, camera, theme, robots);
+        }
     }
 
     fn float(&self, context: &Context, picture: Rect, name: &str, place: Align2, show: impl FnOnce(&mut Ui)) {
         float(context, picture, self.settings.theme(), name, place, show);
     }
 
-    fn coordinates(&self, context: &Context, picture: Rect) {
-        let (eye, camera) = (self.camera_controller.camera().eye(), self.camera_controller.camera());
-        let text = format!(
-            "camera  {:.1}  {:.1}  {:.1} m   {:.0}°  {:.0}°",
-            eye.x,
-            eye.y,
-            eye.z,
-            camera.yaw.to_degrees(),
-            camera.pitch.to_degrees()
-        );
-        self.float(context, picture, "camera", Align2::RIGHT_BOTTOM, |ui| {
-            let text = RichText::new(text).monospace().size(11.0).color(self.colours().faint);
-            ui.add(egui::Label::new(text).extend());
+    /// Shows the ground under the pointer, where the camera is, and what is measured.
+    fn coordinates(&self, context: &Context, picture: Rect, visible: Rect, model: &ViewModel<'_>) {
+        let camera = self.camera_controller.camera();
+        let (eye, size) = (camera.eye(), Vec2::new(picture.width(), picture.height()));
+        let mut lines = self.measuring_text(model).unwrap_or_default();
+        let pointer = context.pointer_hover_pos().filter(|at| visible.contains(*at)).map(|at| at - picture.min);
+        let ground = pointer.and_then(|at| camera.unproject(Vec2::new(at.x, at.y), size));
+        lines.push(match ground {
+            Some(at) => format!("x {:.2} m  y {:.2} m", at.x, at.y),
+            None => "x –  y –".to_owned(),
+        });
+        if !camera.is_plan() && visible.width() > 520.0 {
+            let [yaw, pitch] = [camera.yaw, camera.pitch].map(f32::to_degrees);
+            lines.push(format!("camera  {:.1}  {:.1}  {:.1} m   {yaw:.0}°  {pitch:.0}°", eye.x, eye.y, eye.z));
+        }
+        self.float(context, visible, "camera", Align2::RIGHT_BOTTOM, |ui| {
+            ui.spacing_mut().item_spacing.y = 2.0;
+            for line in lines {
+                let text = RichText::new(line).monospace().size(11.0).color(self.colours().faint);
+                ui.add(egui::Label::new(text).extend());
+            }
         });
     }
 
@@ -127,11 +163,22 @@ pub(super) fn float(
     });
 }
 
-/// Shows the legend: the robots' colours, and the symbols of layers.
-pub fn legend(context: &Context, picture: Rect, theme: Theme, legend: &Legend, symbols: &Symbols) {
+/// Shows the legend: the robots' colours, and the symbols of layers. Pictures have the fleet, the time and the number of robots
+/// above it.
+pub fn legend(
+    context: &Context,
+    picture: Rect,
+    theme: Theme,
+    legend: &Legend,
+    symbols: &Symbols,
+    title: Option<&[String]>,
+) {
     let colours = style::colours(theme);
     float(context, picture, theme, "legend", Align2::LEFT_BOTTOM, |ui| {
         ui.spacing_mut().item_spacing.y = 4.0;
+        for line in title.unwrap_or_default() {
+            ui.label(RichText::new(line).size(11.0).color(colours.faint));
+        }
         ui.label(RichText::new(&legend.title).strong());
         match &legend.scale {
             Scale::Categories(names) => {

@@ -19,19 +19,24 @@ const CLICK: f32 = 6.0;
 
 impl Interface {
     /// Moves the camera by the input on the picture, and requests picks for clicks.
+    ///
+    /// The picture goes on under the panels; `ui` has the part of it that is in sight.
     pub(super) fn pointer_input(&mut self, ui: &Ui, picture: Rect, actions: &mut Vec<Action>) {
-        let response = ui.interact(picture, ui.scope_id().with("picture"), Sense::click_and_drag());
+        let visible = ui.max_rect();
+        let response = ui.interact(visible, ui.scope_id().with("picture"), Sense::click_and_drag());
         let size = glam(picture.size());
-        self.handle_drag(ui, &response, picture, size);
+        self.handle_drag(ui, &response, picture, visible, size);
         if response.contains_pointer() {
             self.wheel(ui, picture, size);
         }
         if let Some(at) = response.interact_pointer_pos() {
             let at = glam(at - picture.min);
-            if response.double_clicked() {
+            if response.double_clicked() && self.measuring.is_none() {
                 if let Some(place) = self.camera_controller.camera().unproject(at, size) {
                     self.camera_controller.fly_to(place);
                 }
+            } else if response.clicked() && self.measuring.is_some() {
+                actions.push(Action::Measure { at });
             } else if response.clicked() {
                 let extend = ui.input(|input| input.modifiers.command);
                 actions.push(Action::Pick { at, extend });
@@ -42,7 +47,7 @@ impl Interface {
 
     /// Handles the pointer event by event: where a picture takes long, a whole drag may happen between two pictures, which
     /// egui does not report as a drag.
-    fn handle_drag(&mut self, ui: &Ui, response: &Response, picture: Rect, size: Vec2) {
+    fn handle_drag(&mut self, ui: &Ui, response: &Response, picture: Rect, visible: Rect, size: Vec2) {
         let events = ui.input(|input| {
             let is_pointer = |event: &&Event| matches!(event, Event::PointerButton { .. } | Event::PointerMoved(_));
             input.events.iter().filter(is_pointer).cloned().collect::<Vec<_>>()
@@ -51,8 +56,9 @@ impl Interface {
             match event {
                 Event::PointerButton { pos, button, pressed: true, modifiers } if self.drag.is_none() => {
                     let drags_other = ui.ctx().dragged_id().is_some_and(|id| id != response.id);
-                    if !drags_other && picture.contains(pos) && ui.ctx().layer_id_at(pos) == Some(ui.layer_id()) {
-                        let orbits = button == PointerButton::Primary && !modifiers.shift;
+                    if !drags_other && visible.contains(pos) && ui.ctx().layer_id_at(pos) == Some(ui.layer_id()) {
+                        let is_plan = self.camera_controller.camera().is_plan();
+                        let orbits = button == PointerButton::Primary && !modifiers.shift && !is_plan;
                         self.drag = Some(Drag { button, orbits, at: pos, has_moved: false });
                     }
                 }

@@ -14,6 +14,12 @@ pub enum SortBy {
     Y,
     /// The heading.
     Theta,
+    /// Metres per second.
+    Speed,
+    /// The state, by its name.
+    State,
+    /// The edge, by its index in the world.
+    Edge,
 }
 
 /// A query for rows: filter and order.
@@ -52,9 +58,16 @@ impl RowQuery {
             SortBy::X => Some(columns.x),
             SortBy::Y => Some(columns.y),
             SortBy::Theta => Some(columns.theta),
+            SortBy::Speed => Some(columns.speed),
+            SortBy::State | SortBy::Edge => None,
         };
         if let Some(values) = values {
             ids.sort_by(|a, b| values[*a as usize].total_cmp(&values[*b as usize]));
+        }
+        match self.sort {
+            SortBy::State => ids.sort_by_key(|id| state_name(RobotState::from_number(columns.state[*id as usize]))),
+            SortBy::Edge => ids.sort_by_key(|id| columns.edge[*id as usize]),
+            _ => {}
         }
         if self.descending {
             ids.reverse();
@@ -104,11 +117,15 @@ mod tests {
     fn rows_are_filtered_and_sorted() {
         let (x, y, theta) = ([3.0, 1.0, 2.0, 0.5], [0.0; 4], [0.0, -1.0, 1.0, 0.5]);
         let state = [0, 1, 3, 255];
-        let columns = Columns { x: &x, y: &y, theta: &theta, speed: &y, s: &y, edge: &[0; 4], state: &state };
+        let (speed, edge) = ([1.0, 0.0, 0.5, 0.0], [7, 3, u32::MAX, 1]);
+        let columns = Columns { x: &x, y: &y, theta: &theta, speed: &speed, s: &y, edge: &edge, state: &state };
         let rows =
             |sort, descending, filter: &str| RowQuery { sort, descending, filter: filter.into() }.rows(columns).ids;
         assert_eq!(rows(SortBy::X, false, ""), [1, 2, 0]);
         assert_eq!(rows(SortBy::Theta, true, ""), [2, 0, 1]);
+        assert_eq!(rows(SortBy::Speed, true, ""), [0, 2, 1]);
+        assert_eq!(rows(SortBy::State, false, ""), [1, 2, 0], "driving, held, idle");
+        assert_eq!(rows(SortBy::Edge, false, ""), [1, 0, 2]);
         assert_eq!(rows(SortBy::Id, false, "hel"), [2]);
         assert_eq!(rows(SortBy::Id, false, "1"), [1]);
         assert_eq!(rows(SortBy::Id, true, " "), [2, 1, 0]);

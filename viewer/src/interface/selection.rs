@@ -9,6 +9,7 @@ use regatta_plugin::world::{NodeRole, Orientation};
 use super::camera_controller::Follow;
 use super::fleet_list::state_colour;
 use super::history::{PLOTS, SPAN};
+use super::places::value_text;
 use super::rows::state_name;
 use super::state::Interface;
 use super::style::{self, heading, line, status_dot};
@@ -60,7 +61,7 @@ impl Interface {
         if !others.is_empty() {
             heading(ui, theme, "columns");
             for (name, value) in others {
-                line(ui, theme, name.as_str(), format!("{value:.3}"));
+                line(ui, theme, name.as_str(), value_text(name, *value, theme));
             }
         }
         heading(ui, theme, "last minute");
@@ -207,6 +208,7 @@ impl Interface {
             Orientation::Offset(angle) => line(ui, theme, "heading", format!("tangent + {:.1}°", angle.to_degrees())),
             Orientation::Fixed(angle) => line(ui, theme, "heading", format!("{:.1}°", angle.to_degrees())),
         }
+        self.robots_on_edge(ui, model, index);
         heading(ui, theme, "nodes");
         for (end, node) in [("from", edge.origin), ("to", edge.destination)] {
             let Some(record) = model.world.nodes().get(node as usize) else { continue };
@@ -244,6 +246,7 @@ impl Interface {
         line(ui, theme, "x", format!("{:.3} m", node.x + offset[0]));
         line(ui, theme, "y", format!("{:.3} m", node.y + offset[1]));
         line(ui, theme, "θ", format!("{:.2}°", node.theta.to_degrees()));
+        self.robots_at_node(ui, model, node);
         heading(ui, theme, "edges");
         let edges =
             model.world.edges().iter().enumerate().filter(|(_, edge)| [edge.origin, edge.destination].contains(&index));

@@ -7,6 +7,7 @@ use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
 use crate::camera::Bounds;
+use crate::mesh_file::Placement;
 use crate::palette::{Colouring, Theme};
 use crate::scene::{Light, MAX_LIGHTS, Scene, Trails};
 
@@ -26,6 +27,10 @@ pub struct Settings {
     pub nodes: bool,
     /// Whether the ids of nodes and edges are shown when near.
     pub ids: bool,
+    /// Whether the ids of robots are shown when near.
+    pub robot_ids: bool,
+    /// Whether the minimap is shown.
+    pub minimap: bool,
     /// Whether shadows are shown.
     pub shadows: bool,
     /// Whether the routes and goals of all robots are shown.
@@ -42,6 +47,9 @@ pub struct Settings {
     pub trails_of_selected: bool,
     /// The path of an image or a ROS map for the floor; empty for none.
     pub floor_image: String,
+    /// Where an image is placed on the floor: the lower left corner's x and y in metres, metres per pixel, and the yaw in
+    /// degrees; `None` to stretch an image over the floor, and to place a map as its file says.
+    pub floor_at: Option<[f32; 4]>,
     /// The mesh of the robots; `None` for the built-in one.
     pub mesh: Option<RobotMesh>,
     /// Lamps: x, y and z in metres; red, green and blue.
@@ -91,6 +99,21 @@ pub struct RobotMesh {
     pub scale: f32,
     /// The height by which the mesh is lifted, in metres.
     pub z: f32,
+    /// The angle by which it is turned about the vertical axis, in degrees counter-clockwise.
+    #[serde(default)]
+    pub yaw: f32,
+}
+
+impl RobotMesh {
+    /// Returns the mesh of a file.
+    pub fn new(file: String, Placement { scale, z, yaw }: Placement) -> Self {
+        Self { file, scale, z, yaw: yaw.to_degrees() }
+    }
+
+    /// How the mesh is placed on its robot.
+    pub fn placement(&self) -> Placement {
+        Placement { scale: self.scale, z: self.z, yaw: self.yaw.to_radians() }
+    }
 }
 
 /// The hosts and ports for UDP, as typed.
@@ -127,6 +150,8 @@ impl Default for Settings {
             edges: true,
             nodes: true,
             ids: true,
+            robot_ids: false,
+            minimap: false,
             shadows: true,
             plans: false,
             waits: false,
@@ -135,6 +160,7 @@ impl Default for Settings {
             trails: 0,
             trails_of_selected: false,
             floor_image: String::new(),
+            floor_at: None,
             mesh: None,
             lamps: Vec::new(),
             left: None,
@@ -156,6 +182,10 @@ impl Settings {
         };
         self.offset = self.offset.map(|metres| within(metres, -1e6, 1e6, 0.0));
         self.floor = self.floor.map(|size| size.map(|metres| within(metres, 1.0, 1e6, 100.0)));
+        self.floor_at = self.floor_at.map(|[x, y, resolution, yaw]| {
+            let [x, y] = [x, y].map(|metres| within(metres, -1e6, 1e6, 0.0));
+            [x, y, within(resolution, 1e-4, 100.0, 0.05), within(yaw, -360.0, 360.0, 0.0)]
+        });
         self.scale = within(self.scale, 0.5, 3.0, default.scale);
         self.window = [
             within(self.window[0], 320.0, 16e3, default.window[0]),
@@ -164,6 +194,7 @@ impl Settings {
         self.trails = self.trails.min(4096);
         if let Some(mesh) = &mut self.mesh {
             (mesh.scale, mesh.z) = (within(mesh.scale, 1e-6, 1e6, 1.0), within(mesh.z, -100.0, 100.0, 0.0));
+            mesh.yaw = within(mesh.yaw, -360.0, 360.0, 0.0);
         }
         self.lamps.truncate(MAX_LIGHTS);
         for lamp in &mut self.lamps {
@@ -197,6 +228,7 @@ impl Settings {
         scene.layers.grid = self.grid;
         (scene.layers.edges, scene.layers.arrows, scene.layers.nodes) = (self.edges, self.edges, self.nodes);
         (scene.layers.ids, scene.layers.shadows) = (self.ids, self.shadows);
+        scene.layers.robot_ids = self.robot_ids;
         (scene.layers.plans, scene.layers.waits) = (self.plans, self.waits);
         scene.trails = Trails { points: self.trails, only_selected: self.trails_of_selected };
         scene.lights.clear();

@@ -10,12 +10,16 @@ use super::view_model::{Action, Item, ViewModel};
 
 impl Interface {
     pub(super) fn shortcuts(&mut self, context: &Context, model: &ViewModel<'_>, actions: &mut Vec<Action>) {
+        // What was typed right after Ctrl+F is for the search field, which has the focus only now.
+        if let Some(events) = self.late_input.take_if(|_| context.egui_wants_keyboard_input()) {
+            context.input_mut(|input| drop(input.events.splice(0..0, events)));
+        }
         for command in keys::pressed(context) {
-            self.execute(command, model, actions);
+            self.execute(context, command, model, actions);
         }
     }
 
-    fn execute(&mut self, command: Command, model: &ViewModel<'_>, actions: &mut Vec<Action>) {
+    fn execute(&mut self, context: &Context, command: Command, model: &ViewModel<'_>, actions: &mut Vec<Action>) {
         match command {
             Command::Pause => actions.extend(self.pause_or_resume(model)),
             Command::Step => actions.extend(self.step(model)),
@@ -28,13 +32,15 @@ impl Interface {
             Command::Faster => actions.push(self.times_speed(model, 2.0)),
             Command::FewerRobots => actions.extend(self.times_robots(model, 0.8)),
             Command::MoreRobots => actions.extend(self.times_robots(model, 1.25)),
-            Command::Fit => self.camera_controller.fit(model.bounds, self.aspect),
-            Command::Top => self.camera_controller.top(model.bounds, self.aspect),
+            Command::Fit => self.camera_controller.fit(model.bounds, self.window),
+            Command::Top => self.camera_controller.top(model.bounds, self.window),
             Command::Follow => self.follow_selected(),
             Command::Fly => self.fly_to_selected(model),
             Command::Find => {
                 self.settings.left = Some(LeftPanel::Fleet);
                 self.fleet_list.request_focus = true;
+                self.late_input = Some(keys::take_input_after_find(context));
+                context.request_repaint();
             }
             Command::Next => self.select_neighbour(model, true),
             Command::Previous => self.select_neighbour(model, false),
@@ -55,6 +61,10 @@ impl Interface {
             }
             Command::Plans => self.settings.plans = !self.settings.plans,
             Command::Waits => self.settings.waits = !self.settings.waits,
+            Command::RobotIds => self.settings.robot_ids = !self.settings.robot_ids,
+            Command::Plan => self.camera_controller.toggle_plan(),
+            Command::Minimap => self.settings.minimap = !self.settings.minimap,
+            Command::Measure => self.toggle_measuring(),
             Command::PageUp => self.page(-1.0),
             Command::PageDown => self.page(1.0),
             Command::Help => self.help = !self.help,
@@ -81,6 +91,8 @@ impl Interface {
     fn deselect(&mut self) {
         if self.help {
             self.help = false;
+        } else if self.measuring.is_some() {
+            self.measuring = None;
         } else if self.selected.is_some() {
             self.select(None);
         } else {

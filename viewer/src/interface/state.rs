@@ -5,17 +5,21 @@ use egui::{PointerButton, Pos2};
 use glam::Vec2;
 
 use super::camera_controller::CameraController;
-use super::history::History;
-use super::rows::RowQuery;
+use super::history::{History, Recorder};
+use super::measure::Measuring;
+use super::minimap::Minimap;
+use super::rows::{RowQuery, Rows};
 use super::settings::{RightPanel, RobotMesh, Settings};
 use super::style::{self, ThemeColours};
 use super::timeline::TimelineState;
 use super::view_model::{Item, ViewModel};
 use super::virtual_list::VirtualList;
+use crate::camera::Window;
 use crate::curves::midpoint;
 use crate::filter::Filter;
+use crate::options::Bookmark;
 use crate::palette::Theme;
-use crate::scene::MAX_SELECTED;
+use crate::scene::{MAX_SELECTED, Marked};
 
 /// The largest number of messages shown at a time.
 const MAX_MESSAGES: usize = 4;
@@ -46,8 +50,21 @@ pub struct Interface {
     pub(super) drag: Option<Drag>,
     /// Whether a text field had the keyboard focus in the last picture.
     pub(super) typing: bool,
-    /// Width of the picture divided by its height.
-    pub(super) aspect: f32,
+    /// The part of the picture that no panel covers.
+    pub(super) window: Window,
+    pub(super) minimap: Minimap,
+    /// The recent values of all robots of a fleet that is not too large.
+    pub(super) recorder: Recorder,
+    /// Keys for the search field that were pressed before it had the focus.
+    pub(super) late_input: Option<Vec<egui::Event>>,
+    /// The names of the world's levels.
+    pub levels: Vec<String>,
+    /// Whether the filter has been changed by something else than its own panel.
+    pub(super) is_refiltered: bool,
+    /// The named cameras of the scenario.
+    pub bookmarks: Vec<Bookmark>,
+    /// The ends of what is measured; `None` while nothing is.
+    pub(super) measuring: Option<Measuring>,
     pub(super) messages: Vec<Message>,
     /// Theme and scale that the egui context has.
     pub(super) applied_style: Option<(Theme, f32)>,
@@ -60,6 +77,10 @@ pub(super) struct FleetList {
     pub list: VirtualList,
     /// Whether the search field requests the keyboard focus.
     pub request_focus: bool,
+    /// The rows while the pointer is over them: they don't move then.
+    pub held: Option<Rows>,
+    /// Where the list was shown last.
+    pub area: Option<egui::Rect>,
 }
 
 /// Slider values that the engine has not adopted yet.
@@ -98,7 +119,7 @@ pub(super) struct Message {
 
 impl FileDrafts {
     fn new(settings: &Settings) -> Self {
-        let none = RobotMesh { file: String::new(), scale: 1.0, z: 0.0 };
+        let none = RobotMesh { file: String::new(), scale: 1.0, z: 0.0, yaw: 0.0 };
         Self { floor: settings.floor_image.clone(), mesh: settings.mesh.clone().unwrap_or(none) }
     }
 }
@@ -106,9 +127,11 @@ impl FileDrafts {
 impl Interface {
     /// Creates an interface with these settings and this camera.
     pub fn new(settings: Settings, camera_controller: CameraController) -> Self {
+        // Nothing is selected yet, so that its panel would be empty.
+        let right = settings.right.filter(|open| *open != RightPanel::Selection);
         Self {
             files: FileDrafts::new(&settings),
-            settings,
+            settings: Settings { right, ..settings },
             camera_controller,
             selected: None,
             also_selected: Vec::new(),
@@ -122,7 +145,14 @@ impl Interface {
             help: false,
             drag: None,
             typing: false,
-            aspect: 16.0 / 9.0,
+            window: Window::whole(16.0 / 9.0),
+            minimap: Minimap::default(),
+            recorder: Recorder::default(),
+            late_input: None,
+            levels: Vec::new(),
+            is_refiltered: false,
+            bookmarks: Vec::new(),
+            measuring: None,
             messages: Vec::new(),
             applied_style: None,
         }
@@ -172,13 +202,24 @@ impl Interface {
         [&[id], self.also_selected.as_slice()].concat()
     }
 
+    /// Returns the selected edge or node.
+    pub fn marked(&self) -> Option<Marked> {
+        match self.selected? {
+            Item::Robot(_) => None,
+            Item::Edge(index) => Some(Marked::Edge(index)),
+            Item::Node(index) => Some(Marked::Node(index)),
+        }
+    }
+
     pub(super) fn colours(&self) -> ThemeColours {
         style::colours(self.settings.theme())
     }
 
     pub(super) fn fly_to_selected(&mut self, model: &ViewModel<'_>) {
-        if let Some(place) = self.place_of_selected(model) {
-            self.camera_controller.fly_to(place);
+        match (self.place_of_selected(model), self.selected) {
+            (Some(place), Some(Item::Robot(id))) => self.camera_controller.fly_to_robot(id, place),
+            (Some(place), _) => self.camera_controller.fly_to(place),
+            (None, _) => {}
         }
     }
 

@@ -135,7 +135,8 @@ pub fn panel(theme: Theme) -> Frame {
 pub fn floating(theme: Theme) -> Frame {
     let colours = colours(theme);
     Frame::new()
-        .fill(colours.panel.gamma_multiply(0.88))
+        // Opaque: ids of nodes would shine through.
+        .fill(colours.panel)
         .stroke(Stroke::new(1.0, colours.line))
         .corner_radius(CornerRadius::same(6))
         .inner_margin(Margin::symmetric(10, 7))
@@ -176,12 +177,13 @@ pub fn thousands(number: u64) -> String {
     text
 }
 
-/// Shows a coloured dot and a text.
-pub fn status_dot(ui: &mut Ui, colour: Color32, text: RichText) {
+/// Shows a coloured dot and a text, which is cut if there is no room for it.
+pub fn status_dot(ui: &mut Ui, colour: Color32, text: RichText) -> egui::Response {
     ui.horizontal(|ui| {
         ui.spacing_mut().item_spacing.x = 6.0;
         let (rect, _) = ui.allocate_exact_size(vec2(8.0, 8.0), Sense::hover());
         ui.painter().circle_filled(rect.center(), 4.0, colour);
-        ui.label(text);
-    });
+        ui.add(egui::Label::new(text).truncate())
+    })
+    .inner
 }

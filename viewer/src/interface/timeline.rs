@@ -101,7 +101,7 @@ impl Interface {
             (None, Some(_)) => "end the loop",
             (None, None) => "loop from here",
         };
-        let hint = "Repeat a part: once for its start, once for its end, once more to end it (O); or drag with Shift";
+        let hint = "Repeat a part: once for its start, once for its end, once more to end it (Y); or drag with Shift";
         if ui.button(RichText::new(text).size(11.0)).on_hover_text(hint).clicked() {
             self.cycle_loop(model);
         }

@@ -8,29 +8,32 @@ use super::state::Interface;
 use super::style::status_dot;
 use super::view_model::ViewModel;
 
+/// The least width of the window for all tabs and buttons side by side, in points; a narrower one has menus.
+const WIDE: f32 = 1080.0;
+/// The least width at which the state of the engine is a text; below, it is a tooltip.
+const WITH_STATE: f32 = 560.0;
+
 impl Interface {
     pub(super) fn top_bar(&mut self, ui: &mut Ui, model: &ViewModel<'_>) {
         let colours = self.colours();
+        let room = ui.available_width();
         ui.horizontal_centered(|ui| {
             let (text, colour) = model.engine.text_and_colour(&colours);
-            status_dot(ui, colour, RichText::new(model.name()).strong().size(14.0));
-            ui.label(RichText::new(text).color(colour).size(12.0));
-            ui.separator();
-            let touching = model.contacts.map_or(0, |contacts| contacts.header.touching);
-            // Red is unreadable on the colour of an open tab.
-            let is_open = self.settings.left == Some(LeftPanel::Collisions);
-            let collisions = match (touching, is_open) {
-                (0, _) => "Collisions".into(),
-                (_, true) => RichText::new(format!("Collisions {touching}")),
-                (_, false) => RichText::new(format!("Collisions {touching}")).color(colours.bad),
-            };
-            for (panel, name, key) in
-                [(LeftPanel::Fleet, "Fleet".into(), "1"), (LeftPanel::Collisions, collisions, "2")]
-            {
-                tab(ui, &mut self.settings.left, panel, name, key);
+            ui.scope(|ui| {
+                ui.set_max_width(if room < WITH_STATE { 90.0 } else { 220.0 });
+                status_dot(ui, colour, RichText::new(model.name()).strong().size(14.0)).on_hover_text(text);
+            });
+            if room >= WITH_STATE {
+                ui.label(RichText::new(text).color(colour).size(12.0));
             }
             ui.separator();
-            self.camera_buttons(ui, model);
+            if room >= WIDE {
+                self.left_tabs(ui, model);
+                ui.separator();
+                self.camera_buttons(ui, model);
+            } else {
+                self.menus(ui, model);
+            }
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
                 if ui.button("?").on_hover_text("Keys and mouse (?)").clicked() {
                     self.help = !self.help;
@@ -39,26 +42,71 @@ impl Interface {
                 if icons::button(ui, icon, name, vec2(26.0, 22.0)).on_hover_text(format!("{name} (L)")).clicked() {
                     self.settings.light = !self.settings.light;
                 }
-                ui.separator();
-                let panels = [
-                    (RightPanel::Connection, "Connection", "6"),
-                    (RightPanel::Performance, "Performance", "5"),
-                    (RightPanel::View, "View", "4"),
-                    (RightPanel::Selection, "Selection", "3"),
-                ];
-                for (panel, name, key) in panels {
-                    tab(ui, &mut self.settings.right, panel, name.into(), key);
+                if room >= WIDE {
+                    ui.separator();
+                    self.right_tabs(ui, true);
                 }
             });
         });
     }
 
+    /// Shows the menus of a narrow window.
+    fn menus(&mut self, ui: &mut Ui, model: &ViewModel<'_>) {
+        let touching = model.contacts.map_or(0, |contacts| contacts.header.touching);
+        let name = RichText::new("Panels");
+        let name = if touching > 0 { name.color(self.colours().bad) } else { name };
+        ui.menu_button(name, |ui| {
+            self.left_tabs(ui, model);
+            self.right_tabs(ui, false);
+        });
+        ui.menu_button("Camera", |ui| self.camera_buttons(ui, model));
+    }
+
+    fn left_tabs(&mut self, ui: &mut Ui, model: &ViewModel<'_>) {
+        let touching = model.contacts.map_or(0, |contacts| contacts.header.touching);
+        // Red is unreadable on the colour of an open tab.
+        let is_open = self.settings.left == Some(LeftPanel::Collisions);
+        let collisions = match (touching, is_open) {
+            (0, _) => "Collisions".into(),
+            (_, true) => RichText::new(format!("Collisions {touching}")),
+            (_, false) => RichText::new(format!("Collisions {touching}")).color(self.colours().bad),
+        };
+        tab(ui, &mut self.settings.left, LeftPanel::Fleet, "Fleet".into(), "The list of all robots (1)");
+        let text = "Pairs of robots that touch, or may touch (2)";
+        tab(ui, &mut self.settings.left, LeftPanel::Collisions, collisions, text);
+    }
+
+    /// Shows the tabs of the panels on the right; `reversed` if they are laid out from the right.
+    fn right_tabs(&mut self, ui: &mut Ui, reversed: bool) {
+        let mut panels = [
+            (RightPanel::Selection, "Selection", "What is selected (3)"),
+            (RightPanel::View, "View", "Colours, layers and files (4)"),
+            (RightPanel::Performance, "Performance", "Rates and durations (5)"),
+            (RightPanel::Connection, "Connection", "The engine and UDP (6)"),
+        ];
+        if reversed {
+            panels.reverse();
+        }
+        for (panel, name, text) in panels {
+            tab(ui, &mut self.settings.right, panel, name.into(), text);
+        }
+    }
+
     fn camera_buttons(&mut self, ui: &mut Ui, model: &ViewModel<'_>) {
         if ui.button("Fit").on_hover_text("Fit everything into the picture (Home)").clicked() {
-            self.camera_controller.fit(model.bounds, self.aspect);
+            self.camera_controller.fit(model.bounds, self.window);
         }
         if ui.button("Top").on_hover_text("View from above (T)").clicked() {
-            self.camera_controller.top(model.bounds, self.aspect);
+            self.camera_controller.top(model.bounds, self.window);
+        }
+        let is_plan = self.camera_controller.camera().is_plan();
+        let text = "An orthographic plan with footprints, coordinates and a scale (O)";
+        if ui.add(Button::selectable(is_plan, "Plan")).on_hover_text(text).clicked() {
+            self.camera_controller.toggle_plan();
+        }
+        let text = "Distance between two places or robots, and clearance between robots (M)";
+        if ui.add(Button::selectable(self.measuring.is_some(), "Measure")).on_hover_text(text).clicked() {
+            self.toggle_measuring();
         }
         let is_following = self.camera_controller.followed().is_some();
         let text = "Follow the selected robot: from behind, from above, off (F)";
@@ -68,10 +116,10 @@ impl Interface {
     }
 }
 
-/// Shows a button that opens or closes a panel; `key` is its keyboard shortcut.
-fn tab<T: PartialEq>(ui: &mut Ui, open: &mut Option<T>, panel: T, name: RichText, key: &str) {
+/// Shows a button that opens or closes a panel; `text` is its tooltip.
+fn tab<T: PartialEq>(ui: &mut Ui, open: &mut Option<T>, panel: T, name: RichText, text: &str) {
     let is_open = open.as_ref() == Some(&panel);
-    if ui.add(Button::selectable(is_open, name)).on_hover_text(format!("Key {key}")).clicked() {
+    if ui.add(Button::selectable(is_open, name)).on_hover_text(text).clicked() {
         *open = (!is_open).then_some(panel);
     }
 }

@@ -1,5 +1,8 @@
 //! The transport bar at the bottom: pause, step and speed of the engine's clock, and the number of robots.
 
+use std::ops::RangeInclusive;
+
+use egui::emath::Numeric;
 use egui::{RichText, Slider, Ui, vec2};
 use regatta_plugin::control::{ControlKind, ControlRequest};
 
@@ -12,6 +15,8 @@ use super::view_model::{Action, ViewModel};
 const SPEEDS: (f32, f32) = (0.1, 100.0);
 /// The slider's position for "as fast as possible". Other positions are the common logarithm of the speed.
 const UNLIMITED: f32 = 2.3;
+/// The least width of the window in which the sliders have names, in points.
+const NAMED: f32 = 720.0;
 /// The largest number of robots on the slider.
 const MAX_ROBOTS: u32 = 1_000_000;
 
@@ -34,6 +39,10 @@ impl Interface {
     pub(super) fn transport(&mut self, ui: &mut Ui, model: &ViewModel<'_>, actions: &mut Vec<Action>) {
         let theme = self.settings.theme();
         let is_connected = model.status.is_some();
+        let room = ui.available_width();
+        // Sliders get shorter, and then are numbers only.
+        let rest = room - if room >= NAMED { 560.0 } else { 440.0 };
+        ui.spacing_mut().slider_width = (rest / 2.0).clamp(40.0, 130.0);
         ui.horizontal_centered(|ui| {
             ui.add_enabled_ui(is_connected, |ui| {
                 let (icon, name) = if model.is_paused() { (Icon::Play, "Resume") } else { (Icon::Pause, "Pause") };
@@ -52,14 +61,18 @@ impl Interface {
                 }
             });
             ui.add_space(4.0);
-            self.clock(ui, model);
+            self.clock(ui, model, room >= NAMED);
             ui.separator();
-            ui.label(style::faint(ui, theme, "speed"));
+            if room >= NAMED {
+                ui.label(style::faint(ui, theme, "speed"));
+            }
             ui.add_enabled_ui(is_connected, |ui| self.speed_slider(ui, model, actions));
             // The robots of a recording are what they were.
             if model.recording().is_none() {
                 ui.separator();
-                ui.label(style::faint(ui, theme, "robots"));
+                if room >= NAMED {
+                    ui.label(style::faint(ui, theme, "robots"));
+                }
                 ui.add_enabled_ui(is_connected, |ui| self.robots_slider(ui, model, actions));
             }
             if model.timeline.is_some_and(|timeline| timeline.live.is_some()) {
@@ -73,10 +86,13 @@ impl Interface {
         });
     }
 
-    fn clock(&self, ui: &mut Ui, model: &ViewModel<'_>) {
+    fn clock(&self, ui: &mut Ui, model: &ViewModel<'_>, with_speed: bool) {
         let time = model.frame.map(|frame| frame.sim_time().as_secs_f64());
         let text = time.map_or("–".to_owned(), clock_text);
         ui.add_sized([96.0, 24.0], egui::Label::new(RichText::new(text).monospace().size(17.0)));
+        if !with_speed {
+            return;
+        }
         let factor = model.status.filter(|_| !model.is_paused()).map(|status| status.real_time_factor);
         let text = factor.map_or("– ×".to_owned(), |factor| format!("{factor:.2}×"));
         ui.add_sized([50.0, 24.0], egui::Label::new(style::faint(ui, self.settings.theme(), text)))
@@ -86,7 +102,7 @@ impl Interface {
     fn speed_slider(&mut self, ui: &mut Ui, model: &ViewModel<'_>, actions: &mut Vec<Action>) {
         let reported = model.frame.map_or(1.0, |frame| frame.header().speed);
         let mut position = position_of(self.sliders.speed.unwrap_or(reported));
-        let slider = Slider::new(&mut position, SPEEDS.0.log10()..=UNLIMITED)
+        let slider = slider(ui, &mut position, SPEEDS.0.log10()..=UNLIMITED)
             .custom_formatter(|position, _| speed_text(speed_at(position as f32)))
             .custom_parser(|text| {
                 text.trim().trim_end_matches('×').parse().ok().map(|speed: f32| f64::from(position_of(speed)))
@@ -104,7 +120,7 @@ impl Interface {
     fn robots_slider(&mut self, ui: &mut Ui, model: &ViewModel<'_>, actions: &mut Vec<Action>) {
         let reported = model.status.map_or(0, |status| status.robots);
         let mut count = self.sliders.robots.unwrap_or(reported);
-        let slider = Slider::new(&mut count, 1..=MAX_ROBOTS.max(reported)).logarithmic(true).smart_aim(true);
+        let slider = slider(ui, &mut count, 1..=MAX_ROBOTS.max(reported)).logarithmic(true).smart_aim(true);
         let response = ui.add(slider).on_hover_text("Number of robots, also while the fleet runs (K and I)");
         if response.changed() {
             self.sliders.robots = Some(count);
@@ -152,6 +168,14 @@ impl Interface {
     }
 }
 
+/// Returns a slider, which has no room for its rail in a narrow window.
+fn slider<'a, N: Numeric>(ui: &mut Ui, value: &'a mut N, range: RangeInclusive<N>) -> Slider<'a> {
+    if ui.spacing().slider_width <= 40.0 {
+        ui.spacing_mut().slider_width = 18.0;
+    }
+    Slider::new(value, range)
+}
+
 fn position_of(speed: f32) -> f32 {
     if speed.is_finite() { speed.clamp(SPEEDS.0, SPEEDS.1).log10() } else { UNLIMITED }
 }
@@ -177,7 +201,7 @@ fn speed_text(speed: f32) -> String {
 }
 
 /// Formats hours, minutes and seconds.
-pub(super) fn clock_text(seconds: f64) -> String {
+pub fn clock_text(seconds: f64) -> String {
     let (minutes, rest) = ((seconds / 60.0) as u64, seconds % 60.0);
     match minutes / 60 {
         0 => format!("{:02}:{:05.2}", minutes, rest),

@@ -7,13 +7,13 @@ use egui::{DragValue, Key, Role, Slider, TextEdit, Ui, WidgetInfo};
 use super::settings::RobotMesh;
 use super::state::Interface;
 use super::style::{faint, heading, thousands};
-use super::view_model::ViewModel;
+use super::view_model::{Action, ViewModel};
 use crate::palette::Colouring;
 use crate::plans::{Coverage, PlanFacts};
 use crate::scene::MAX_LIGHTS;
 
 impl Interface {
-    pub(super) fn view(&mut self, ui: &mut Ui, model: &ViewModel<'_>) {
+    pub(super) fn view(&mut self, ui: &mut Ui, model: &ViewModel<'_>, actions: &mut Vec<Action>) {
         let theme = self.settings.theme();
         heading(ui, theme, "robot colours");
         self.colour_choice(ui, model);
@@ -21,11 +21,15 @@ impl Interface {
             ui.selectable_value(&mut self.settings.light, false, "Dark");
             ui.selectable_value(&mut self.settings.light, true, "Light");
         });
+        self.cameras(ui, actions);
         heading(ui, theme, "layers");
+        self.level_choice(ui);
         let settings = &mut self.settings;
         ui.checkbox(&mut settings.edges, "edges");
         ui.checkbox(&mut settings.nodes, "nodes");
         ui.checkbox(&mut settings.ids, "ids when near");
+        ui.checkbox(&mut settings.robot_ids, "ids of robots when near").on_hover_text("Key U");
+        ui.checkbox(&mut settings.minimap, "minimap").on_hover_text("Key X");
         ui.checkbox(&mut settings.grid, "grid");
         ui.checkbox(&mut settings.shadows, "shadows");
         self.plan_layers(ui, model);
@@ -51,6 +55,7 @@ impl Interface {
             });
         }
         self.floor_file(ui);
+        self.floor_place(ui);
         heading(ui, theme, "robots");
         self.mesh_file(ui);
         heading(ui, theme, "lamps");
@@ -116,10 +121,12 @@ impl Interface {
             settings.mesh = (!drafts.mesh.file.is_empty()).then(|| drafts.mesh.clone());
         }
         if let Some(mesh) = &mut settings.mesh {
-            ui.horizontal(|ui| {
+            ui.horizontal_wrapped(|ui| {
                 let scale = DragValue::new(&mut drafts.mesh.scale).range(1e-6..=1e6).speed(0.001).prefix("scale ");
                 let z = DragValue::new(&mut drafts.mesh.z).range(-100.0..=100.0).speed(0.01).prefix("z ").suffix(" m");
-                for value in [ui.add(scale.max_decimals(6)), ui.add(z)] {
+                let yaw =
+                    DragValue::new(&mut drafts.mesh.yaw).range(-360.0..=360.0).speed(1.0).prefix("yaw ").suffix("°");
+                for value in [ui.add(scale.max_decimals(6)), ui.add(z), ui.add(yaw)] {
                     // A change reads the file again, so it is applied only when the value is released.
                     if value.drag_stopped() || value.lost_focus() {
                         *mesh = RobotMesh { file: mesh.file.clone(), ..drafts.mesh };

@@ -182,6 +182,13 @@ pub enum Action {
     },
     /// Show a live run as it was at a simulated time in nanoseconds, or again as it is.
     LookBack(Option<u64>),
+    /// Take the robot or the place at a point of the picture as an end of what is measured.
+    Measure {
+        /// Points from the top left corner of the picture.
+        at: Vec2,
+    },
+    /// Write a plan as SVG into the current folder.
+    WriteSvg,
     /// Compute rows of the fleet list.
     Rows(RowQuery),
     /// Dim robots that don't match.

@@ -7,7 +7,7 @@ fn load_text(name: &str, text: &str) -> Result<Mesh, MeshFileError> {
 fn load_bytes(name: &str, bytes: &[u8]) -> Result<Mesh, MeshFileError> {
     let path = std::env::temp_dir().join(format!("regatta-model-{}-{name}", std::process::id()));
     std::fs::write(&path, bytes).expect("written");
-    let mesh = load(&path, 2.0, 0.5);
+    let mesh = load(&path, Placement { scale: 2.0, z: 0.5, yaw: 0.0 });
     std::fs::remove_file(&path).expect("removed");
     mesh
 }
@@ -87,7 +87,7 @@ fn a_gltf_file_with_any_wrong_number_is_read_or_refused() {
     let mesh = load_text("rich.gltf", RICH).unwrap_or_else(|error| panic!("{error}"));
     let corners: Vec<_> = mesh.vertices.iter().map(|vertex| vertex.position).collect();
     assert_eq!(corners, [[2.0, 0.0, 0.5], [6.0, 0.0, 0.5], [2.0, 2.0, 0.5]]);
-    assert_eq!(mesh.vertices[0].paint, [255, 0, 0, TINT]);
+    assert_eq!(mesh.vertices[0].paint, paint_of([1.0, 0.0, 0.0]));
     let mut refused = 0;
     for number in ["0", "1", "2", "3", "7", "35", "5121", "5125", "5126", "4294967295", "18446744073709551615", "-1"] {
         for (index, text) in with_another_number(RICH, number).enumerate() {
@@ -144,7 +144,7 @@ fn materials_of_an_obj_file_colour_it_unless_they_are_broken() {
     std::fs::create_dir_all(&folder).expect("made");
     let obj = "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl a\nf 1 2 3\n";
     std::fs::write(folder.join("a.obj"), obj).expect("written");
-    let red = [255, 0, 0, TINT];
+    let red = paint_of([1.0, 0.0, 0.0]);
     for (materials, paint) in [
         ("newmtl a\nKd 1 0 0\n", red),
         ("newmtl a\nKa 1\n  Ks 1 1\nKd 1 0 0\n", red),
@@ -153,8 +153,77 @@ fn materials_of_an_obj_file_colour_it_unless_they_are_broken() {
         ("Kd a b c\n", PLAIN),
     ] {
         std::fs::write(folder.join("a.mtl"), materials).expect("written");
-        let mesh = load(&folder.join("a.obj"), 1.0, 0.0).unwrap_or_else(|error| panic!("{error}"));
+        let mesh = load(&folder.join("a.obj"), Placement { scale: 1.0, z: 0.0, yaw: 0.0 })
+            .unwrap_or_else(|error| panic!("{error}"));
         assert_eq!(mesh.vertices[0].paint, paint, "{materials}");
     }
     std::fs::remove_dir_all(&folder).expect("removed");
+}
+
+#[test]
+fn a_mesh_only_shades_the_robots_colour() {
+    for colour in [[1.0, 1.0, 1.0], [1.0, 0.0, 0.0], [0.0; 3], [f32::NAN, 9.0, -1.0]] {
+        let [hue @ .., share] = paint_of(colour);
+        assert!(hue == [0; 3] && share >= 140, "{colour:?}: {share}");
+    }
+    assert_eq!(paint_of([1.0; 3]), PLAIN);
+    assert!(paint_of([0.2; 3])[3] < paint_of([0.6; 3])[3], "dark parts stay darker");
+}
+
+#[test]
+fn a_mesh_is_turned_about_the_vertical_axis() {
+    let corner = Corner { at: Vec3::new(1.0, 0.0, 0.5), normal: Vec3::X, paint: PLAIN };
+    let mesh = build(&[corner; 3], Placement { scale: 2.0, z: 0.25, yaw: core::f32::consts::FRAC_PI_2 });
+    let [x, y, z] = mesh.vertices[0].position;
+    assert!(x.abs() < 1e-6 && (y - 2.0).abs() < 1e-6 && (z - 1.25).abs() < 1e-6, "{x} {y} {z}");
+    assert_eq!(mesh.vertices[0].normal, [0, 127, 0, 0]);
+}
+
+/// Returns copies of a file in each of which some bytes are replaced, removed or repeated, always the same ones.
+fn damaged(bytes: &[u8], copies: u64) -> impl Iterator<Item = Vec<u8>> + '_ {
+    let mut state = 0x9e37_79b9_7f4a_7c15_u64;
+    let mut random = move |below: usize| {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 33) as usize % below.max(1)
+    };
+    (0..copies).map(move |_| {
+        let mut copy = bytes.to_vec();
+        for _ in 0..=random(3) {
+            let (at, length) = (random(copy.len()), random(9));
+            let end = (at + length).min(copy.len());
+            match random(3) {
+                0 => copy[at] = random(256) as u8,
+                1 => drop(copy.drain(at..end)),
+                _ => {
+                    let part = copy[at..end].to_vec();
+                    copy.splice(at..at, part);
+                }
+            }
+            if copy.is_empty() {
+                copy.push(0);
+            }
+        }
+        copy
+    })
+}
+
+#[test]
+fn damaged_files_of_each_format_are_read_or_refused() {
+    let facet = [0.0_f32, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0].map(f32::to_le_bytes).concat();
+    let stl = [&[b' '; 80][..], &2_u32.to_le_bytes(), &facet, &[0; 2], &facet, &[0; 2]].concat();
+    let obj = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvn 0 0 1\nf 1/1/1 2/1/1 3/1/1\nf -3//1 -2//1 -1//1\n";
+    let text = "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n";
+    let files = [
+        ("d.gltf", RICH.as_bytes(), 3000),
+        ("d.stl", &stl[..], 1000),
+        ("e.stl", text.as_bytes(), 1000),
+        ("d.obj", obj.as_bytes(), 1000),
+    ];
+    for (name, bytes, copies) in files {
+        let refused = damaged(bytes, copies).filter(|copy| match load_bytes(name, copy) {
+            Ok(mesh) => mesh.vertices.len() > 3 * MAX_TRIANGLES,
+            Err(error) => !error.to_string().contains('\n'),
+        });
+        assert!(refused.count() > copies as usize / 10, "{name}");
+    }
 }

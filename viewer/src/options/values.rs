@@ -5,7 +5,8 @@ use std::str::FromStr;
 
 use glam::{UVec2, Vec2, Vec3};
 
-use crate::camera::{Bounds, Camera};
+use crate::camera::{Bounds, Camera, Window};
+use crate::mesh_file::Placement;
 use crate::scene::Light;
 
 /// The error of parsing an option's value.
@@ -28,22 +29,37 @@ pub struct Pair(pub Vec2);
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LightOption(pub Light);
 
-/// A mesh for robots, for example `tug=tug.stl,0.001,0.1`.
+/// A mesh for robots, for example `tug=tug.stl,0.001,0.1,90`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MeshOption {
     /// Name of the robot type; `None` for all types.
     pub robot_type: Option<String>,
     /// The file.
     pub path: PathBuf,
-    /// Metres per unit of the file.
-    pub scale: f32,
-    /// Height by which the mesh is lifted, in metres.
-    pub z: f32,
+    /// How it is placed on the robot.
+    pub placement: Placement,
+}
+
+/// Where a picture is placed on the floor: x and y of its lower left corner in metres, metres per pixel, and the yaw in degrees.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FloorAt(pub [f32; 4]);
+
+/// A named camera, for example `dock=4,-3,12,1.57,0.9`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Bookmark {
+    /// The name.
+    pub name: String,
+    /// The camera; never one by name.
+    pub view: CameraOption,
 }
 
 /// The initial camera.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum CameraOption {
+    /// An orthographic plan of the whole graph.
+    Plan,
+    /// The camera of a bookmark.
+    Named(String),
     /// Shows the whole graph from an angle.
     Fit,
     /// Shows the whole graph straight from above.
@@ -62,6 +78,13 @@ fn numbers(text: &str, expected: &'static str) -> Result<Vec<f32>, OptionError> 
 pub fn film_speed(text: &str) -> Result<f32, OptionError> {
     let factor = text.parse().ok().filter(|factor| (0.001..=1000.0).contains(factor));
     factor.ok_or(OptionError { text: text.to_owned(), expected: "a factor from 0.001 to 1000" })
+}
+
+/// Parses the scale of a plan.
+pub fn scale(text: &str) -> Result<f32, OptionError> {
+    let expected = "a scale from 1 to 1000000 such as 200, for 1:200";
+    let scale = text.strip_prefix("1:").unwrap_or(text).parse::<f32>().ok().filter(|scale| (1.0..=1e6).contains(scale));
+    scale.ok_or(OptionError { text: text.to_owned(), expected })
 }
 
 /// Parses a number of samples per pixel.
@@ -111,7 +134,7 @@ impl FromStr for MeshOption {
     type Err = OptionError;
 
     fn from_str(text: &str) -> Result<Self, OptionError> {
-        let expected = "a mesh such as box.stl, box.stl,0.001 or tug=box.stl,0.001,0.1";
+        let expected = "a mesh such as box.stl, box.stl,0.001 or tug=box.stl,0.001,0.1,90";
         let (robot_type, rest) = text.split_once('=').map_or((None, text), |(name, rest)| (Some(name), rest));
         let mut parts = rest.split(',');
         let path = parts.next().filter(|path| !path.is_empty());
@@ -120,11 +143,42 @@ impl FromStr for MeshOption {
             number.ok().filter(|number| (low..=high).contains(number))
         };
         let (scale, z) = (number(1.0, (1e-6, 1e6)), number(0.0, (-100.0, 100.0)));
-        match (path, scale, z, parts.next()) {
-            (Some(path), Some(scale), Some(z), None) => {
-                Ok(Self { robot_type: robot_type.map(str::to_owned), path: path.into(), scale, z })
+        let yaw = number(0.0, (-360.0, 360.0)).map(f32::to_radians);
+        match (path, scale, z, yaw, parts.next()) {
+            (Some(path), Some(scale), Some(z), Some(yaw), None) => {
+                let placement = Placement { scale, z, yaw };
+                Ok(Self { robot_type: robot_type.map(str::to_owned), path: path.into(), placement })
             }
             _ => Err(OptionError { text: text.to_owned(), expected }),
+        }
+    }
+}
+
+impl FromStr for FloorAt {
+    type Err = OptionError;
+
+    fn from_str(text: &str) -> Result<Self, OptionError> {
+        let expected = "x,y,resolution or x,y,resolution,yaw such as -10,-5.5,0.05";
+        let failed = || OptionError { text: text.to_owned(), expected };
+        let at = match numbers(text, expected)?[..] {
+            [x, y, resolution] => [x, y, resolution, 0.0],
+            [x, y, resolution, yaw] => [x, y, resolution, yaw],
+            _ => return Err(failed()),
+        };
+        if (1e-4..=100.0).contains(&at[2]) { Ok(Self(at)) } else { Err(failed()) }
+    }
+}
+
+impl FromStr for Bookmark {
+    type Err = OptionError;
+
+    fn from_str(text: &str) -> Result<Self, OptionError> {
+        let expected = "a named camera such as dock=4,-3,12,1.57,0.9 or hall=20,10,60";
+        let failed = || OptionError { text: text.to_owned(), expected };
+        let (name, view) = text.split_once('=').filter(|(name, _)| !name.trim().is_empty()).ok_or_else(failed)?;
+        match view.parse()? {
+            CameraOption::Named(_) => Err(failed()),
+            view => Ok(Self { name: name.trim().to_owned(), view }),
         }
     }
 }
@@ -133,13 +187,18 @@ impl FromStr for CameraOption {
     type Err = OptionError;
 
     fn from_str(text: &str) -> Result<Self, OptionError> {
-        let expected = "fit, top or x,y,z,yaw,pitch";
+        let expected = "fit, top, plan, a bookmark's name, x,y,z,yaw,pitch or x,y,height";
+        let failed = || OptionError { text: text.to_owned(), expected };
+        let is_name = !text.contains(',') && text.starts_with(char::is_alphabetic);
         match text {
             "fit" => Ok(Self::Fit),
             "top" => Ok(Self::Top),
+            "plan" => Ok(Self::Plan),
+            name if is_name => Ok(Self::Named(name.to_owned())),
             eye => match numbers(eye, expected)?[..] {
                 [x, y, z, yaw, pitch] => Ok(Self::Eye(Camera::from_eye(Vec3::new(x, y, z), yaw, pitch))),
-                _ => Err(OptionError { text: text.to_owned(), expected }),
+                [x, y, height] if height > 0.0 => Ok(Self::Eye(Camera::plan_around(Vec2::new(x, y), height))),
+                _ => Err(failed()),
             },
         }
     }
@@ -147,13 +206,32 @@ impl FromStr for CameraOption {
 
 impl CameraOption {
     /// Returns the camera for a picture of `size` pixels of a fleet within `bounds`.
-    pub fn camera(self, bounds: Bounds, size: UVec2) -> Camera {
+    pub fn camera(&self, bounds: Bounds, size: UVec2) -> Camera {
         let aspect = size.x as f32 / size.y as f32;
         match self {
-            Self::Fit => Camera::fit(bounds, aspect),
+            Self::Fit | Self::Named(_) => Camera::fit(bounds, aspect),
             Self::Top => Camera::top(bounds, aspect),
-            Self::Eye(camera) => camera,
+            Self::Plan => Camera::plan(bounds, Window::whole(aspect)),
+            Self::Eye(camera) => *camera,
         }
+    }
+
+    /// Returns the camera if it doesn't depend on the fleet.
+    pub fn fixed(&self) -> Option<Camera> {
+        if let Self::Eye(camera) = self { Some(*camera) } else { None }
+    }
+
+    /// Returns a line for the cameras of a scenario.
+    pub fn entry(camera: &Camera) -> String {
+        if camera.is_plan() {
+            let (at, height) = (camera.target, camera.distance * 2.0 * (camera.fov_y / 2.0).tan());
+            return format!("  - {{name: here, x: {:.2}, y: {:.2}, height: {height:.2}}}", at.x, at.y);
+        }
+        let (eye, yaw, pitch) = (camera.eye(), camera.yaw, camera.pitch);
+        format!(
+            "  - {{name: here, x: {:.2}, y: {:.2}, z: {:.2}, yaw: {yaw:.3}, pitch: {pitch:.3}}}",
+            eye.x, eye.y, eye.z
+        )
     }
 }
 
@@ -170,13 +248,30 @@ mod tests {
         for bad in ["", "640", "0x5", "640x480x2", "640x-1", "99999x1"] {
             assert!(bad.parse::<Size>().is_err(), "{bad}");
         }
-        for bad in ["", "side", "1,2,3", "1,2,3,4,nan", "1,2,3,4,5,6"] {
+        for bad in ["", "2side", "1,2,-3", "1,2", "1,2,3,4,nan", "1,2,3,4,5,6"] {
             assert!(bad.parse::<CameraOption>().is_err(), "{bad}");
         }
         assert!("0,0".parse::<LightOption>().is_err());
         let mesh: MeshOption = "tug=a/b.stl,0.001,0.1".parse().unwrap();
-        assert_eq!((mesh.robot_type.as_deref(), mesh.scale, mesh.z), (Some("tug"), 0.001, 0.1));
-        for bad in ["", "tug=", "a.stl,0", "a.stl,x", "a.stl,1,2,3"] {
+        let Placement { scale, z, yaw } = mesh.placement;
+        assert_eq!((mesh.robot_type.as_deref(), scale, z, yaw), (Some("tug"), 0.001, 0.1, 0.0));
+        let turned: MeshOption = "box.stl,1,0,90".parse().expect("a mesh");
+        assert!((turned.placement.yaw - core::f32::consts::FRAC_PI_2).abs() < 1e-6);
+        let plan: CameraOption = "20,-10,60".parse().expect("a plan");
+        let camera = plan.fixed().expect("it depends on nothing");
+        assert!(camera.is_plan() && camera.target == Vec3::new(20.0, -10.0, 0.0));
+        assert_eq!(CameraOption::entry(&camera), "  - {name: here, x: 20.00, y: -10.00, height: 60.00}");
+        assert_eq!("dock".parse(), Ok(CameraOption::Named("dock".into())));
+        let bookmark: Bookmark = "west hall = 1,2,3,0,0.5".parse().expect("a bookmark");
+        assert_eq!(bookmark.name, "west hall");
+        for bad in ["=fit", "dock", "a=b", "a=1,2", "a=1,2,-3"] {
+            assert!(bad.parse::<Bookmark>().is_err(), "{bad}");
+        }
+        assert_eq!("-10,5,0.05".parse(), Ok(FloorAt([-10.0, 5.0, 0.05, 0.0])));
+        assert!("1,2".parse::<FloorAt>().is_err() && "1,2,0".parse::<FloorAt>().is_err());
+        assert_eq!((super::scale("200"), super::scale("1:50")), (Ok(200.0), Ok(50.0)));
+        assert!(super::scale("0.5").is_err());
+        for bad in ["", "tug=", "a.stl,0", "a.stl,x", "a.stl,1,2,3,4"] {
             assert!(bad.parse::<MeshOption>().is_err(), "{bad}");
         }
     }

@@ -58,7 +58,10 @@ impl<'a> App<'a> {
             .with_min_inner_size(LogicalSize::new(320.0, 200.0));
         let window =
             events.create_window(attributes).map_err(|error| Error::new(format!("can't open a window: {error}")))?;
-        let mut interface = Interface::new(settings_store.initial().clone(), self.camera_controller());
+        let controller = self.camera_controller(self.options.requested_camera()?);
+        let mut interface = Interface::new(settings_store.initial().clone(), controller);
+        interface.bookmarks.clone_from(&self.options.bookmark);
+        interface.show_level(self.options.look.level.clone());
         if let Some(error) = error {
             interface.notify(error.to_string());
         }
@@ -66,11 +69,12 @@ impl<'a> App<'a> {
     }
 
     /// Returns the camera that the options request.
-    fn camera_controller(&self) -> CameraController {
-        let mut controller = match self.options.camera {
+    fn camera_controller(&self, view: CameraOption) -> CameraController {
+        let mut controller = match view {
             CameraOption::Eye(camera) => CameraController::new(camera, true),
             CameraOption::Top => CameraController::top_view(),
-            CameraOption::Fit => CameraController::default(),
+            CameraOption::Plan => CameraController::plan(),
+            CameraOption::Fit | CameraOption::Named(_) => CameraController::default(),
         };
         if let Some(robot) = self.options.follow {
             controller.follow(Some((robot, Follow::Behind)));

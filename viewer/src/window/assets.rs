@@ -11,8 +11,8 @@ use crate::stage::Stage;
 /// The loaded files.
 #[derive(Debug, Default)]
 pub struct Assets {
-    /// The path of the picture, and the size of the floor in metres.
-    floor: (String, Option<[f32; 2]>),
+    /// The path of the picture, the size of the floor in metres, and where the picture is placed.
+    floor: (String, Option<[f32; 2]>, Option<[f32; 4]>),
     mesh: Option<RobotMesh>,
 }
 
@@ -30,7 +30,7 @@ impl Assets {
     /// settings by the one before, which stays in use.
     pub fn update(&mut self, settings: &mut Settings, stage: &mut Stage) -> Vec<Unloadable> {
         let mut failures = Vec::new();
-        if (&self.floor.0, self.floor.1) != (&settings.floor_image, settings.floor) {
+        if (&self.floor.0, self.floor.1, self.floor.2) != (&settings.floor_image, settings.floor, settings.floor_at) {
             failures.extend(self.update_floor(settings, stage));
         }
         if self.mesh != settings.mesh {
@@ -40,7 +40,7 @@ impl Assets {
     }
 
     fn update_floor(&mut self, settings: &mut Settings, stage: &mut Stage) -> Option<Unloadable> {
-        let loaded = load_floor(&settings.floor_image, settings.floor, stage);
+        let loaded = load_floor(&settings.floor_image, settings.floor, settings.floor_at, stage);
         let failure = loaded.err().map(|error| {
             let message = format!("{error}; the floor stays as it is");
             let before = std::mem::take(&mut self.floor.0);
@@ -54,7 +54,7 @@ impl Assets {
             }
             Unloadable { file, message }
         });
-        self.floor = (settings.floor_image.clone(), settings.floor);
+        self.floor = (settings.floor_image.clone(), settings.floor, settings.floor_at);
         failure
     }
 
@@ -73,20 +73,20 @@ impl Assets {
     }
 }
 
-fn load_floor(file: &str, size: Option<[f32; 2]>, stage: &mut Stage) -> Result<(), String> {
+fn load_floor(file: &str, size: Option<[f32; 2]>, placed: Option<[f32; 4]>, stage: &mut Stage) -> Result<(), String> {
     if file.is_empty() {
         stage.renderer.set_floor_picture(None);
         return Ok(());
     }
     let bounds = size.map_or(stage.bounds(), Bounds::of_size);
-    let picture = FloorPicture::load(Path::new(file), bounds, stage.renderer.max_texture_size());
+    let picture = FloorPicture::load(Path::new(file), bounds, stage.renderer.max_texture_size(), placed);
     let picture = picture.map_err(|error| error.to_string())?;
     let has_room = stage.renderer.set_floor_picture(Some(&picture));
     has_room.then_some(()).ok_or_else(|| format!("{file}: no room in the graphics memory"))
 }
 
 fn load_mesh(mesh: Option<&RobotMesh>, stage: &mut Stage) -> Result<(), String> {
-    let mesh = mesh.map(|RobotMesh { file, scale, z }| mesh_file::load(Path::new(file), *scale, *z)).transpose();
+    let mesh = mesh.map(|mesh| mesh_file::load(Path::new(&mesh.file), mesh.placement())).transpose();
     let mesh = mesh.map_err(|error| error.to_string())?;
     let has_room = stage.renderer.set_mesh(None, mesh.as_ref());
     has_room.then_some(()).ok_or_else(|| "too many meshes; this one is not used".to_owned())

@@ -24,7 +24,7 @@ use crate::gpu::device::Gpu;
 use crate::gpu::painter::Painter;
 use crate::gpu::renderer::Renderer;
 use crate::interface::Interface;
-use crate::interface::labels::Labels;
+use crate::interface::labels::{Labels, levels};
 use crate::interface::settings::file::SettingsError;
 use crate::interface::timing::Timing;
 use crate::interface::view_model::{EngineState, Item};
@@ -252,6 +252,11 @@ impl ViewerWindow {
         self.frame_pacing.record_draw(start);
         self.interface.settings.apply(&mut self.stage.scene);
         let robots = self.interface.robots();
+        self.stage.scene.marked = self.interface.marked();
+        let is_other_level = self.stage.scene.level.as_deref() != self.interface.level();
+        if is_other_level {
+            self.stage.scene.level = self.interface.level().map(str::to_owned);
+        }
         self.stage.scene.selected = if robots.is_empty() { self.look.select.clone() } else { robots };
         if self.fleet_state.routes_of != self.stage.scene.selected {
             self.fleet_state.routes_of.clone_from(&self.stage.scene.selected);
@@ -266,7 +271,7 @@ impl ViewerWindow {
         let news = self.stage.feed.poll()?;
         let read = Instant::now();
         self.stage.apply(news, start)?;
-        self.update_state(news, start);
+        self.update_state(News { world: news.world || is_other_level, ..news }, start);
         let uploaded = Instant::now();
         let (picture, output, actions) = self.show(start);
         let shown = Instant::now();
@@ -286,7 +291,8 @@ impl ViewerWindow {
     /// Updates the state by the news of a poll.
     fn update_state(&mut self, news: News, now: Instant) {
         if let Some(world) = self.stage.feed.world().filter(|_| news.world) {
-            self.fleet_state.labels = Labels::new(&world);
+            self.fleet_state.labels = Labels::new(&world, self.stage.scene.level.as_deref());
+            self.interface.levels = levels(&world);
         }
         if self.stage.feed.frame().is_some() {
             for Unloadable { file, message } in self.assets.update(&mut self.interface.settings, &mut self.stage) {

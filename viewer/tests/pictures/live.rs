@@ -27,6 +27,7 @@ use crate::fleet::{SIZE, TestRenderer, graph, robot_types, robots};
 pub const TESTS: &[(&str, Test)] = &[
     ("a_live_fleet_is_drawn_into_a_screenshot", a_screenshot),
     ("a_live_fleet_is_recorded", a_recording),
+    ("what_a_picture_cannot_show_is_refused", what_cannot_be_shown),
     ("a_picture_without_room_is_refused_with_the_largest_size", a_picture_without_room),
     ("a_full_memory_is_an_error", a_full_memory),
 ];
@@ -112,7 +113,7 @@ fn a_screenshot(gpu: &Gpu) {
     let path = live.path("shot.png");
     let screenshot = |hidden: &[&str]| {
         let camera = ["--camera", "4,-4,6,1.5,0.9", "--samples", "4"];
-        live.view(&[&["--screenshot", &path, "--force", "--at", "200ms"][..], &camera, hidden].concat());
+        live.view(&[&["--screenshot", &path, "--force"][..], &camera, hidden].concat());
         image::open(Path::new(&path)).expect("a picture").into_rgba8()
     };
     let actual = screenshot(&["--no-ids", "--no-legend"]);
@@ -125,7 +126,7 @@ fn a_screenshot(gpu: &Gpu) {
     let differ = |other: &RgbaImage| {
         let pixels = expected.enumerate_pixels().zip(other.pixels());
         let (near, far) = pixels.filter(|((_, _, a), b)| a != b).fold((0, 0), |(near, far), ((x, y, _), _)| {
-            if x < 110 && y > 80 { (near + 1, far) } else { (near, far + 1) }
+            if x < 260 && y > 50 { (near + 1, far) } else { (near, far + 1) }
         });
         (near, far)
     };
@@ -134,7 +135,8 @@ fn a_screenshot(gpu: &Gpu) {
         legend > 2_000 && elsewhere == 0,
         "the legend covers only its corner: {legend} pixels there, {elsewhere} elsewhere"
     );
-    let (_, ids) = differ(&screenshot(&["--no-legend"]));
+    let (left, right) = differ(&screenshot(&["--no-legend"]));
+    let ids = left + right;
     assert!(ids > 100, "ids are drawn beside nodes and edges: {ids} pixels");
 }
 
@@ -150,6 +152,36 @@ fn a_recording(_: &Gpu) {
         assert_eq!((picture.width(), picture.height()), (SIZE.x, SIZE.y));
     }
     assert_eq!(std::fs::read_dir(&folder).expect("the folder").count(), 5);
+}
+
+fn what_cannot_be_shown(_: &Gpu) {
+    let live = LiveFleet::start("refused");
+    let picture = live.path("refused.png");
+    // Afterwards the fleet is past its first tick.
+    live.view(&["--screenshot", &live.path("first.png")]);
+    std::thread::sleep(Duration::from_millis(50));
+    let refused = |args: &[&str]| {
+        let error = live.try_view("320x200", args).expect_err("it is refused").to_string();
+        assert!(!error.contains('\n'), "{error}");
+        error
+    };
+    let screenshot = |args: &[&str]| refused(&[&["--screenshot", &picture], args].concat());
+    assert!(screenshot(&["--at", "0ms"]).contains("after --at"));
+    assert!(screenshot(&["--follow", "12"]).contains("there is no robot 12"));
+    assert!(screenshot(&["--select", "3,4000"]).contains("there is no robot 4000"));
+    assert!(screenshot(&["--colour", "nobodys"]).contains("nobody publishes the column 'nobodys'"));
+    for name in ["film.gif", "film.mkv", "film.MOV"] {
+        let path = live.path(name);
+        assert!(refused(&["--record", &path]).contains("ends in .mp4, or a folder"), "{name}");
+        assert!(!Path::new(&path).exists());
+    }
+    assert!(refused(&["--screenshot", &live.path("shot.jpg")]).contains("ends in .png"));
+    let command = Options::augment_args(clap::Command::new("viewer").no_binary_name(true));
+    let absent = ["--headless", "--fleet", "nobody", "--screenshot", &picture, "--timeout", "200ms"];
+    let options = Options::from_arg_matches(&command.try_get_matches_from(absent).expect("arguments"));
+    let error = regatta_viewer::run(&options.expect("options")).expect_err("no fleet").to_string();
+    assert!(error.contains("no frame of fleet 'nobody' within 200ms"), "{error}");
+    assert!(!Path::new(&picture).exists());
 }
 
 fn a_full_memory(_: &Gpu) {

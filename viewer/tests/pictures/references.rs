@@ -5,20 +5,21 @@ use std::path::{Path, PathBuf};
 use glam::{Vec2, Vec3};
 use image::{DynamicImage, Rgb, RgbImage, RgbaImage};
 use regatta_plugin::world::NodeRole;
-use regatta_viewer::camera::{Bounds, Camera};
+use regatta_viewer::camera::{Bounds, Camera, Window};
 use regatta_viewer::floor_picture::FloorPicture;
 use regatta_viewer::gpu::TargetConfig;
 use regatta_viewer::gpu::device::Gpu;
+use regatta_viewer::mesh_file::{self, Placement};
 use regatta_viewer::palette::{Colouring, Theme};
 use regatta_viewer::picture::FORMAT;
 use regatta_viewer::plans::PlanReport;
 use regatta_viewer::plans::goals::GoalMark;
 use regatta_viewer::plans::waits::arrows;
 use regatta_viewer::route::RouteSegment;
-use regatta_viewer::scene::{Light, Scene, Trails};
+use regatta_viewer::scene::{Light, Marked, Scene, Trails};
 
 use crate::Test;
-use crate::fleet::{Robot, SIZE, TestRenderer, camera, graph, robots, top};
+use crate::fleet::{Robot, SIZE, TestRenderer, bounds, camera, graph, robots, top};
 
 pub const TESTS: &[(&str, Test)] = &[
     ("graph", graph_alone),
@@ -39,6 +40,11 @@ pub const TESTS: &[(&str, Test)] = &[
     ("light_theme_from_the_top", light_theme_from_the_top),
     ("map_and_offset", map_and_offset),
     ("lamps", lamps),
+    ("meshes_of_files_keep_the_data_colour", meshes_of_files),
+    ("marked_edge", marked_edge),
+    ("marked_node", marked_node),
+    ("one_level", one_level),
+    ("a_plan_has_footprints_of_true_size", plan_footprints),
     ("splats_are_like_triangles", splats_are_like_triangles),
 ];
 
@@ -73,6 +79,7 @@ pub fn references_are_told_apart() {
         ("robots_by_state", "robots_by_collision"),
         ("robots_by_state", "lamps"),
         ("graph", "stations"),
+        ("robots_by_state", "marked_edge"),
         ("robots_by_state", "plans"),
         ("robots_by_state", "waits"),
         ("robots_by_state", "filter"),
@@ -291,6 +298,96 @@ fn lamps(gpu: &Gpu) {
     let lamp = |x, colour| Light { position: Vec3::new(x, 2.0, 2.0), colour };
     let lights = vec![lamp(0.0, Vec3::new(2.0, 1.0, 0.4)), lamp(8.0, Vec3::new(0.4, 1.0, 2.0))];
     assert_like("lamps", &loop_renderer(gpu).render(&camera(), &Scene { lights, ..coloured(Colouring::State) }, 1.0));
+}
+
+/// A red and white mesh from a file, whose robots are nevertheless in the colours of their data.
+fn meshes_of_files(gpu: &Gpu) {
+    let folder = std::env::temp_dir().join(format!("regatta-painted-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).expect("made");
+    std::fs::write(folder.join("cart.mtl"), "newmtl red\nKd 0.8 0.05 0.05\nnewmtl white\nKd 1 1 1\n").expect("written");
+    let corners = "v -0.5 -0.3 0.3\nv 0 -0.3 0.3\nv 0 0.3 0.3\nv -0.5 0.3 0.3\nv 0.5 -0.3 0.3\nv 0.5 0.3 0.3\n";
+    let faces = "mtllib cart.mtl\nusemtl red\nf 1 2 3 4\nusemtl white\nf 2 5 6 3\n";
+    std::fs::write(folder.join("cart.obj"), [corners, faces].concat()).expect("written");
+    let loaded = mesh_file::load(&folder.join("cart.obj"), Placement { scale: 1.0, z: 0.0, yaw: 0.0 });
+    std::fs::remove_dir_all(&folder).expect("removed");
+    let mut renderer = TestRenderer::new(gpu);
+    assert!(renderer.inner.set_mesh(None, Some(&loaded.expect("a mesh"))));
+    renderer.push(&robots());
+    renderer.inner.set_values(Some(&[0.0, 1.0, 2.0].repeat(4)));
+    let mut scene = Scene::default();
+    scene.detail.mesh = 8.0;
+    let picture = renderer.render(&top(), &scene, 1.0);
+    assert_like("meshes_of_files", &picture);
+    let legend = Colouring::default().legend(Theme::Dark, &[], None);
+    let palette = legend.scale.colours(Theme::Dark);
+    for (row, robot) in robots().iter().enumerate() {
+        for along in [-0.25, 0.25] {
+            let place = Vec2::new(robot.x, robot.y) + Vec2::from_angle(robot.theta) * along;
+            let at = top().project(place.extend(0.3), SIZE.as_vec2()).expect("in the picture").as_uvec2();
+            let shown = picture.get_pixel(at.x, at.y).0.map(f32::from);
+            let linear = Vec3::from_array([0, 1, 2].map(|part| (shown[part] / 255.0).powf(2.2))).normalize();
+            let hue = palette[row % 3].linear().normalize();
+            assert!(linear.dot(hue) > 0.985, "robot {row}: {shown:?} for {:?}", palette[row % 3]);
+        }
+    }
+}
+
+/// A selected edge has an outline that no route and no robot has.
+fn marked_edge(gpu: &Gpu) {
+    let scene = Scene { marked: Some(Marked::Edge(1)), ..coloured(Colouring::State) };
+    assert_like("marked_edge", &loop_renderer(gpu).render(&camera(), &scene, 1.0));
+}
+
+fn marked_node(gpu: &Gpu) {
+    let near = Camera { target: Vec3::new(8.0, 4.0, 0.0), distance: 7.0, ..camera() };
+    let [marked, plain] = [Some(Marked::Node(2)), None].map(|marked| {
+        let scene = Scene { marked, ..coloured(Colouring::State) };
+        DynamicImage::from(loop_renderer(gpu).render(&near, &scene, 1.0))
+    });
+    assert_like("marked_node", &marked.to_rgba8());
+    assert!(difference(&marked.into_rgb8(), &plain.into_rgb8()) > 2.0 * TOLERANCE);
+    let scene = Scene { marked: Some(Marked::Node(99)), ..coloured(Colouring::State) };
+    assert_like("robots_by_state", &loop_renderer(gpu).render(&camera(), &scene, 1.0));
+}
+
+/// Of two levels, one is shown: its edges and nodes, and the robots that match.
+fn one_level(gpu: &Gpu) {
+    let mut renderer = TestRenderer::new(gpu);
+    let mut world = graph();
+    let [ground, first] = ["ground", "first"].map(|name| world.texts.add(name));
+    world.edges.iter_mut().zip([ground, first, first, first]).for_each(|(edge, level)| edge.level = level);
+    world.nodes.iter_mut().zip([ground, ground, first, first]).for_each(|(node, level)| node.level = level);
+    renderer.inner.set_level(Some("ground"));
+    renderer.inner.set_graph(&world.view(1, 1));
+    renderer.push(&robots());
+    renderer.inner.set_matches(Some(&[0b0000_0011_1111]));
+    assert_like("one_level", &renderer.render(&camera(), &coloured(Colouring::State), 1.0));
+    renderer.inner.set_level(None);
+    renderer.inner.set_matches(None);
+    renderer.inner.set_graph(&graph().view(1, 1));
+    assert_like("robots_by_state", &renderer.render(&camera(), &coloured(Colouring::State), 1.0));
+}
+
+/// The pixels of a robot in a plan are as many as its outline covers, in the middle and at the side of the picture.
+fn plan_footprints(gpu: &Gpu) {
+    let mut renderer = TestRenderer::new(gpu);
+    let view = Camera::plan_around(Vec2::new(4.0, 0.0), 10.0);
+    let (per_metre, mut scene) = (SIZE.y as f32 / 10.0, coloured(Colouring::State));
+    (scene.layers.grid, scene.layers.shadows) = (false, true);
+    for x in [4.0, -3.0, 11.0] {
+        renderer.push(&[]);
+        let empty = renderer.render(&view, &scene, 1.0);
+        renderer.push(&[Robot { x, y: 1.3, theta: 0.7, state: 1, ..Robot::default() }]);
+        let picture = renderer.render(&view, &scene, 1.0);
+        let covered = picture.pixels().zip(empty.pixels()).filter(|(a, b)| a != b).count() as f32;
+        let outline = 0.9 * 0.6 * per_metre * per_metre;
+        // Pixels that are covered in part count as whole: half a pixel along the outline.
+        let border = 2.0 * (0.9 + 0.6) * per_metre * 0.75;
+        assert!(covered >= outline && covered <= outline + border, "at {x}: {covered} pixels of {outline}");
+    }
+    let mut renderer = loop_renderer(gpu);
+    let whole = Camera::plan(bounds(), Window::whole(SIZE.x as f32 / SIZE.y as f32));
+    assert_like("plan", &renderer.render(&whole, &coloured(Colouring::State), 1.0));
 }
 
 /// Robots of both shapes from near, as meshes, to far, where the order of overlapping marks may differ; and marks alone

@@ -36,6 +36,9 @@ struct Trail {
     // Distance from the middle line and half the width, in pixels.
     @location(1) @interpolate(linear) across: f32,
     @location(2) half_width: f32,
+    // Distance from the newer point, and the length of the segment, in pixels.
+    @location(3) @interpolate(linear) along: f32,
+    @location(4) @interpolate(flat) length: f32,
 }
 
 fn point_of(robot: u32, age: u32) -> vec2f {
@@ -59,7 +62,7 @@ fn trail(@builtin(instance_index) instance: u32, @builtin(vertex_index) corner: 
     let motion = newer - older;
     // Segments of 20 m or more are teleports. The comparison with NaN is false.
     if !(dot(motion, motion) < 400.0) || dot(motion, motion) < 1e-8 {
-        return Trail(vec4f(2.0, 2.0, 2.0, 1.0), vec4f(0.0), 0.0, 0.0);
+        return Trail(vec4f(2.0, 2.0, 2.0, 1.0), vec4f(0.0), 0.0, 0.0, 0.0, 0.0);
     }
     let is_older = corner >= 2u;
     let local = select(newer, older, is_older);
@@ -69,16 +72,25 @@ fn trail(@builtin(instance_index) instance: u32, @builtin(vertex_index) corner: 
     let normal = normalize(vec2f(-direction.y, direction.x) + vec2f(1e-12, 0.0));
     // Where robots are small, trails are thinner, so that they don't hide the robots.
     let pixels = 1.0 / metres_per_pixel(vec3f(local, 0.0));
-    let half_width = clamp(0.05 * pixels, 0.4, 1.7);
+    let half_width = clamp(0.09 * pixels, 0.4, 3.0);
+    let reach = length(motion) * pixels;
     let across = select(-1.0, 1.0, (corner & 1u) == 1u) * (half_width + 0.5);
     let fade = 1.0 - (f32(age) + select(0.0, 1.0, is_older)) / f32(ring.slots);
     let colour = vec4f(colour_of(robot), fade * clamp(0.1 * pixels, 0.25, 0.9));
-    return Trail(cropped(vec4f(clip.xy + normal * across * 2.0 * view.viewport.zw * clip.w, clip.zw)), colour, across, half_width);
+    return Trail(cropped(vec4f(clip.xy + normal * across * 2.0 * view.viewport.zw * clip.w, clip.zw)), colour, across, half_width, select(0.0, reach, is_older), reach);
 }
 
 @fragment
 fn trail_fill(in: Trail) -> @location(0) vec4f {
-    return vec4f(in.colour.rgb, in.colour.a * clamp(in.half_width + 0.5 - abs(in.across), 0.0, 1.0));
+    let line = clamp(in.half_width + 0.5 - abs(in.across), 0.0, 1.0);
+    // A bead at the older point, so that trails don't look like edges, and their spacing shows the speed. Where beads would
+    // touch each other, the trail is a line.
+    let away = length(vec2f(in.length - in.along, in.across));
+    let before = length(vec2f(in.along, in.across));
+    let bead = clamp(in.half_width + 0.5 - min(away, before), 0.0, 1.0);
+    let apart = clamp(in.length / (in.half_width * 4.0) - 0.5, 0.0, 1.0);
+    let thin = clamp(in.half_width * 0.3 + 0.5 - abs(in.across), 0.0, 1.0) * 0.45;
+    return vec4f(in.colour.rgb, in.colour.a * mix(line, max(bead, thin), apart));
 }
 
 struct Halo {
@@ -98,7 +110,7 @@ fn halo(@builtin(instance_index) instance: u32, @builtin(vertex_index) corner: u
     let pixel = metres_per_pixel(local);
     let radius = max(length(vec2f(robot_type.length, robot_type.width)) * 0.62, 9.0 * pixel);
     let unit = vec2f(f32(corner & 1u), f32(corner >> 1u)) * 2.0 - 1.0;
-    let outer = radius + 3.0 * pixel;
+    let outer = radius + 5.0 * pixel;
     return Halo(cropped(clip_from(local + vec3f(unit * outer, 0.0))), unit * outer / radius);
 }
 
@@ -106,7 +118,11 @@ fn halo(@builtin(instance_index) instance: u32, @builtin(vertex_index) corner: u
 fn halo_fill(in: Halo) -> @location(0) vec4f {
     let radius = length(in.position);
     let away = abs(radius - 1.0) / max(fwidth(radius), 1e-4);
-    let cover = clamp(1.8 - away, 0.0, 1.0);
-    let glow = clamp(1.0 - away / 8.0, 0.0, 1.0) * 0.25 * step(radius, 1.0);
-    return vec4f(view.selection.rgb, max(cover, glow));
+    // Four arcs with a border: a shape that tells them from robots in the colours of any data.
+    let gap = abs(abs(in.position.x) - abs(in.position.y)) / max(fwidth(radius), 1e-4);
+    let arc = clamp((gap - 2.5) * 0.5, 0.0, 1.0);
+    let line = clamp(1.8 - away, 0.0, 1.0) * arc;
+    let border = clamp(3.4 - away, 0.0, 1.0) * clamp((gap - 0.8) * 0.5, 0.0, 1.0);
+    let border_colour = vec3f(select(1.0, 0.0, view.selection.g > 0.5));
+    return vec4f(mix(border_colour, view.selection.rgb, line), max(line, border * 0.85));
 }

@@ -5,6 +5,8 @@ struct Vertex {
     @location(0) normal: vec3f,
     @location(1) colour: vec3f,
     @location(2) local: vec3f,
+    // The share of the robot's own colour.
+    @location(3) own: f32,
 }
 
 struct Id {
@@ -38,7 +40,7 @@ fn body(instance: Instance, @location(6) point: vec3f, @location(7) normal: vec4
     let across = normal.xyz / vec3f(instance.size, instance.height.x);
     let facing = normalize(vec3f(rotated(instance.heading, across.xy), across.z));
     let colour = mix(paint.rgb, instance.colour.rgb, paint.a);
-    return Vertex(cropped(clip_from(local)), facing, colour, local);
+    return Vertex(cropped(clip_from(local)), facing, colour, local, paint.a);
 }
 
 @fragment
@@ -48,7 +50,9 @@ fn shaded(in: Vertex) -> @location(0) vec4f {
     let half_way = normalize(towards + view.sun.xyz);
     let gloss = pow(max(dot(normal, half_way), 0.0), 40.0) * 0.25;
     let rim = pow(1.0 - max(dot(normal, towards), 0.0), 4.0) * 0.12;
-    return vec4f(lit(in.colour, normal, in.local) + (gloss + rim) * view.sun_colour.rgb, 1.0);
+    // The robot's colour is data: a shine would make it paler.
+    let shine = (gloss + rim) * (1.0 - in.own);
+    return vec4f(lit(in.colour, normal, in.local) + shine * view.sun_colour.rgb, 1.0);
 }
 
 @vertex
@@ -61,8 +65,12 @@ fn body_id(instance: Instance, @location(6) point: vec3f) -> Id {
 fn block(instance: Instance, @location(6) point: vec3f, @location(7) normal: vec4f, @location(8) paint: vec4f) -> Vertex {
     let local = placed(instance, point);
     let facing = vec3f(rotated(instance.heading, normal.xy), normal.z);
-    let colour = lit(mix(paint.rgb, instance.colour.rgb, paint.a), facing, local);
-    return Vertex(cropped(clip_from(local)), facing, colour, local);
+    // In a plan all of an outline has the robot's colour, darker in front: a light front would vanish on a light floor. The
+    // narrow field of view tells a plan.
+    let outline = instance.colour.rgb * max(paint.a, 0.45);
+    let painted = select(mix(paint.rgb, instance.colour.rgb, paint.a), outline, view.up.w < 0.01);
+    let colour = lit(painted, facing, local);
+    return Vertex(cropped(clip_from(local)), facing, colour, local, paint.a);
 }
 
 @fragment

@@ -168,7 +168,7 @@ fn sort(@builtin(global_invocation_id) at: vec3u, @builtin(num_workgroups) group
     if i >= view.robots {
         return;
     }
-    if state_of(i) == ABSENT {
+    if state_of(i) == ABSENT || (view.filtered == 2u && !matches(i)) {
         return;
     }
     let pose = pose_of(i);

@@ -60,7 +60,7 @@ struct View {
     route: vec4f,
     waiting: vec4f,
     ring: vec4f,
-    // Whether robots that don't match a filter are dimmed.
+    // Whether robots that don't match a filter are dimmed (1) or hidden (2).
     filtered: u32,
     palette: array<vec4f, 16>,
     lights: array<Light, 8>,

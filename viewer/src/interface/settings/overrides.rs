@@ -28,8 +28,11 @@ impl Settings {
         if let Some(path) = &look.floor_image {
             self.floor_image = path.display().to_string();
         }
+        if let Some(at) = look.floor_at {
+            self.floor_at = Some(at.0);
+        }
         if let Some(model) = look.mesh.iter().rfind(|model| model.robot_type.is_none()) {
-            self.mesh = Some(RobotMesh { file: model.path.display().to_string(), scale: model.scale, z: model.z });
+            self.mesh = Some(RobotMesh::new(model.path.display().to_string(), model.placement));
         }
         if !look.light.is_empty() {
             let lamp = |light: &Light| {
@@ -42,6 +45,7 @@ impl Settings {
         self.shadows &= !look.no_shadows;
         (self.edges, self.nodes) = (self.edges && !look.no_graph, self.nodes && !look.no_graph);
         self.ids &= !look.no_graph && !look.no_ids;
+        self.robot_ids |= look.robot_ids;
         self.plans |= look.plans;
         self.waits |= look.waits;
         self.sanitized()
@@ -64,6 +68,7 @@ impl Settings {
         restore(&mut result.edges, &initial.edges, &stored.edges);
         restore(&mut result.nodes, &initial.nodes, &stored.nodes);
         restore(&mut result.ids, &initial.ids, &stored.ids);
+        restore(&mut result.robot_ids, &initial.robot_ids, &stored.robot_ids);
         restore(&mut result.plans, &initial.plans, &stored.plans);
         restore(&mut result.waits, &initial.waits, &stored.waits);
         restore(&mut result.offset, &initial.offset, &stored.offset);
@@ -71,6 +76,7 @@ impl Settings {
         restore(&mut result.trails, &initial.trails, &stored.trails);
         restore(&mut result.trails_of_selected, &initial.trails_of_selected, &stored.trails_of_selected);
         restore(&mut result.floor_image, &initial.floor_image, &stored.floor_image);
+        restore(&mut result.floor_at, &initial.floor_at, &stored.floor_at);
         restore(&mut result.mesh, &initial.mesh, &stored.mesh);
         restore(&mut result.lamps, &initial.lamps, &stored.lamps);
         restore(&mut result.window, &initial.window, &stored.window);

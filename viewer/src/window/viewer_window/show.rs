@@ -3,10 +3,12 @@
 use std::time::{Duration, Instant};
 
 use egui::{Rect, ViewportId};
+use glam::Vec2;
 use regatta_plugin::frame::ClockState;
 use winit::window::Fullscreen;
 
 use super::{ViewerWindow, title};
+use crate::interface::measure::End;
 use crate::interface::pose::interpolate;
 use crate::interface::view_model::{Action, EngineState, Item, Timeline, ViewModel};
 
@@ -93,6 +95,8 @@ impl ViewerWindow {
                     }
                 }
                 Action::LookBack(time) => self.stage.look_back(time),
+                Action::WriteSvg => self.write_svg(),
+                Action::Measure { at } => self.measure(at, pixels_per_point),
                 Action::Rows(query) => self.link.rows(query),
                 Action::Filter(filter) => {
                     if filter.is_empty() {
@@ -122,6 +126,28 @@ impl ViewerWindow {
             self.link.robot(if let Some(Item::Robot(id)) = selected { Some(id) } else { None });
             self.window.set_title(&title(&self.name, selected));
         }
+    }
+
+    /// Writes a plan into the current folder, and says where it is.
+    fn write_svg(&mut self) {
+        let seconds = self.stage.feed.frame().map_or(0.0, |frame| frame.sim_time().as_secs_f64());
+        let path = format!("regatta-{}-{seconds:.2}s.svg", self.fleet);
+        let written = self.stage.svg(&self.fleet.to_string(), self.stage.scene.theme, None);
+        let written = written.map_err(|error| error.to_string());
+        let written = written.and_then(|text| std::fs::write(&path, text).map_err(|error| format!("{path}: {error}")));
+        self.interface.notify(written.map_or_else(|error| error, |()| format!("the plan is in {path}")));
+    }
+
+    /// Takes what is at a point of the picture as an end of what is measured.
+    fn measure(&mut self, at: Vec2, pixels_per_point: f32) {
+        let end = match self.stage.renderer.pick(at * pixels_per_point).map(Item::from) {
+            Some(Item::Robot(id)) => Some(End::Robot(id)),
+            _ => {
+                let size = self.stage.renderer.drawn_size() / pixels_per_point;
+                self.interface.camera_controller.camera().unproject(at, size).map(End::Place)
+            }
+        };
+        end.into_iter().for_each(|end| self.interface.measure_to(end));
     }
 
     /// Schedules the next picture: when the interface asks for it, or at once while robots move between two frames.

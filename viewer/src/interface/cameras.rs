@@ -1,0 +1,98 @@
+//! The part of the view panel about cameras: those that the scenario names, and the plan as a file; and where the floor picture
+//! is placed.
+
+use egui::{ComboBox, DragValue, Role, Ui, WidgetInfo};
+
+use super::state::Interface;
+use super::style::{faint, heading};
+use super::view_model::Action;
+use crate::options::{Bookmark, CameraOption};
+
+impl Interface {
+    /// Shows the named cameras, and buttons that copy this camera and write the plan.
+    pub(super) fn cameras(&mut self, ui: &mut Ui, actions: &mut Vec<Action>) {
+        let theme = self.settings.theme();
+        heading(ui, theme, "cameras");
+        let mut wanted = None;
+        ui.horizontal_wrapped(|ui| {
+            for bookmark in &self.bookmarks {
+                if ui.button(&bookmark.name).clicked() {
+                    wanted = Some(bookmark.clone());
+                }
+            }
+        });
+        if self.bookmarks.is_empty() {
+            ui.label(faint(ui, theme, "none named; add them to the scenario as `cameras`"));
+        }
+        ui.horizontal_wrapped(|ui| {
+            let text = "Copies a line for `cameras` of the scenario";
+            if ui.button("Copy this camera").on_hover_text(text).clicked() {
+                ui.ctx().copy_text(CameraOption::entry(&self.camera_controller.camera()));
+                self.notify("the camera is in the clipboard, as a line for `cameras` of the scenario");
+            }
+            if ui.button("Plan as SVG").on_hover_text("Writes a plan with its scale into the current folder").clicked()
+            {
+                actions.push(Action::WriteSvg);
+            }
+        });
+        if let Some(bookmark) = wanted {
+            self.go_to(&bookmark);
+        }
+    }
+
+    /// The level that alone is shown.
+    pub fn level(&self) -> Option<&str> {
+        self.filter.level.as_deref()
+    }
+
+    /// Shows one level only, or all.
+    pub fn show_level(&mut self, level: Option<String>) {
+        self.is_refiltered |= self.filter.level != level;
+        self.filter.level = level;
+    }
+
+    /// Shows the choice of a level, if the world has several.
+    pub(super) fn level_choice(&mut self, ui: &mut Ui) {
+        if self.levels.len() < 2 && self.filter.level.is_none() {
+            return;
+        }
+        let mut level = self.filter.level.clone();
+        let name = level.clone().unwrap_or_else(|| "all levels".to_owned());
+        let shown = ComboBox::from_id_salt("level").selected_text(name).show_ui(ui, |ui| {
+            ui.selectable_value(&mut level, None, "all levels");
+            for name in &self.levels {
+                ui.selectable_value(&mut level, Some(name.clone()), name);
+            }
+        });
+        shown.response.widget_info(|| WidgetInfo::labeled(Role::ComboBox, true, "level"));
+        self.show_level(level);
+    }
+
+    /// Flies to a named camera.
+    pub fn go_to(&mut self, bookmark: &Bookmark) {
+        if let Some(camera) = bookmark.view.fixed() {
+            self.camera_controller.fly_to_camera(camera);
+        }
+    }
+
+    /// Shows where the floor picture is placed.
+    pub(super) fn floor_place(&mut self, ui: &mut Ui) {
+        if self.settings.floor_image.is_empty() {
+            return;
+        }
+        let mut is_placed = self.settings.floor_at.is_some();
+        ui.checkbox(&mut is_placed, "placed by origin and resolution");
+        if is_placed != self.settings.floor_at.is_some() {
+            self.settings.floor_at = is_placed.then_some([0.0, 0.0, 0.05, 0.0]);
+        }
+        let Some(at) = &mut self.settings.floor_at else { return };
+        ui.horizontal_wrapped(|ui| {
+            let [x, y, resolution, yaw] = at;
+            for (metres, name) in [(x, "x "), (y, "y ")] {
+                ui.add(DragValue::new(metres).range(-1e6..=1e6).speed(0.05).prefix(name).suffix(" m"));
+            }
+            ui.add(DragValue::new(resolution).range(1e-4..=100.0).speed(0.001).max_decimals(4).suffix(" m/pixel"));
+            ui.add(DragValue::new(yaw).range(-360.0..=360.0).speed(0.5).prefix("yaw ").suffix("°"));
+        });
+    }
+}

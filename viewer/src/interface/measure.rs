@@ -1,0 +1,161 @@
+//! The measuring tool: the distance between two places or robots, and the clearance between the robots' outlines.
+
+use egui::{Align2, Color32, Context, FontId, LayerId, Rect, Stroke, pos2};
+use glam::Vec2;
+use regatta_plugin::frame::RobotState;
+
+use super::state::Interface;
+use super::style;
+use super::view_model::ViewModel;
+use crate::footprint::Footprint;
+
+/// One end of what is measured.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum End {
+    /// A robot, wherever it drives.
+    Robot(u32),
+    /// A place on the ground, in metres.
+    Place(Vec2),
+}
+
+/// What is measured: up to two ends.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Measuring(pub Vec<End>);
+
+/// The result of measuring.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Measurement {
+    /// Metres from one end to the other; of robots, from their poses.
+    pub distance: f32,
+    /// Metres between the outlines of robots, or between an outline and a place; `None` between two places.
+    pub clearance: Option<f32>,
+    /// The direction from the first end to the second one, in radians counter-clockwise from east.
+    pub bearing: f32,
+    /// The ends of the distance.
+    pub ends: [Vec2; 2],
+    /// The ends of the clearance.
+    pub nearest: [Vec2; 2],
+}
+
+impl Measuring {
+    /// Adds an end; a third one begins anew.
+    pub fn add(&mut self, end: End) {
+        if self.0.len() >= 2 {
+            self.0.clear();
+        }
+        self.0.push(end);
+    }
+
+    /// Returns the result; `None` if an end is missing, or is a robot that is not in the fleet.
+    pub fn measure(&self, model: &ViewModel<'_>, offset: Vec2) -> Option<Measurement> {
+        let [a, b] = self.0[..] else { return None };
+        let ([from, to], [one, other]) = (
+            [a.place(model, offset)?, b.place(model, offset)?],
+            [a.outline(model, offset)?, b.outline(model, offset)?],
+        );
+        let has_outline = [a, b].iter().any(|end| matches!(end, End::Robot(_)));
+        let (clearance, nearest) = one.clearance(other);
+        let bearing = (to - from).to_angle();
+        let clearance = has_outline.then_some(clearance);
+        Some(Measurement { distance: from.distance(to), clearance, bearing, ends: [from, to], nearest })
+    }
+}
+
+impl End {
+    fn place(self, model: &ViewModel<'_>, offset: Vec2) -> Option<Vec2> {
+        match self {
+            Self::Place(place) => Some(place),
+            Self::Robot(id) => {
+                let is_here = model.frame?.state_of(id as usize) != RobotState::Absent;
+                model.pose(id, offset).filter(|_| is_here).map(|pose| pose.place)
+            }
+        }
+    }
+
+    fn outline(self, model: &ViewModel<'_>, offset: Vec2) -> Option<Footprint> {
+        let Self::Robot(id) = self else {
+            return Some(Footprint::Circle { centre: self.place(model, offset)?, radius: 0.0 });
+        };
+        let pose = model.pose(id, offset)?;
+        let index =
+            model.robot_type_column.and_then(|column| column.get(id as usize)).map_or(0, |index| *index as usize);
+        let robot_type = model.world.robot_types().get(index)?;
+        Some(Footprint::of(robot_type, pose.place, pose.theta))
+    }
+
+    fn name(self) -> String {
+        match self {
+            Self::Robot(id) => format!("robot {id}"),
+            Self::Place(place) => format!("{:.2}, {:.2} m", place.x, place.y),
+        }
+    }
+}
+
+impl Interface {
+    pub(super) fn toggle_measuring(&mut self) {
+        self.measuring = if self.measuring.is_some() { None } else { Some(Measuring::default()) };
+    }
+
+    /// Adds an end to what is measured.
+    pub fn measure_to(&mut self, end: End) {
+        self.measuring.get_or_insert_default().add(end);
+    }
+
+    /// The text of the measurement: what to do next, or the result.
+    pub(super) fn measuring_text(&self, model: &ViewModel<'_>) -> Option<Vec<String>> {
+        let measuring = self.measuring.as_ref()?;
+        let offset = Vec2::from(self.settings.offset);
+        let Some(result) = measuring.measure(model, offset) else {
+            return Some(match measuring.0.first() {
+                None => vec!["measure: click a robot or a place".to_owned()],
+                Some(first) => vec![format!("from {}: click the other end", first.name())],
+            });
+        };
+        let names = [measuring.0[0], measuring.0[1]].map(End::name);
+        let mut lines = vec![format!("{} to {}", names[0], names[1])];
+        let [along, up] = (result.ends[1] - result.ends[0]).to_array();
+        lines.push(format!("distance {:.3} m, {:.1}°", result.distance, result.bearing.to_degrees()));
+        lines.push(format!("east {along:.3} m, north {up:.3} m"));
+        lines.extend(result.clearance.map(|metres| match metres {
+            0.0 => "clearance 0 m: the outlines overlap".to_owned(),
+            metres => format!("clearance {metres:.3} m"),
+        }));
+        Some(lines)
+    }
+
+    /// Draws the measured line over the picture.
+    pub(super) fn draw_measurement(&self, context: &Context, picture: Rect, clip: Rect, model: &ViewModel<'_>) {
+        let Some(measuring) = &self.measuring else { return };
+        let (offset, camera) = (Vec2::from(self.settings.offset), self.camera_controller.camera());
+        let size = Vec2::new(picture.width(), picture.height());
+        let at =
+            |place: Vec2| camera.project(place.extend(0.0), size).map(|at| pos2(at.x, at.y) + picture.min.to_vec2());
+        let painter = context.layer_painter(LayerId::background()).with_clip_rect(clip);
+        let colours = style::colours(self.settings.theme());
+        for place in measuring.0.iter().filter_map(|end| end.place(model, offset)) {
+            if let Some(at) = at(place) {
+                painter.circle_filled(at, 4.5, Color32::BLACK);
+                painter.circle_filled(at, 3.0, colours.accent);
+            }
+        }
+        let Some(result) = measuring.measure(model, offset) else { return };
+        let line = |[from, to]: [Vec2; 2], stroke: Stroke| {
+            if let (Some(from), Some(to)) = (at(from), at(to)) {
+                painter.line_segment([from, to], Stroke::new(stroke.width + 2.0, Color32::from_black_alpha(160)));
+                painter.line_segment([from, to], stroke);
+            }
+        };
+        line(result.ends, Stroke::new(1.0, colours.accent));
+        if result.clearance.is_some() {
+            line(result.nearest, Stroke::new(2.5, colours.text));
+        }
+        let shown = result.clearance.unwrap_or(result.distance);
+        let ends = if result.clearance.is_some() { result.nearest } else { result.ends };
+        if let Some(middle) = at((ends[0] + ends[1]) / 2.0) {
+            let text = painter.layout_no_wrap(format!("{shown:.2} m"), FontId::monospace(12.0), colours.text);
+            let place = Align2::CENTER_BOTTOM.anchor_size(middle - egui::vec2(0.0, 6.0), text.size());
+            painter.rect_filled(place.expand2(egui::vec2(4.0, 2.0)), 4.0, colours.panel);
+            painter.galley(place.min, text, colours.text);
+        }
+    }
+}

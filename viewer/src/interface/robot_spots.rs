@@ -1,0 +1,95 @@
+//! Where robots are in a picture: for their ids, and so that no id of a node or an edge covers a robot.
+//!
+//! Only of pictures that are near enough for ids. The columns x and y are gone through once per picture then; nothing else
+//! of the interface looks at all robots.
+
+use std::collections::BTreeSet;
+
+use egui::{Align2, Context, FontId, LayerId, Rect, pos2};
+use glam::Vec2;
+use regatta_plugin::frame::RobotState;
+use regatta_plugin::world::Shape;
+use regatta_plugin::{Frame, World};
+
+use super::labels::reach;
+use super::style;
+use crate::camera::{Bounds, Camera};
+use crate::palette::Theme;
+
+/// The most robots that are found.
+const MAX_SPOTS: usize = 1024;
+/// The height at which ids are drawn over robots, in metres.
+const ID_HEIGHT: f32 = 0.4;
+
+/// A robot in a picture.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Spot {
+    /// The robot.
+    pub id: u32,
+    /// The robot's place in the picture, in points from its top left.
+    pub at: Vec2,
+    /// The radius of a circle around the robot, in points.
+    pub radius: f32,
+}
+
+/// Returns the radius of a circle around the largest robot type, in metres.
+pub fn radius(world: &World<'_>) -> f32 {
+    let radii = world.robot_types().iter().map(|robot_type| match robot_type.shape() {
+        Shape::Circle => robot_type.length / 2.0,
+        Shape::Rectangle => Vec2::new(robot_type.length, robot_type.width).length() / 2.0,
+    });
+    radii.filter(|radius| radius.is_finite()).reduce(f32::max).unwrap_or(0.5)
+}
+
+/// Finds the robots of a picture of `size` points, of which ids could be read. `radius` is that of the largest robot type, in
+/// metres.
+pub fn find(frame: &Frame<'_>, camera: &Camera, offset: Vec2, size: Vec2, radius: f32) -> Vec<Spot> {
+    let Some(near) = near_bounds(camera, size, radius) else { return Vec::new() };
+    let (low, high) = (near.low - offset, near.high - offset);
+    let is_near = |x: f32, y: f32| x >= low.x && x <= high.x && y >= low.y && y <= high.y;
+    let rows = frame.x().iter().zip(frame.y()).enumerate();
+    let rows = rows.filter(|(row, (x, y))| is_near(**x, **y) && frame.state_of(*row) != RobotState::Absent);
+    let spots = rows.filter_map(|(row, (x, y))| {
+        let place = (Vec2::new(*x, *y) + offset).extend(ID_HEIGHT);
+        let at = camera.project(place, size).filter(|at| at.cmpge(Vec2::ZERO).all() && at.cmple(size).all())?;
+        let depth = (place - camera.eye()).dot(camera.forward());
+        Some(Spot { id: row as u32, at, radius: radius * camera.pixels_per_radian(size.y) / depth.max(0.1) })
+    });
+    spots.take(MAX_SPOTS).collect()
+}
+
+/// Returns a rectangle of the ground that has all robots whose ids could be read; `None` if the camera is too far away.
+fn near_bounds(camera: &Camera, size: Vec2, radius: f32) -> Option<Bounds> {
+    let (eye, far) = (camera.eye(), reach(camera, size)?);
+    let corners = [Vec2::ZERO, Vec2::new(size.x, 0.0), Vec2::new(0.0, size.y), size];
+    let ground: Option<Vec<Vec2>> = corners.into_iter().map(|corner| camera.unproject(corner, size)).collect();
+    let around = Bounds { low: eye.truncate() - far, high: eye.truncate() + far };
+    let seen = ground.and_then(Bounds::from_points).map_or(around, |seen| Bounds {
+        low: (seen.low - radius).max(around.low),
+        high: (seen.high + radius).min(around.high),
+    });
+    Some(seen)
+}
+
+/// Draws the ids of robots over them, in a look that ids of nodes and edges don't have. Where they are dense, some are left out.
+pub fn draw(context: &Context, clip: Rect, picture: Rect, theme: Theme, spots: &[Spot]) {
+    let painter = context.layer_painter(LayerId::background()).with_clip_rect(clip);
+    let colours = style::colours(theme);
+    let mut taken = BTreeSet::new();
+    for spot in spots {
+        let text = painter.layout_no_wrap(spot.id.to_string(), FontId::monospace(11.0), colours.panel);
+        let at = pos2(picture.left() + spot.at.x, picture.top() + spot.at.y);
+        let place = Align2::CENTER_CENTER.anchor_size(at, text.size()).expand2(egui::vec2(4.0, 1.0));
+        let cells = |rect: Rect| {
+            let (low, high) = ((rect.min / 12.0).floor(), (rect.max / 12.0).floor());
+            let columns = low.x as i32..=high.x as i32;
+            columns.flat_map(move |x| (low.y as i32..=high.y as i32).map(move |y| (x, y)))
+        };
+        if cells(place).any(|cell| taken.contains(&cell)) {
+            continue;
+        }
+        taken.extend(cells(place));
+        painter.rect_filled(place, 6.0, colours.text);
+        painter.galley(place.min + egui::vec2(4.0, 1.0), text, colours.panel);
+    }
+}

@@ -1,0 +1,305 @@
+//! A plan of a fleet as SVG: edges as their exact curves, nodes, and the outlines of robots at their true size, in millimetres
+//! at a scale, with a grid in metres, a scale bar and an arrow to the north.
+
+use std::fmt::Write;
+
+use glam::Vec2;
+use regatta_plugin::frame::{Frame, RobotState};
+use regatta_plugin::world::{NodeRole, RobotTypeRecord};
+use regatta_plugin::{Result, World};
+
+use crate::camera::Bounds;
+use crate::footprint::Footprint;
+use crate::interface::plan::{metres_text, round_step};
+use crate::palette::{COLOURS, Colouring, Legend, Rgb, Scale, Theme};
+
+/// The most robots in a file.
+const MAX_ROBOTS: usize = 200_000;
+/// The longest side of a drawing whose scale isn't given, in millimetres: that of A3, less a margin.
+const LONGEST_MM: f32 = 380.0;
+/// The margin around the drawing, and the height of the line below it, in millimetres.
+const MARGIN: f32 = 10.0;
+const FOOTER: f32 = 14.0;
+
+/// What a plan shows.
+#[derive(Clone, Copy, Debug)]
+pub struct Plan<'a> {
+    /// The route graph and the robot types.
+    pub world: World<'a>,
+    /// The robots.
+    pub frame: Option<Frame<'a>>,
+    /// Each robot's index into the robot types.
+    pub robot_type: Option<&'a [f32]>,
+    /// Each robot's value, if they are coloured by a column or by speed.
+    pub values: Option<&'a [f32]>,
+    /// The data that robots are coloured by.
+    pub colouring: &'a Colouring,
+    /// The meaning of the colours, for the same theme.
+    pub legend: &'a Legend,
+    /// The colour theme.
+    pub theme: Theme,
+    /// What is to be seen, in metres.
+    pub bounds: Bounds,
+    /// Metres added to all positions.
+    pub offset: Vec2,
+    /// The scale: 200 for 1:200; `None` for one at which the drawing fits on A3.
+    pub scale: Option<f32>,
+    /// The text below the drawing.
+    pub title: &'a str,
+}
+
+/// Returns the scale of a drawing whose longest side is so many metres, if none is given: 1, 2 or 5 times a power of ten.
+fn fitting_scale(metres: f32) -> f32 {
+    let least = (metres * 1000.0 / LONGEST_MM).max(1.0);
+    let unit = 10_f32.powf(least.log10().floor());
+    [1.0, 2.0, 5.0].map(|factor| factor * unit).into_iter().find(|scale| *scale >= least * 0.999).unwrap_or(10.0 * unit)
+}
+
+/// Returns the text of the file.
+///
+/// # Errors
+/// If there are too many robots for a file that programs open.
+pub fn draw(plan: &Plan<'_>) -> Result<String> {
+    let robots = plan.frame.map_or(0, |frame| frame.len());
+    if robots > MAX_ROBOTS {
+        return Err(regatta_plugin::Error::new(format!(
+            "{robots} robots are too many for an SVG; {MAX_ROBOTS} are possible"
+        )));
+    }
+    let (low, size) = (plan.bounds.low, (plan.bounds.high - plan.bounds.low).max(Vec2::splat(0.1)));
+    let scale = plan.scale.unwrap_or_else(|| fitting_scale(size.max_element()));
+    // Millimetres of paper per metre.
+    let per_metre = 1000.0 / scale;
+    let paper = size * per_metre + Vec2::new(2.0 * MARGIN, 2.0 * MARGIN + FOOTER);
+    let [width, height] = paper.to_array();
+    let colours = plan.theme.colours();
+    let mut text = format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width:.2}mm\" height=\"{height:.2}mm\" \
+         viewBox=\"0 0 {width:.2} {height:.2}\" font-family=\"sans-serif\">\n<title>{}</title>\n\
+         <desc>Scale 1:{scale}; a unit is a millimetre of paper; the group 'plan' is in metres, x east and y north</desc>\n\
+         <rect width=\"100%\" height=\"100%\" fill=\"{}\"/>\n",
+        escaped(plan.title),
+        hex(colours.floor)
+    );
+    let top = MARGIN + size.y * per_metre;
+    let (east, north) = (MARGIN - low.x * per_metre, top + low.y * per_metre);
+    let _ = writeln!(text, "<g id=\"plan\" transform=\"matrix({per_metre} 0 0 {} {east:.4} {north:.4})\">", -per_metre);
+    grid(&mut text, plan, per_metre);
+    graph(&mut text, plan, per_metre);
+    draw_robots(&mut text, plan, per_metre);
+    text.push_str("</g>\n");
+    footer(&mut text, plan, [width, height], scale);
+    text.push_str("</svg>\n");
+    Ok(text)
+}
+
+fn hex(colour: Rgb) -> String {
+    format!("#{:06x}", colour.0)
+}
+
+fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}
+
+/// Lines at round distances, some 15 mm apart on paper, with their coordinates.
+fn grid(text: &mut String, plan: &Plan<'_>, per_metre: f32) {
+    let Bounds { low, high } = plan.bounds;
+    let step = round_step(38.0 / per_metre);
+    let thin = 0.1 / per_metre;
+    let _ = writeln!(text, "<g id=\"grid\" stroke=\"{}\" stroke-width=\"{thin:.5}\">", hex(plan.theme.colours().grid));
+    let (first, last) = ((low / step).ceil().as_ivec2(), (high / step).floor().as_ivec2());
+    let font = 2.4 / per_metre;
+    let mut labels = String::new();
+    let mut label = |x: f32, y: f32, metres: f32, anchor: &str| {
+        let _ = writeln!(
+            labels,
+            "<text transform=\"translate({x:.3} {y:.3}) scale(1 -1)\" text-anchor=\"{anchor}\">{}</text>",
+            metres_text(metres)
+        );
+    };
+    for x in (first.x..=last.x).map(|i| i as f32 * step) {
+        let _ = writeln!(text, "<path d=\"M{x:.3} {:.3}V{:.3}\"/>", low.y, high.y);
+        label(x, low.y - 3.5 / per_metre, x, "middle");
+    }
+    for y in (first.y..=last.y).map(|i| i as f32 * step) {
+        let _ = writeln!(text, "<path d=\"M{:.3} {y:.3}H{:.3}\"/>", low.x, high.x);
+        label(low.x - 1.0 / per_metre, y, y, "end");
+    }
+    let _ = writeln!(
+        text,
+        "</g>\n<g id=\"coordinates\" font-size=\"{font:.4}\" fill=\"{}\">",
+        hex(plan.theme.colours().node)
+    );
+    text.push_str(&labels);
+    text.push_str("</g>\n");
+}
+
+fn graph(text: &mut String, plan: &Plan<'_>, per_metre: f32) {
+    let (world, colours) = (plan.world, plan.theme.colours());
+    let line = 0.25 / per_metre;
+    let _ = writeln!(text, "<g id=\"edges\" fill=\"none\" stroke-width=\"{line:.5}\">");
+    for edge in world.edges() {
+        let colour = if edge.velocity_backwards > 0.0 { colours.two_way } else { colours.edge };
+        let mut path = String::new();
+        for (number, curve) in world.curves(edge).iter().enumerate() {
+            let [a, b, c, d] = curve.control_points.map(|point| Vec2::from(point) + plan.offset);
+            if number == 0 {
+                let _ = write!(path, "M{:.4} {:.4}", a.x, a.y);
+            }
+            let _ = write!(path, "C{:.4} {:.4} {:.4} {:.4} {:.4} {:.4}", b.x, b.y, c.x, c.y, d.x, d.y);
+        }
+        let _ = writeln!(text, "<path id=\"e{}\" stroke=\"{}\" d=\"{path}\"/>", edge.id, hex(colour));
+    }
+    let _ = writeln!(text, "</g>\n<g id=\"nodes\" fill=\"{}\">", hex(colours.node));
+    for node in world.nodes() {
+        let (at, is_station) = (Vec2::new(node.x, node.y) + plan.offset, node.role() != NodeRole::None);
+        let radius = if is_station { 0.7 } else { 0.35 } / per_metre;
+        let name = escaped(world.text(node.name));
+        let (x, y, id) = (at.x, at.y, node.id);
+        let _ = writeln!(
+            text,
+            "<circle id=\"n{id}\" cx=\"{x:.4}\" cy=\"{y:.4}\" r=\"{radius:.4}\"><title>{name}</title></circle>"
+        );
+    }
+    text.push_str("</g>\n");
+}
+
+fn draw_robots(text: &mut String, plan: &Plan<'_>, per_metre: f32) {
+    let Some(frame) = plan.frame else { return };
+    let default_type = RobotTypeRecord::new("robot", 0.9, 0.6);
+    let palette = plan.legend.scale.colours(plan.theme);
+    let border = if plan.theme == Theme::Dark { "#ffffff" } else { "#222222" };
+    let line = 0.12 / per_metre;
+    let _ = writeln!(text, "<g id=\"robots\" stroke=\"{border}\" stroke-width=\"{line:.5}\">");
+    for row in (0..frame.len()).filter(|row| frame.state_of(*row) != RobotState::Absent) {
+        let place = Vec2::new(frame.x()[row], frame.y()[row]) + plan.offset;
+        if !place.is_finite() {
+            continue;
+        }
+        let index = plan.robot_type.and_then(|column| column.get(row)).map_or(0, |index| *index as usize);
+        let robot_type = plan.world.robot_types().get(index).unwrap_or(&default_type);
+        let heading = frame.theta()[row];
+        let fill = hex(colour(plan, &palette, row, index));
+        match Footprint::of(robot_type, place, heading) {
+            Footprint::Circle { centre, radius } => {
+                let (x, y) = (centre.x, centre.y);
+                let _ = write!(
+                    text,
+                    "<circle id=\"robot-{row}\" fill=\"{fill}\" cx=\"{x:.4}\" cy=\"{y:.4}\" r=\"{radius:.4}\"/>"
+                );
+            }
+            Footprint::Rectangle(corners) => {
+                let points = corners.map(|corner| format!("{:.4},{:.4}", corner.x, corner.y)).join(" ");
+                let _ = write!(text, "<polygon id=\"robot-{row}\" fill=\"{fill}\" points=\"{points}\"/>");
+            }
+        }
+        let tip = place + Vec2::from_angle(heading) * (robot_type.length / 2.0);
+        let _ = writeln!(text, "<path d=\"M{:.4} {:.4}L{:.4} {:.4}\"/>", place.x, place.y, tip.x, tip.y);
+    }
+    text.push_str("</g>\n");
+}
+
+/// The colour of a robot, as the picture has it.
+fn colour(plan: &Plan<'_>, palette: &[Rgb; COLOURS], row: usize, robot_type: usize) -> Rgb {
+    let state = plan.frame.map_or(0, |frame| frame.columns().state[row]);
+    let value = match plan.colouring {
+        Colouring::State => Some(f32::from(state)),
+        Colouring::Type => Some((robot_type % COLOURS) as f32),
+        Colouring::Speed | Colouring::Column(_) => plan.values.and_then(|values| values.get(row)).copied(),
+    };
+    let Some(value) = value.filter(|value| value.is_finite()) else { return plan.theme.colours().unknown };
+    let index = match &plan.legend.scale {
+        Scale::Categories(_) => value,
+        Scale::Ramp { low, high, .. } => (value - low) / (high - low).max(1e-6) * (COLOURS - 1) as f32,
+    };
+    palette[index.round().clamp(0.0, (COLOURS - 1) as f32) as usize]
+}
+
+/// The line below the drawing: the title, the scale bar, and an arrow to the north.
+fn footer(text: &mut String, plan: &Plan<'_>, [width, height]: [f32; 2], scale: f32) {
+    let (ink, paper) = (hex(plan.theme.colours().node), hex(plan.theme.colours().floor));
+    let below = height - 6.0;
+    let metres = round_step(scale * 0.05);
+    let bar = metres * 1000.0 / scale;
+    let left = width - MARGIN - bar - 16.0;
+    let (title, shown) = (escaped(plan.title), metres_text(metres));
+    let _ = write!(
+        text,
+        "<g id=\"legend\" fill=\"{ink}\" font-size=\"3.2\">\n<text x=\"{MARGIN}\" y=\"{below:.2}\">{title}   1:{scale}</text>\n"
+    );
+    for part in 0..4_u8 {
+        let (x, fill) = (left + bar * f32::from(part) / 4.0, if part % 2 == 0 { &ink } else { &paper });
+        let (y, width) = (below - 1.6, bar / 4.0);
+        let _ = writeln!(
+            text,
+            "<rect x=\"{x:.3}\" y=\"{y:.2}\" width=\"{width:.3}\" height=\"1.6\" fill=\"{fill}\" stroke=\"{ink}\" stroke-width=\"0.15\"/>"
+        );
+    }
+    let (end, above, x, tip) = (left + bar, below - 2.6, width - MARGIN - 3.0, below - 8.0);
+    let _ = write!(
+        text,
+        "<text x=\"{left:.2}\" y=\"{above:.2}\" text-anchor=\"middle\">0</text>\n\
+         <text x=\"{end:.2}\" y=\"{above:.2}\" text-anchor=\"middle\">{shown}</text>\n\
+         <path d=\"M{x:.2} {tip:.2}l2 7l-2 -1.6l-2 1.6z\"/>\n\
+         <text x=\"{x:.2}\" y=\"{:.2}\" text-anchor=\"middle\">N</text>\n</g>\n",
+        below + 2.8
+    );
+}
+
+#[cfg(test)]
+mod tests {
+    use regatta_plugin::frame::{ColumnsMut, FrameHeader, Line, frame_lines, stride_lines};
+    use regatta_plugin::world::{CurveRecord, EdgeRecord, NodeRecord, WorldData};
+
+    use super::*;
+
+    #[test]
+    fn scales_are_round_and_the_drawing_fits() {
+        for (metres, scale) in
+            [(3.8, 10.0), (20.0, 100.0), (70.0, 200.0), (76.0, 200.0), (100.0, 500.0), (900.0, 5000.0)]
+        {
+            assert_eq!(fitting_scale(metres), scale, "{metres} m");
+            assert!(metres * 1000.0 / scale <= LONGEST_MM * 1.01);
+        }
+    }
+
+    #[test]
+    fn a_plan_has_curves_and_outlines_at_their_true_size() {
+        let mut world =
+            WorldData { robot_types: vec![RobotTypeRecord::new("a <b>", 1.0, 0.5)], ..WorldData::default() };
+        world.nodes = vec![NodeRecord { id: 3, x: 1.0, y: 2.0, ..NodeRecord::default() }];
+        let curve = CurveRecord { control_points: [[0.0, 0.0], [1.0, 0.0], [1.0, 2.0], [4.0, 2.0]] };
+        world.add_edge(EdgeRecord { id: 9, ..EdgeRecord::default() }, [curve]);
+        let header = FrameHeader { robots: 2, stride_lines: stride_lines(2) as u32, ..FrameHeader::default() };
+        let mut lines = vec![Line::default(); frame_lines(2)];
+        let columns = ColumnsMut::split(&mut lines, 2);
+        (columns.x[0], columns.y[0], columns.state[0]) = (2.0, 1.0, RobotState::Driving as u8);
+        columns.state[1] = RobotState::Absent as u8;
+        let colouring = Colouring::State;
+        let legend = colouring.legend(Theme::Light, &[], None);
+        let plan = Plan {
+            world: world.view(1, 1),
+            frame: Some(Frame::new(&header, &lines).expect("a frame")),
+            robot_type: None,
+            values: None,
+            colouring: &colouring,
+            legend: &legend,
+            theme: Theme::Light,
+            bounds: Bounds { low: Vec2::ZERO, high: Vec2::new(4.0, 2.0) },
+            offset: Vec2::ZERO,
+            scale: Some(50.0),
+            title: "A & B",
+        };
+        let text = draw(&plan).expect("a drawing");
+        // 4 m and 2 m at 1:50 are 80 mm and 40 mm; margins and the line below come on top.
+        assert!(text.contains("width=\"100.00mm\" height=\"74.00mm\""), "{text}");
+        assert!(text.contains("d=\"M0.0000 0.0000C1.0000 0.0000 1.0000 2.0000 4.0000 2.0000\""), "{text}");
+        assert!(text.contains("points=\"1.5000,0.7500 2.5000,0.7500 2.5000,1.2500 1.5000,1.2500\""), "{text}");
+        assert!(
+            text.contains("id=\"n3\"") && !text.contains("robot-1\"") && text.contains("A &amp; B   1:50"),
+            "{text}"
+        );
+        assert!(text.contains("matrix(20 0 0 -20 10.0000 50.0000)"), "{text}");
+        assert_eq!(text.matches("<g").count(), text.matches("</g>").count());
+    }
+}
