@@ -7,9 +7,11 @@ use wgpu::{CommandEncoder, TextureView};
 use crate::camera::Camera;
 use crate::gpu::device::Gpu;
 use crate::gpu::painter::{Drawing, Painter};
+use crate::interface::heat::HeatLegend;
 use crate::interface::labels::Labels;
 use crate::interface::symbols::Symbols;
 use crate::interface::{overlay, style};
+use crate::jams::heat::HeatFacts;
 use crate::palette::Legend;
 use crate::picture::OVERLAY_FORMAT;
 use crate::plans::PlanFacts;
@@ -37,6 +39,10 @@ pub struct Annotations<'a> {
     pub legend: Option<&'a Legend>,
     /// What is known of plans.
     pub plans: PlanFacts,
+    /// The scale of the heat map.
+    pub heat: Option<HeatFacts>,
+    /// The density of half the strength in robots per hectare, if robots are drawn as their density.
+    pub density: Option<f32>,
     /// Robots whose ids are shown, with their positions in metres.
     pub robots: Vec<(u32, Vec2)>,
 }
@@ -81,7 +87,7 @@ impl Caption {
     }
 
     fn lay_out(&self, size: UVec2, scale: f32, annotations: &Annotations<'_>) -> FullOutput {
-        let Annotations { camera, scene, legend, plans, robots } = annotations;
+        let Annotations { camera, scene, legend, plans, heat, density, robots } = annotations;
         let picture = Rect::from_min_size(pos2(0.0, 0.0), vec2(size.x as f32, size.y as f32) / scale);
         let mut input = RawInput { screen_rect: Some(picture), ..RawInput::default() };
         input.viewports.entry(egui::ViewportId::ROOT).or_default().native_pixels_per_point = Some(scale);
@@ -91,7 +97,9 @@ impl Caption {
             }
             Labels::draw_robots(ui.ctx(), picture, camera, scene.theme, robots.iter().copied());
             if let Some(legend) = legend {
-                overlay::legend(ui.ctx(), picture, scene.theme, legend, &Symbols::new(scene.layers, *plans));
+                let heat = scene.heat.map(|wanted| HeatLegend { heat: wanted, facts: *heat });
+                let symbols = Symbols { heat, density: *density, ..Symbols::new(scene.layers, *plans) };
+                overlay::legend(ui.ctx(), picture, scene.theme, legend, &symbols);
             }
         })
     }

@@ -15,6 +15,7 @@ use crate::gpu::TargetConfig;
 use crate::gpu::device::Gpu;
 use crate::gpu::renderer::Renderer;
 use crate::interface::labels::Labels;
+use crate::jams::inbox::JamInbox;
 use crate::options::Options;
 use crate::palette::Colouring;
 use crate::picture::{FORMAT, Offscreen, write_png};
@@ -33,6 +34,8 @@ const COLUMNS_WAIT: Duration = Duration::from_millis(300);
 /// The timeout of a request for routes, for a screenshot and for a picture of a recording.
 const ROUTE_TIMEOUTS: [Duration; 2] = [Duration::from_secs(2), Duration::from_millis(100)];
 
+/// The longest wait for the figures of a heat map.
+const HEAT_WAIT: Duration = Duration::from_secs(3);
 /// The longest wait for the plans of all robots of a screenshot.
 const PLANS_WAIT: Duration = Duration::from_secs(10);
 
@@ -44,6 +47,7 @@ struct HeadlessViewer<'a> {
     stage: Stage,
     routes: RoutePoller,
     plans: Option<PlanInbox>,
+    jams: Option<JamInbox>,
     offscreen: Offscreen,
     caption: Caption,
     termination: Termination,
@@ -67,9 +71,10 @@ pub fn run(options: &Options) -> Result {
     routes.watch(options.follow.iter().chain(&options.look.select).copied().collect(), Instant::now());
     let followed = options.follow.iter().chain(&options.look.select).copied().collect();
     let plans = PlanInbox::open(&options.fleet, Watch { selected: followed, ..stage.plan_watch() })?;
+    let jams = JamInbox::open(&options.fleet, stage.jam_watch(None))?;
     let caption = Caption::new(&gpu);
     let mut viewer =
-        HeadlessViewer { caption, options, gpu, participant, stage, routes, plans, offscreen, termination };
+        HeadlessViewer { caption, options, gpu, participant, stage, routes, plans, jams, offscreen, termination };
     match (&options.screenshot, &options.record) {
         (Some(path), _) => viewer.screenshot(path),
         (None, Some(path)) => viewer.record(path),
@@ -98,6 +103,7 @@ impl HeadlessViewer<'_> {
         }
         self.wait_for_columns()?;
         self.wait_for_plans()?;
+        self.wait_for_heat()?;
         self.warn_about_options();
         let picture = self.render(1.0)?;
         write_png(&picture, path)?;
@@ -229,6 +235,33 @@ impl HeadlessViewer<'_> {
         Ok(())
     }
 
+    /// Waits a moment for the figures of the heat map, which are published once a simulated second.
+    fn wait_for_heat(&mut self) -> Result {
+        let started = Instant::now();
+        while self.jams.is_some() && started.elapsed() < HEAT_WAIT && !self.termination.requested() {
+            std::thread::sleep(POLL);
+            self.stage.update(Instant::now())?;
+            self.update_jams()?;
+            if self.stage.jam_facts().heat.is_some() {
+                return Ok(());
+            }
+        }
+        if self.jams.is_some() {
+            let fleet = &self.options.fleet;
+            tracing::warn!("nobody publishes the figures of edges; start: regatta plugin traffic --fleet {fleet}");
+        }
+        Ok(())
+    }
+
+    /// Takes what was found of where it jams.
+    fn update_jams(&mut self) -> Result {
+        let found = self.jams.as_ref().map(JamInbox::take).transpose()?;
+        found.into_iter().flatten().for_each(|report| {
+            self.stage.set_jams(report);
+        });
+        Ok(())
+    }
+
     /// Takes the newest plans. Returns what is known if there are new ones.
     fn update_plans(&mut self) -> Result<Option<PlanFacts>> {
         let Some(found) = self.plans.as_ref().map(PlanInbox::newest).transpose()?.flatten() else { return Ok(None) };
@@ -281,6 +314,7 @@ impl HeadlessViewer<'_> {
             self.stage.set_routes(routes);
         }
         self.update_plans()?;
+        self.update_jams()?;
         let camera = self.camera();
         let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let size = self.size();
@@ -290,7 +324,10 @@ impl HeadlessViewer<'_> {
         let selected = self.selected().filter(|_| !self.options.look.no_ids);
         let robots = selected.filter_map(|robot| Some((robot, self.pose(robot)?.0))).collect();
         let plans = self.stage.plan_facts();
-        let annotations = Annotations { camera: &camera, scene: &self.stage.scene, legend, plans, robots };
+        let heat = self.stage.jam_facts().heat;
+        let density = self.stage.shown_density(&camera, size);
+        let scene = &self.stage.scene;
+        let annotations = Annotations { camera: &camera, scene, legend, plans, heat, density, robots };
         self.caption.draw(&self.gpu, &mut encoder, target, &annotations);
         Ok(self.offscreen.read(encoder)?)
     }

@@ -9,6 +9,7 @@ mod collisions;
 mod connection;
 mod filter;
 mod fleet_list;
+pub mod heat;
 mod help;
 mod history;
 mod icons;
@@ -16,12 +17,15 @@ mod keys;
 pub mod labels;
 pub mod overlay;
 mod performance;
+mod plots;
 mod pointer_input;
 pub mod pose;
+mod ramp;
 pub mod rows;
 mod selection;
 pub mod settings;
 mod shortcuts;
+mod spots;
 mod state;
 pub mod style;
 pub mod symbols;
@@ -55,6 +59,7 @@ impl Interface {
             .resizable(false)
             .frame(frame)
             .show(ui, |ui| self.transport(ui, model, &mut actions));
+        self.plot_panel(ui, model, &mut actions);
         self.left_panel(ui, model, &mut actions);
         self.right_panel(ui, model, &mut actions);
         let picture = CentralPanel::no_frame()
@@ -98,12 +103,20 @@ impl Interface {
         }
     }
 
+    fn plot_panel(&mut self, ui: &mut Ui, model: &ViewModel<'_>, actions: &mut Vec<Action>) {
+        if self.settings.plots {
+            let panel = Panel::bottom("plots").default_size(150.0).size_range(110.0..=320.0).resizable(true);
+            panel.frame(style::panel(self.settings.theme())).show(ui, |ui| self.plots(ui, model, actions));
+        }
+    }
+
     fn left_panel(&mut self, ui: &mut Ui, model: &ViewModel<'_>, actions: &mut Vec<Action>) {
         let Some(open) = self.settings.left else { return };
         let panel = Panel::left("left").default_size(290.0).size_range(270.0..=460.0);
         panel.frame(style::panel(self.settings.theme())).show(ui, |ui| match open {
             LeftPanel::Fleet => self.fleet_list(ui, model, actions),
             LeftPanel::Collisions => self.collisions(ui, model),
+            LeftPanel::Spots => self.hot_spots(ui, model, actions),
         });
     }
 

@@ -1,6 +1,6 @@
 //! The renderer: takes the fleet's data, and records the passes of a picture in order.
 
-use glam::{UVec2, Vec2};
+use glam::{UVec2, Vec2, Vec3};
 use regatta_plugin::world::RobotTypeRecord;
 use regatta_plugin::{Frame, World};
 use wgpu::{BindGroup, Buffer, BufferUsages, CommandEncoder, ShaderStages, TextureView};
@@ -11,6 +11,7 @@ use super::columns::{Columns, RobotTypeUniform};
 use super::device::Gpu;
 use super::floor::Floor;
 use super::graph::Graph;
+use super::heat::HeatRibbons;
 use super::highlights::Highlights;
 use super::pick::{Pick, Picked};
 use super::pipeline::TargetConfig;
@@ -22,7 +23,9 @@ use super::stations::Stations;
 use super::timer::Timer;
 use super::view::ViewUniform;
 use crate::camera::Camera;
+use crate::density::{CROWDED, FADE, ground_of};
 use crate::floor_picture::FloorPicture;
+use crate::jams::heat::HeatMap;
 use crate::mesh::Mesh;
 use crate::palette::Legend;
 use crate::plans::PlanReport;
@@ -62,6 +65,7 @@ pub struct Renderer {
     attachments: Option<Attachments>,
     floor: Floor,
     graph: Graph,
+    heat: HeatRibbons,
     routes: Routes,
     stations: Stations,
     robots: Robots,
@@ -70,6 +74,8 @@ pub struct Renderer {
     robot_types: Vec<RobotTypeRecord>,
     assignments: Vec<MeshAssignment>,
     timer: Option<Timer>,
+    /// The ground on which robots are, in square metres, if it is known.
+    ground: Option<f32>,
 }
 
 /// A mesh that replaces the built-in one for a robot type.
@@ -102,6 +108,7 @@ impl Renderer {
             drawn: None,
             attachments: None,
             floor: Floor::new(gpu, target, &layout),
+            heat: HeatRibbons::new(gpu, target, &layout, graph.records_layout()),
             routes: Routes::new(gpu, target, &layout, graph.records_layout()),
             stations: Stations::new(gpu, target, &layout),
             graph,
@@ -112,6 +119,7 @@ impl Renderer {
             robot_types: Vec::new(),
             assignments: Vec::new(),
             timer: None,
+            ground: None,
         }
     }
 
@@ -186,8 +194,30 @@ impl Renderer {
 
     /// Sets the route graph.
     pub fn set_graph(&mut self, world: &World<'_>) {
+        self.ground = ground_of(world);
         self.graph.load(&self.gpu, world);
         self.stations.load(&self.gpu, world);
+    }
+
+    /// Sets the ground on which the robots of a fleet without a graph are, in square metres.
+    pub fn set_ground(&mut self, ground: f32) {
+        self.ground = Some(ground);
+    }
+
+    /// The density of half the strength, in robots per square metre: the mean over the ground.
+    pub fn mean_density(&self) -> Option<f32> {
+        self.ground.map(|ground| self.columns.robots()[0] as f32 / ground.max(1.0))
+    }
+
+    /// Returns the density of half the strength, in robots per hectare, if robots around the camera's target are drawn as their
+    /// density.
+    pub fn shown_density(&self, picture: &Picture<'_>) -> Option<f32> {
+        let camera = picture.camera;
+        let pixels_per_metre = camera.pixels_per_radian(picture.size.y as f32) / camera.distance;
+        let lengths = self.robot_types.iter().map(|record| record.length);
+        let length = lengths.reduce(f32::max).unwrap_or(RobotTypeUniform::default().length);
+        let is_shown = picture.scene.layers.robots && length * pixels_per_metre < FADE[1];
+        (is_shown && self.density(picture).z > 0.0).then_some(self.mean_density()? * 1e4)
     }
 
     /// Replaces the routes of selected robots, which are drawn along the graph.
@@ -200,6 +230,11 @@ impl Renderer {
         self.routes.set_all(&self.gpu, &plans.lines);
         self.plan_marks.set_goals(&self.gpu, &plans.goals);
         self.plan_marks.set_arrows(&self.gpu, &plans.arrows);
+    }
+
+    /// Replaces the heat map, or removes it.
+    pub fn set_heat(&mut self, map: Option<&HeatMap>) {
+        self.heat.set(&self.gpu, map);
     }
 
     /// Sets the records of the robot types.
@@ -265,11 +300,13 @@ impl Renderer {
     pub fn draw(&mut self, encoder: &mut CommandEncoder, target: &TextureView, picture: &Picture<'_>) {
         let view = self.view_uniform(picture);
         self.gpu.queue.write_buffer(&self.view, 0, bytemuck::bytes_of(&view));
+        self.heat.prepare(&self.gpu, picture.scene.theme);
         self.floor.prepare(&self.gpu, Vec2::new(view.origin.z, view.origin.w));
         self.drawn = Some((view, picture.scene.layers));
         self.fit_attachments(picture.within.map_or(picture.size, |(_, target)| target));
         let timer = self.timer.as_ref().filter(|timer| timer.is_free());
-        self.robots.sort(&self.gpu, encoder, picture.size, &self.view_group, &mut self.columns, timer);
+        let is_dense = picture.scene.layers.robots && view.density.z > 0.0;
+        self.robots.sort(&self.gpu, encoder, picture.size, &self.view_group, &mut self.columns, is_dense, timer);
         let (trails, selected) = (picture.scene.trails, &picture.scene.selected);
         self.highlights.update(&self.gpu, encoder, &self.view_group, &mut self.columns, trails, selected);
         let (poses, robots) = (self.columns.group(&self.gpu), view.robots);
@@ -285,7 +322,11 @@ impl Renderer {
         }
         pass.set_bind_group(0, &self.view_group, &[]);
         self.floor.draw(&mut pass);
-        self.graph.draw(&mut pass, layers);
+        self.graph.draw(&mut pass, Layers { arrows: false, nodes: false, ..layers });
+        if let Some(records) = self.graph.records().filter(|_| picture.scene.heat.is_some()) {
+            self.heat.draw(&mut pass, records);
+        }
+        self.graph.draw(&mut pass, Layers { edges: false, ..layers });
         if let Some(records) = self.graph.records().filter(|_| layers.edges) {
             self.routes.draw(&mut pass, records, layers.plans);
         }
@@ -296,6 +337,9 @@ impl Renderer {
             self.highlights.draw_trails(&mut pass, &poses, robots, trails);
         }
         self.highlights.draw_halos(&mut pass, &poses);
+        if layers.robots {
+            self.robots.draw_density(&mut pass);
+        }
         if layers.robots && layers.shadows {
             self.robots.draw_shadows(&mut pass);
         }
@@ -341,12 +385,21 @@ impl Renderer {
         [view.robots, view.previous_robots] = self.columns.robots();
         view.alpha = picture.alpha;
         view.teleport_distance = self.columns.teleport_distance();
+        view.density = self.density(picture).extend(0.0);
         // A small fleet leaves room for larger marks.
         let room = (picture.size.as_vec2().element_product() / view.robots.max(1) as f32).sqrt() * 0.25;
         view.detail.z = room.clamp(view.detail.z, view.detail.z * 3.2);
         view.detail.w = self.columns.values() as f32;
         view.filtered = u32::from(self.columns.is_filtered());
         view
+    }
+
+    /// The ends of the fade in pixels, and the reciprocal of the density of half the strength: 0 if all robots are marked.
+    fn density(&self, picture: &Picture<'_>) -> Vec3 {
+        let robots = self.columns.robots()[0] as f32;
+        let is_crowded = robots > picture.size.as_vec2().element_product() * CROWDED;
+        let mean = self.mean_density().filter(|mean| picture.scene.layers.density && is_crowded && *mean > 0.0);
+        Vec3::new(FADE[0], FADE[1], mean.map_or(0.0, f32::recip))
     }
 
     fn fit_attachments(&mut self, size: UVec2) {

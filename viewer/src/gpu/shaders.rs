@@ -5,7 +5,7 @@ use wgpu::ShaderModule;
 use super::device::Gpu;
 
 /// The source of each shader by name. Shared parts come before the shader's own part, as WGSL has no imports.
-pub const SHADERS: [(&str, &str); 11] = [
+pub const SHADERS: [(&str, &str); 14] = [
     ("floor", concat!(include_str!("shaders/view.wgsl"), include_str!("shaders/floor.wgsl"))),
     (
         "graph",
@@ -21,6 +21,14 @@ pub const SHADERS: [(&str, &str); 11] = [
             include_str!("shaders/view.wgsl"),
             include_str!("shaders/curves.wgsl"),
             include_str!("shaders/routes.wgsl")
+        ),
+    ),
+    (
+        "heat",
+        concat!(
+            include_str!("shaders/view.wgsl"),
+            include_str!("shaders/curves.wgsl"),
+            include_str!("shaders/heat.wgsl")
         ),
     ),
     ("robots", concat!(include_str!("shaders/view.wgsl"), include_str!("shaders/robots.wgsl"))),
@@ -47,6 +55,22 @@ pub const SHADERS: [(&str, &str); 11] = [
             include_str!("shaders/view.wgsl"),
             include_str!("shaders/poses.wgsl"),
             include_str!("shaders/highlights.wgsl")
+        ),
+    ),
+    (
+        "density",
+        concat!(
+            include_str!("shaders/view.wgsl"),
+            include_str!("shaders/marks.wgsl"),
+            include_str!("shaders/density.wgsl")
+        ),
+    ),
+    (
+        "field",
+        concat!(
+            include_str!("shaders/view.wgsl"),
+            include_str!("shaders/marks.wgsl"),
+            include_str!("shaders/field.wgsl")
         ),
     ),
     ("goals", concat!(include_str!("shaders/view.wgsl"), include_str!("shaders/goals.wgsl"))),

@@ -37,6 +37,10 @@ pub enum Command {
     Fleet,
     /// Open or close the collisions panel.
     Collisions,
+    /// Open or close the hot spots panel.
+    Spots,
+    /// Show or hide the figures over time.
+    Plots,
     /// Open or close the selection panel.
     Selection,
     /// Open or close the view panel.
@@ -55,6 +59,12 @@ pub enum Command {
     Plans,
     /// Show or hide who waits for whom.
     Waits,
+    /// Draw many small robots as their density, or mark each of them.
+    Density,
+    /// Show or hide the heat map.
+    Heat,
+    /// Show the heat map's next figure.
+    NextFigure,
     /// Scroll the open list up by a page.
     PageUp,
     /// Scroll the open list down by a page.
@@ -105,6 +115,8 @@ const SHORTCUTS: &[Shortcut] = &[
     shortcut(NONE, Key::Num4, Command::View, "view panel"),
     shortcut(NONE, Key::Num5, Command::Performance, "performance panel"),
     shortcut(NONE, Key::Num6, Command::Connection, "connection panel"),
+    shortcut(NONE, Key::Num7, Command::Spots, "hot spots panel"),
+    shortcut(NONE, Key::Num8, Command::Plots, "figures over time"),
     shortcut(NONE, Key::PageUp, Command::PageUp, "list: page up"),
     shortcut(NONE, Key::PageDown, Command::PageDown, "list: page down"),
     shortcut(NONE, Key::C, Command::Colour, "next colouring"),
@@ -112,6 +124,9 @@ const SHORTCUTS: &[Shortcut] = &[
     shortcut(NONE, Key::G, Command::Graph, "show or hide the graph"),
     shortcut(NONE, Key::H, Command::Plans, "routes and goals of all robots"),
     shortcut(NONE, Key::B, Command::Waits, "who waits for whom"),
+    shortcut(NONE, Key::Z, Command::Density, "density of robots from afar"),
+    shortcut(NONE, Key::M, Command::Heat, "heat map of the edges"),
+    shortcut(SHIFT, Key::M, Command::NextFigure, "heat map: next figure"),
     shortcut(NONE, Key::Questionmark, Command::Help, "this help"),
     shortcut(SHIFT, Key::Questionmark, Command::Help, ""),
     shortcut(SHIFT, Key::Slash, Command::Help, ""),

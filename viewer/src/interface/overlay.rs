@@ -1,11 +1,13 @@
 //! Elements that float over the picture: the legend, the camera's position, messages, and the note that no engine runs
 //! yet.
 
-use egui::{Align2, Area, Context, Id, Order, Rect, RichText, Sense, Ui, pos2, vec2};
+use egui::{Align2, Area, Context, Id, Order, Rect, RichText, Sense, Ui, vec2};
 
 use glam::Vec2;
 
+use super::heat::HeatLegend;
 use super::labels::Labels;
+use super::ramp;
 use super::state::Interface;
 use super::style;
 use super::symbols::Symbols;
@@ -29,8 +31,16 @@ impl Interface {
                 let robots = self.robots().into_iter().filter_map(place);
                 Labels::draw_robots(context, picture, &self.camera_controller.camera(), self.settings.theme(), robots);
             }
-            let symbols = Symbols { plans: self.settings.plans, waits: self.settings.waits, facts: model.plans };
+            let heat = self.settings.heat.then_some(HeatLegend { heat: self.settings.heat_of, facts: model.jams.heat });
+            let symbols = Symbols {
+                plans: self.settings.plans,
+                waits: self.settings.waits,
+                facts: model.plans,
+                heat,
+                density: model.density,
+            };
             legend(context, picture, self.settings.theme(), model.legend, &symbols);
+            self.draw_mark(context, picture);
             self.coordinates(context, picture);
         }
         self.messages(context, picture);
@@ -104,7 +114,6 @@ fn float(context: &Context, picture: Rect, theme: Theme, name: &str, place: Alig
 
 /// Shows the legend: the robots' colours, and the symbols of layers.
 pub fn legend(context: &Context, picture: Rect, theme: Theme, legend: &Legend, symbols: &Symbols) {
-    let colours = style::colours(theme);
     float(context, picture, theme, "legend", Align2::LEFT_BOTTOM, |ui| {
         ui.spacing_mut().item_spacing.y = 4.0;
         ui.label(RichText::new(&legend.title).strong());
@@ -119,31 +128,10 @@ pub fn legend(context: &Context, picture: Rect, theme: Theme, legend: &Legend, s
                 }
             }
             Scale::Ramp { low, high, unit } => {
-                let (ramp, _) = ui.allocate_exact_size(vec2(140.0, 10.0), Sense::hover());
-                let ramp_colours = legend.scale.colours(theme);
-                let width = ramp.width() / ramp_colours.len() as f32;
-                for (i, colour) in ramp_colours.into_iter().enumerate() {
-                    let left = ramp.left() + i as f32 * width;
-                    let part = Rect::from_min_size(pos2(left, ramp.top()), vec2(width + 0.5, ramp.height()));
-                    ui.painter().rect_filled(part, 0.0, style::color32(colour));
-                }
-                let middle = (low + high) / 2.0;
-                ui.label(
-                    RichText::new([*low, middle, *high].map(short).join("   ") + " " + unit)
-                        .size(11.0)
-                        .color(colours.faint),
-                );
+                ui.label(style::faint(ui, theme, *unit));
+                ramp::show(ui, theme, &legend.scale.colours(theme), &ramp::numbers(*low, *high));
             }
         }
         symbols.show(ui, theme);
     });
-}
-
-/// Formats a number with about three digits.
-fn short(value: f32) -> String {
-    match value.abs() {
-        large if large >= 99.95 => format!("{value:.0}"),
-        middling if middling >= 9.995 => format!("{value:.1}"),
-        _ => format!("{value:.2}"),
-    }
 }

@@ -7,6 +7,7 @@ use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
 use crate::camera::Bounds;
+use crate::jams::heat::Heat;
 use crate::palette::{Colouring, Theme};
 use crate::scene::{Light, MAX_LIGHTS, Scene, Trails};
 
@@ -32,6 +33,12 @@ pub struct Settings {
     pub plans: bool,
     /// Whether arrows show who waits for whom.
     pub waits: bool,
+    /// Whether many robots that are small in the picture are drawn as their density.
+    pub density: bool,
+    /// Whether the heat map of the edges is shown.
+    pub heat: bool,
+    /// The figure and the window of the heat map.
+    pub heat_of: Heat,
     /// Metres added to all positions, east and north.
     pub offset: [f32; 2],
     /// Width and height of the floor in metres; `None` for a floor up to the horizon.
@@ -46,6 +53,8 @@ pub struct Settings {
     pub mesh: Option<RobotMesh>,
     /// Lamps: x, y and z in metres; red, green and blue.
     pub lamps: Vec<[f32; 6]>,
+    /// Whether the figures over time are shown.
+    pub plots: bool,
     /// The open panel on the left.
     pub left: Option<LeftPanel>,
     /// The open panel on the right.
@@ -66,6 +75,8 @@ pub enum LeftPanel {
     Fleet,
     /// Pairs of robots that touch or may touch.
     Collisions,
+    /// Places where robots lose time.
+    Spots,
 }
 
 /// A panel on the right.
@@ -130,6 +141,9 @@ impl Default for Settings {
             shadows: true,
             plans: false,
             waits: false,
+            density: true,
+            heat: false,
+            heat_of: Heat::default(),
             offset: [0.0; 2],
             floor: None,
             trails: 0,
@@ -137,6 +151,7 @@ impl Default for Settings {
             floor_image: String::new(),
             mesh: None,
             lamps: Vec::new(),
+            plots: false,
             left: None,
             right: None,
             scale: 1.0,
@@ -198,6 +213,8 @@ impl Settings {
         (scene.layers.edges, scene.layers.arrows, scene.layers.nodes) = (self.edges, self.edges, self.nodes);
         (scene.layers.ids, scene.layers.shadows) = (self.ids, self.shadows);
         (scene.layers.plans, scene.layers.waits) = (self.plans, self.waits);
+        scene.layers.density = self.density;
+        scene.heat = self.heat.then_some(self.heat_of);
         scene.trails = Trails { points: self.trails, only_selected: self.trails_of_selected };
         scene.lights.clear();
         scene.lights.extend(self.lamps.iter().take(MAX_LIGHTS).map(|[x, y, z, red, green, blue]| Light {

@@ -38,6 +38,8 @@ impl Interface {
             Command::Deselect => self.deselect(),
             Command::Fleet => toggle(&mut self.settings.left, LeftPanel::Fleet),
             Command::Collisions => toggle(&mut self.settings.left, LeftPanel::Collisions),
+            Command::Spots => toggle(&mut self.settings.left, LeftPanel::Spots),
+            Command::Plots => self.settings.plots = !self.settings.plots,
             Command::Selection => toggle(&mut self.settings.right, RightPanel::Selection),
             Command::View => toggle(&mut self.settings.right, RightPanel::View),
             Command::Performance => toggle(&mut self.settings.right, RightPanel::Performance),
@@ -50,6 +52,9 @@ impl Interface {
             }
             Command::Plans => self.settings.plans = !self.settings.plans,
             Command::Waits => self.settings.waits = !self.settings.waits,
+            Command::Density => self.settings.density = !self.settings.density,
+            Command::Heat => self.settings.heat = !self.settings.heat,
+            Command::NextFigure => self.next_figure(),
             Command::PageUp => self.page(-1.0),
             Command::PageDown => self.page(1.0),
             Command::Help => self.help = !self.help,
@@ -62,6 +67,7 @@ impl Interface {
         match self.settings.left {
             Some(LeftPanel::Fleet) => self.fleet_list.list.page(pages),
             Some(LeftPanel::Collisions) => self.collision_list.page(pages),
+            Some(LeftPanel::Spots) => self.spot_list.page(pages),
             None => {}
         }
     }
@@ -76,8 +82,9 @@ impl Interface {
     fn deselect(&mut self) {
         if self.help {
             self.help = false;
-        } else if self.selected.is_some() {
+        } else if self.selected.is_some() || self.marked.is_some() {
             self.select(None);
+            self.marked = None;
         } else {
             (self.settings.left, self.settings.right) = (None, None);
         }

@@ -24,10 +24,16 @@ impl Interface {
                 (_, true) => RichText::new(format!("Collisions {touching}")),
                 (_, false) => RichText::new(format!("Collisions {touching}")).color(colours.bad),
             };
-            for (panel, name, key) in
-                [(LeftPanel::Fleet, "Fleet".into(), "1"), (LeftPanel::Collisions, collisions, "2")]
-            {
+            let panels = [
+                (LeftPanel::Fleet, "Fleet".into(), "1"),
+                (LeftPanel::Collisions, collisions, "2"),
+                (LeftPanel::Spots, "Hot spots".into(), "7"),
+            ];
+            for (panel, name, key) in panels {
                 tab(ui, &mut self.settings.left, panel, name, key);
+            }
+            if ui.add(Button::selectable(self.settings.plots, "Plots")).on_hover_text("Key 8").clicked() {
+                self.settings.plots = !self.settings.plots;
             }
             ui.separator();
             self.camera_buttons(ui, model);

@@ -28,7 +28,9 @@ impl Interface {
         ui.checkbox(&mut settings.ids, "ids when near");
         ui.checkbox(&mut settings.grid, "grid");
         ui.checkbox(&mut settings.shadows, "shadows");
+        ui.checkbox(&mut settings.density, "density of robots from afar").on_hover_text("Key Z");
         self.plan_layers(ui, model);
+        self.heat_layer(ui, model);
         let settings = &mut self.settings;
         heading(ui, theme, "trails");
         ui.add(Slider::new(&mut settings.trails, 0..=4096).logarithmic(true).text("points"));

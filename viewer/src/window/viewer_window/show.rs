@@ -6,7 +6,7 @@ use egui::{Rect, ViewportId};
 use regatta_plugin::frame::ClockState;
 use winit::window::Fullscreen;
 
-use super::{ViewerWindow, title};
+use super::{ViewerWindow, size_of, title};
 use crate::interface::pose::interpolate;
 use crate::interface::view_model::{Action, EngineState, Item, ViewModel};
 
@@ -58,6 +58,8 @@ impl ViewerWindow {
                 _ => None,
             },
             plans: self.stage.plan_facts(),
+            jams: self.stage.jam_facts(),
+            density: self.stage.shown_density(&self.interface.camera_controller.camera(), size_of(&self.window)),
             rows: self.fleet_state.rows.as_ref(),
             matches: self.fleet_state.matches,
             bounds: self.stage.bounds(),
@@ -99,6 +101,13 @@ impl ViewerWindow {
                     self.fleet_state.matches = None;
                     self.fleet_state.filter.clone_from(&filter);
                     self.link.filter(filter);
+                }
+                Action::Write { path, text } => {
+                    let written = std::fs::write(&path, text);
+                    self.interface.notify(match written {
+                        Ok(()) => format!("written: {}", path.display()),
+                        Err(error) => format!("can't write {}: {error}", path.display()),
+                    });
                 }
                 Action::FullScreen => {
                     let full = self.window.fullscreen().is_some();
