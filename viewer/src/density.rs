@@ -8,7 +8,7 @@ use crate::curves::curve_point;
 
 /// Robots above the second length in pixels are marks, those below the first are a field, and between them more and more of
 /// them are marks.
-pub const FADE: [f32; 2] = [2.0, 4.0];
+pub const FADE: [f32; 2] = [1.6, 4.4];
 /// The least number of robots per pixel of the picture at which marks are so many that they run into each other: marks are
 /// larger than robots where there is room for that.
 pub const CROWDED: f32 = 1.0 / 144.0;

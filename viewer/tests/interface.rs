@@ -522,7 +522,7 @@ fn the_heat_map_is_chosen_and_says_what_it_lacks() {
     harness.get_by_label("regatta plugin traffic --fleet test");
     harness.get_by_label("heat map: figure").click();
     settle(&mut harness);
-    harness.get_by_label("speed").click();
+    harness.get_by_role_and_label(egui::accesskit::Role::Button, "speed").click();
     settle(&mut harness);
     assert_eq!(harness.state().interface.settings.heat_of.to_string(), "speed:10min");
     harness.key_press_modifiers(Modifiers::SHIFT, Key::M);

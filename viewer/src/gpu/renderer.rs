@@ -1,6 +1,6 @@
 //! The renderer: takes the fleet's data, and records the passes of a picture in order.
 
-use glam::{UVec2, Vec2, Vec3};
+use glam::{UVec2, Vec2, Vec4};
 use regatta_plugin::world::RobotTypeRecord;
 use regatta_plugin::{Frame, World};
 use wgpu::{BindGroup, Buffer, BufferUsages, CommandEncoder, ShaderStages, TextureView};
@@ -214,10 +214,10 @@ impl Renderer {
     pub fn shown_density(&self, picture: &Picture<'_>) -> Option<f32> {
         let camera = picture.camera;
         let pixels_per_metre = camera.pixels_per_radian(picture.size.y as f32) / camera.distance;
-        let lengths = self.robot_types.iter().map(|record| record.length);
-        let length = lengths.reduce(f32::max).unwrap_or(RobotTypeUniform::default().length);
-        let is_shown = picture.scene.layers.robots && length * pixels_per_metre < FADE[1];
-        (is_shown && self.density(picture).z > 0.0).then_some(self.mean_density()? * 1e4)
+        let density = self.density(picture);
+        // Nearer than that, the field has not its full strength.
+        let is_shown = picture.scene.layers.robots && density.w * pixels_per_metre < 1.5 * FADE[0];
+        (is_shown && density.z > 0.0).then_some(self.mean_density()? * 1e4)
     }
 
     /// Replaces the routes of selected robots, which are drawn along the graph.
@@ -385,7 +385,7 @@ impl Renderer {
         [view.robots, view.previous_robots] = self.columns.robots();
         view.alpha = picture.alpha;
         view.teleport_distance = self.columns.teleport_distance();
-        view.density = self.density(picture).extend(0.0);
+        view.density = self.density(picture);
         // A small fleet leaves room for larger marks.
         let room = (picture.size.as_vec2().element_product() / view.robots.max(1) as f32).sqrt() * 0.25;
         view.detail.z = room.clamp(view.detail.z, view.detail.z * 3.2);
@@ -394,12 +394,15 @@ impl Renderer {
         view
     }
 
-    /// The ends of the fade in pixels, and the reciprocal of the density of half the strength: 0 if all robots are marked.
-    fn density(&self, picture: &Picture<'_>) -> Vec3 {
+    /// The ends of the fade in pixels, the reciprocal of the density of half the strength (0 if all robots are marked), and the
+    /// length of robots in metres.
+    fn density(&self, picture: &Picture<'_>) -> Vec4 {
+        let lengths = self.robot_types.iter().map(|record| RobotTypeUniform::new(record).length);
+        let length = lengths.reduce(f32::max).unwrap_or(RobotTypeUniform::default().length);
         let robots = self.columns.robots()[0] as f32;
         let is_crowded = robots > picture.size.as_vec2().element_product() * CROWDED;
         let mean = self.mean_density().filter(|mean| picture.scene.layers.density && is_crowded && *mean > 0.0);
-        Vec3::new(FADE[0], FADE[1], mean.map_or(0.0, f32::recip))
+        Vec4::new(FADE[0], FADE[1], mean.map_or(0.0, f32::recip), length)
     }
 
     fn fit_attachments(&mut self, size: UVec2) {

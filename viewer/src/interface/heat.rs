@@ -28,6 +28,10 @@ impl HeatLegend {
             ui.label(RichText::new("no figures: regatta plugin traffic").size(11.0).color(colours.warn));
             return;
         };
+        if facts.edges == 0 {
+            ui.label(faint(ui, theme, "no edge has a value yet"));
+            return;
+        }
         let [cold, hot] = facts.ends;
         let mut numbers = ramp::numbers(cold, hot);
         if let Some((_, text)) = numbers.last_mut().filter(|_| facts.is_exceeded) {

@@ -106,6 +106,7 @@ impl Interface {
             .include_x(ends[0])
             .include_x(ends[1])
             .include_y(0.0)
+            .include_y(1.0)
             .y_axis_min_width(34.0)
             .x_axis_formatter(|mark, _| clock(mark.value))
             .allow_drag(false)

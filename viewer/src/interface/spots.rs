@@ -67,11 +67,11 @@ impl Interface {
 }
 
 /// Right edges of the columns, as fractions of the width; the last one begins at the one before.
-const COLUMNS: [f32; 4] = [0.09, 0.32, 0.62, 0.64];
+const COLUMNS: [f32; 4] = [0.09, 0.30, 0.49, 0.54];
 
 fn header(ui: &mut Ui, colours: &ThemeColours) {
     let (rect, _) = ui.allocate_exact_size(egui::vec2(ui.available_width() - 10.0, 15.0), egui::Sense::hover());
-    for (right, name) in COLUMNS.into_iter().zip(["", "lost s", "first seen"]) {
+    for (right, name) in COLUMNS.into_iter().zip(["", "lost s", "since"]) {
         write(ui.painter(), rect, (right, Align2::RIGHT_CENTER), name.to_owned(), colours.faint);
     }
     write(ui.painter(), rect, (COLUMNS[3], Align2::LEFT_CENTER), "edges".to_owned(), colours.faint);
@@ -95,8 +95,7 @@ fn cells(painter: &Painter, rect: Rect, row: usize, (spot, model): (&Spot, &View
     write(painter, rect, (COLUMNS[2], right), clock(spot.seen[0]), colours.faint);
     let ids = spot.edges.iter().filter_map(|edge| model.world.edges().get(*edge as usize));
     let ids: Vec<_> = ids.map(|edge| edge.id.to_string()).take(2).collect();
-    let more = if spot.edges.len() > 2 { " …" } else { "" };
-    write(painter, rect, (COLUMNS[3], Align2::LEFT_CENTER), ids.join(" ") + more, colours.text);
+    write(painter, rect, (COLUMNS[3], Align2::LEFT_CENTER), ids.join(" "), colours.text);
     trend(painter, pos2(rect.right() - 10.0, rect.center().y), spot.trend, colours);
 }
 

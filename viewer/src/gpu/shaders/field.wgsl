@@ -40,7 +40,12 @@ fn fill(in: Place) -> @location(0) vec4f {
     let pixel = metres_per_pixel(local);
     let ground = pixel * pixel * length(in.ray) / down;
     let density = sums.w / (ground * f32(CELL * CELL));
-    // The mean density of the fleet's ground has half the strength.
-    let strength = 1.0 - exp2(-density * view.density.z);
+    // From afar, the mean density of the fleet's ground has half the strength. Where marks take over, the field covers as much as
+    // they do, so that there is no jump: a mark is about a third of the square over a robot's length.
+    let pixels_long = view.density.w / pixel;
+    let far = log2(view.density.y / pixels_long) / log2(view.density.y / view.density.x);
+    let mark = 0.48 * view.density.w * view.density.w;
+    let per_robot = exp2(mix(log2(mark), log2(view.density.z), clamp(far, 0.0, 1.0)));
+    let strength = 1.0 - exp2(-density * per_robot);
     return vec4f(sums.rgb / sums.w, strength);
 }
