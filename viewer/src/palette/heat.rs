@@ -50,7 +50,7 @@ mod tests {
             0.450_593_7,
             -0.808_675_77,
         ]);
-        lab * (lms * colour.linear()).to_array().map(f32::cbrt).into()
+        lab * Vec3::from((lms * colour.linear()).to_array().map(f32::cbrt))
     }
 
     #[test]

@@ -71,8 +71,8 @@ fn trends_compare_the_last_minute_with_the_time_before() {
     assert_eq!(run(0, 600, &one), Trend::Steady);
     assert_eq!(run(600, 680, &jam), Trend::Growing);
     assert_eq!(run(680, 1400, &jam), Trend::Steady);
-    assert_eq!(run(1400, 1460, &one), Trend::Easing);
-    assert_eq!(run(1460, 1800, &free), Trend::Over);
+    assert_eq!(run(1400, 1510, &one), Trend::Easing);
+    assert_eq!(run(1510, 1800, &free), Trend::Over);
 }
 
 #[test]
