@@ -251,7 +251,7 @@ fn trend([recent, usual]: [f64; 2], watched: f64) -> Trend {
     match (rate(recent, RECENT), rate(usual, USUAL)) {
         (recent, _) if recent < 0.05 => Trend::Over,
         (recent, usual) if recent > 1.3 * usual => Trend::Growing,
-        (recent, usual) if recent < 0.7 * usual => Trend::Easing,
+        (recent, usual) if recent < 0.8 * usual => Trend::Easing,
         _ => Trend::Steady,
     }
 }
