@@ -10,6 +10,7 @@ use crate::camera::{Bounds, Camera};
 use crate::gpu::TargetConfig;
 use crate::gpu::device::Gpu;
 use crate::gpu::renderer::{Picture, Renderer};
+use crate::jams::inbox::JamInbox;
 use crate::options::Options;
 use crate::palette::{Colouring, Theme};
 use crate::picture::{FORMAT, Offscreen};
@@ -104,7 +105,9 @@ impl Bench<'_> {
     fn synthetic(&self, robots: usize, view: &str) {
         let fleet = SyntheticFleet::new(robots);
         let mut renderer = self.renderer();
-        renderer.set_graph(&fleet.graph().view(1, 1));
+        let graph = fleet.graph();
+        renderer.set_graph(&graph.view(1, 1));
+        renderer.set_heat(self.scene().heat.map(|heat| synthetic::heat_map(heat, &graph.view(1, 1))).as_ref());
         let scene = Scene { colouring: Colouring::Speed, ..self.scene() };
         let legend = scene.colouring.legend(Theme::Dark, &[], Some((0.0, 2.0)));
         let camera = self.camera(view, fleet.bounds());
@@ -139,6 +142,7 @@ impl Bench<'_> {
         }
         let camera = self.camera(view, stage.bounds());
         let plans = PlanInbox::open(&self.options.fleet, stage.plan_watch())?;
+        let jams = JamInbox::open(&self.options.fleet, stage.jam_watch(None))?;
         let mut failed = None;
         let times = self.measure(|times| {
             let start = Instant::now();
@@ -151,6 +155,12 @@ impl Bench<'_> {
             }
             match plans.as_ref().map(PlanInbox::newest).transpose() {
                 Ok(found) => found.flatten().iter().for_each(|found| stage.set_plans(found)),
+                Err(error) => failed = Some(error),
+            }
+            match jams.as_ref().map(JamInbox::take).transpose() {
+                Ok(found) => found.into_iter().flatten().for_each(|found| {
+                    stage.set_jams(found);
+                }),
                 Err(error) => failed = Some(error),
             }
             let uploaded = start.elapsed().as_secs_f64();

@@ -9,9 +9,11 @@ use crate::camera::Camera;
 use crate::gpu::device::Gpu;
 use crate::gpu::painter::{Drawing, Painter};
 use crate::interface::banner::Banner;
+use crate::interface::heat::HeatLegend;
 use crate::interface::labels::{LabelView, Labels};
 use crate::interface::symbols::Symbols;
 use crate::interface::{overlay, plan, robot_spots, style};
+use crate::jams::heat::HeatFacts;
 use crate::palette::Legend;
 use crate::picture::OVERLAY_FORMAT;
 use crate::plans::PlanFacts;
@@ -45,6 +47,10 @@ pub struct Annotations<'a> {
     pub frame: Option<Frame<'a>>,
     /// The radius of the largest robot type, in metres.
     pub robot_radius: f32,
+    /// The scale of the heat map.
+    pub heat: Option<HeatFacts>,
+    /// The density of half the strength in robots per hectare, if robots are drawn as their density.
+    pub density: Option<f32>,
     /// Robots whose ids are shown, with their positions in metres.
     pub robots: Vec<(u32, Vec2)>,
     /// What the picture says of itself.
@@ -91,7 +97,8 @@ impl Caption {
     }
 
     fn lay_out(&self, size: UVec2, scale: f32, annotations: &Annotations<'_>) -> FullOutput {
-        let Annotations { camera, scene, legend, plans, title, frame, robot_radius, robots, banner } = annotations;
+        let Annotations { camera, scene, legend, plans, title, frame, robot_radius, heat, density, robots, banner } =
+            annotations;
         let picture = Rect::from_min_size(pos2(0.0, 0.0), vec2(size.x as f32, size.y as f32) / scale);
         let mut input = RawInput { screen_rect: Some(picture), ..RawInput::default() };
         input.viewports.entry(egui::ViewportId::ROOT).or_default().native_pixels_per_point = Some(scale);
@@ -113,7 +120,9 @@ impl Caption {
                 if camera.is_plan() {
                     plan::draw(ui.ctx(), picture, picture, camera, theme);
                 }
-                overlay::legend(ui.ctx(), picture, theme, legend, &Symbols::new(layers, *plans), Some(title));
+                let heat = scene.heat.map(|wanted| HeatLegend { heat: wanted, facts: *heat });
+                let symbols = Symbols { heat, density: *density, ..Symbols::new(layers, *plans) };
+                overlay::legend(ui.ctx(), picture, theme, legend, &symbols, Some(title));
             }
         })
     }

@@ -3,9 +3,11 @@
 pub(crate) mod attachments;
 mod bindings;
 mod columns;
+mod density;
 pub mod device;
 mod floor;
 mod graph;
+mod heat;
 mod highlights;
 mod instances;
 mod marked;

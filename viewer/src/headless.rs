@@ -24,6 +24,7 @@ use crate::interface::labels::{Labels, levels};
 use crate::interface::robot_spots;
 use crate::interface::style::thousands;
 use crate::interface::transport::clock_text;
+use crate::jams::inbox::JamInbox;
 use crate::options::{CameraOption, Options};
 use crate::palette::{Colouring, Theme};
 use crate::picture::{FORMAT, Offscreen, write_png};
@@ -46,6 +47,8 @@ const REQUESTED_COLUMN_WAIT: Duration = Duration::from_secs(3);
 /// The timeout of a request for routes, for a screenshot and for a picture of a recording.
 const ROUTE_TIMEOUTS: [Duration; 2] = [Duration::from_secs(2), Duration::from_millis(100)];
 
+/// The longest wait for the figures of a heat map.
+const HEAT_WAIT: Duration = Duration::from_secs(3);
 /// The longest wait for the plans of all robots of a screenshot.
 const PLANS_WAIT: Duration = Duration::from_secs(10);
 
@@ -59,6 +62,7 @@ struct HeadlessViewer<'a> {
     stage: Stage,
     routes: RoutePoller,
     plans: Option<PlanInbox>,
+    jams: Option<JamInbox>,
     offscreen: Offscreen,
     caption: Caption,
     /// The time of the picture, where it isn't that of the newest frame, in seconds.
@@ -87,6 +91,7 @@ pub fn run(options: &Options) -> Result {
     // A film reads them with each frame, so that they don't depend on when a thread wakes.
     let watch = Watch { selected: followed, ..stage.plan_watch() };
     let plans = if options.film.is_some() { None } else { PlanInbox::open(&options.fleet, watch)? };
+    let jams = if options.film.is_some() { None } else { JamInbox::open(&options.fleet, stage.jam_watch(None))? };
     let caption = Caption::new(&gpu);
     let mut viewer = HeadlessViewer {
         view,
@@ -98,6 +103,7 @@ pub fn run(options: &Options) -> Result {
         stage,
         routes,
         plans,
+        jams,
         offscreen,
         termination,
     };
@@ -119,6 +125,7 @@ impl HeadlessViewer<'_> {
         self.wait_for_columns()?;
         self.check_options()?;
         self.wait_for_plans()?;
+        self.wait_for_heat()?;
         let picture = self.render(1.0)?;
         write_png(&picture, path)?;
         Ok(())
@@ -275,6 +282,33 @@ impl HeadlessViewer<'_> {
         Ok(())
     }
 
+    /// Waits a moment for the figures of the heat map, which are published once a simulated second.
+    fn wait_for_heat(&mut self) -> Result {
+        let started = Instant::now();
+        while self.jams.is_some() && started.elapsed() < HEAT_WAIT && !self.termination.requested() {
+            std::thread::sleep(POLL);
+            self.stage.update(Instant::now())?;
+            self.update_jams()?;
+            if self.stage.jam_facts().heat.is_some() {
+                return Ok(());
+            }
+        }
+        if self.jams.is_some() {
+            let fleet = &self.options.fleet;
+            tracing::warn!("nobody publishes the figures of edges; start: regatta plugin traffic --fleet {fleet}");
+        }
+        Ok(())
+    }
+
+    /// Takes what was found of where it jams.
+    fn update_jams(&mut self) -> Result {
+        let found = self.jams.as_ref().map(JamInbox::take).transpose()?;
+        found.into_iter().flatten().for_each(|report| {
+            self.stage.set_jams(report);
+        });
+        Ok(())
+    }
+
     /// Takes the newest plans. Returns what is known if there are new ones.
     fn update_plans(&mut self) -> Result<Option<PlanFacts>> {
         let Some(found) = self.plans.as_ref().map(PlanInbox::newest).transpose()?.flatten() else { return Ok(None) };
@@ -288,8 +322,12 @@ impl HeadlessViewer<'_> {
         let robots = frame.map_or(0, |frame| {
             frame.columns().state.iter().filter(|state| **state != RobotState::Absent as u8).count()
         });
-        let time = frame.map_or(0.0, |frame| frame.sim_time().as_secs_f64());
-        vec![self.options.fleet.to_string(), format!("{}, {} robots", clock_text(time), thousands(robots as u64))]
+        let time = self.clock.unwrap_or_else(|| frame.map_or(0.0, |frame| frame.sim_time().as_secs_f64()));
+        // The fleet of a recording has another name each time.
+        let file =
+            self.options.recording.as_ref().and_then(|file| Some(file.file_name()?.to_string_lossy().into_owned()));
+        let name = file.unwrap_or_else(|| self.options.fleet.to_string());
+        vec![name, format!("{}, {} robots", clock_text(time), thousands(robots as u64))]
     }
 
     /// The robots of --follow and --select.
@@ -351,6 +389,7 @@ impl HeadlessViewer<'_> {
                 self.stage.set_routes(routes);
             }
             self.update_plans()?;
+            self.update_jams()?;
         }
         self.stage.hide_other_levels();
         let camera = self.camera();
@@ -367,9 +406,22 @@ impl HeadlessViewer<'_> {
         let banner = Banner { title: look.title.clone(), clock: time.filter(|_| look.clock), scale: look.scale };
         let frame = self.stage.feed.frame();
         let robot_radius = self.stage.feed.world().map_or(0.5, |world| robot_spots::radius(&world));
+        let heat = self.stage.jam_facts().heat;
+        let density = self.stage.shown_density(&camera, size);
         let (title, scene) = (self.title(), &self.stage.scene);
-        let annotations =
-            Annotations { camera: &camera, scene, legend, plans, title, frame, robot_radius, robots, banner };
+        let annotations = Annotations {
+            camera: &camera,
+            scene,
+            legend,
+            plans,
+            title,
+            frame,
+            robot_radius,
+            heat,
+            density,
+            robots,
+            banner,
+        };
         self.caption.draw(&self.gpu, &mut encoder, target, &annotations);
         Ok(self.offscreen.read(encoder)?)
     }

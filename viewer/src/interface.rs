@@ -11,6 +11,7 @@ mod collisions;
 mod connection;
 mod filter;
 mod fleet_list;
+pub mod heat;
 mod help;
 mod history;
 mod icons;
@@ -22,13 +23,16 @@ pub mod overlay;
 mod performance;
 mod places;
 pub mod plan;
+mod plots;
 mod pointer_input;
 pub mod pose;
+mod ramp;
 pub mod robot_spots;
 pub mod rows;
 mod selection;
 pub mod settings;
 mod shortcuts;
+mod spots;
 mod state;
 pub mod style;
 pub mod symbols;
@@ -81,6 +85,7 @@ impl Interface {
                 .frame(frame)
                 .show(ui, |ui| self.timeline(ui, model, &mut actions));
         }
+        self.plot_panel(ui, model, &mut actions);
         // The picture goes on under the panels, so that it doesn't move when one is opened.
         let picture = ui.available_rect_before_wrap();
         self.panels(ui, model, &mut actions);
@@ -146,6 +151,13 @@ impl Interface {
         }
     }
 
+    fn plot_panel(&mut self, ui: &mut Ui, model: &ViewModel<'_>, actions: &mut Vec<Action>) {
+        if self.settings.plots {
+            let panel = Panel::bottom("plots").default_size(150.0).size_range(110.0..=320.0).resizable(true);
+            panel.frame(style::panel(self.settings.theme())).show(ui, |ui| self.plots(ui, model, actions));
+        }
+    }
+
     fn left_panel(&mut self, ui: &mut Ui, room: f32, model: &ViewModel<'_>, actions: &mut Vec<Action>) {
         let Some(open) = self.settings.left else { return };
         // The list of robots has all its columns where there is room.
@@ -154,6 +166,7 @@ impl Interface {
         panel.frame(style::panel(self.settings.theme())).show(ui, |ui| match open {
             LeftPanel::Fleet => self.fleet_list(ui, model, actions),
             LeftPanel::Collisions => self.collisions(ui, model),
+            LeftPanel::Spots => self.hot_spots(ui, model, actions),
         });
     }
 

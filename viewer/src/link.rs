@@ -15,6 +15,7 @@ use regatta_plugin::{FleetName, Result};
 
 use crate::filter::Filter;
 use crate::interface::rows::RowQuery;
+use crate::jams::{JamWatch, Watch as JamWatched};
 use crate::plans::{PlanWatch, Watch};
 use poller::Query;
 pub use report::{Fact, Report};
@@ -27,6 +28,7 @@ pub struct Link {
     reports: Receiver<Report>,
     poller: Option<JoinHandle<()>>,
     plans: PlanWatch,
+    jams: JamWatch,
 }
 
 impl Link {
@@ -49,11 +51,17 @@ impl Link {
                 found.map_or_else(|error| Report::Notice(error.to_string()), |found| Report::Plans(Box::new(found)));
             plan_report.send(found).is_ok()
         })?;
+        let jam_report = report.clone();
+        let jams = JamWatch::start(fleet, move |found| {
+            let found =
+                found.map_or_else(|error| Report::Notice(error.to_string()), |found| Report::Jams(Box::new(found)));
+            jam_report.send(found).is_ok()
+        })?;
         let name = fleet.clone();
         let poller = std::thread::Builder::new().name("poller".into()).spawn(move || {
             report_error(&report, poller::run(&name, &queried, &report));
         })?;
-        Ok(Self { requests: Some(requests), queries: Some(queries), reports, poller: Some(poller), plans })
+        Ok(Self { requests: Some(requests), queries: Some(queries), reports, poller: Some(poller), plans, jams })
     }
 
     /// Queues a request to the engine. Requests are sent one after the other.
@@ -87,6 +95,11 @@ impl Link {
     /// Sets which plans are watched.
     pub fn plans(&self, watch: Watch) {
         self.plans.watch(watch);
+    }
+
+    /// Sets what is watched of where it jams.
+    pub fn jams(&self, watch: JamWatched) {
+        self.jams.watch(watch);
     }
 
     fn query(&self, query: Query) {

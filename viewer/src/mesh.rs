@@ -34,6 +34,8 @@ const RUBBER: Paint = [6, 7, 8, 0];
 const SHELL: Paint = [150, 156, 162, 0];
 const TRIM: Paint = [16, 18, 21, 0];
 const OWN: Paint = [0, 0, 0, 255];
+/// The stripe in front of a block: a darker shade of its own colour, so that blocks keep the hue of the legend.
+const NOSE: Paint = [0, 0, 0, 110];
 const OWN_DEEP: Paint = [4, 5, 6, 190];
 const MARKER: Paint = [235, 240, 245, 0];
 
@@ -68,23 +70,23 @@ impl Mesh {
         mesh
     }
 
-    /// Returns a box with a lighter stripe in front, in units of its length, width and height.
+    /// Returns a box with a darker stripe in front, in units of its length, width and height.
     pub fn block() -> Self {
         let mut mesh = Self::default();
         let square = [(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)].map(Vec2::from).to_vec();
         mesh.loft(&[(square.clone(), 0.0), (square, 0.9)], [30, 32, 35, 190]);
         mesh.cap(&[(-0.5, -0.5), (0.18, -0.5), (0.18, 0.5), (-0.5, 0.5)].map(Vec2::from), 0.9, OWN);
-        mesh.cap(&[(0.18, -0.5), (0.5, -0.5), (0.5, 0.5), (0.18, 0.5)].map(Vec2::from), 0.9, [235, 240, 245, 70]);
+        mesh.cap(&[(0.18, -0.5), (0.5, -0.5), (0.5, 0.5), (0.18, 0.5)].map(Vec2::from), 0.9, NOSE);
         mesh
     }
 
-    /// Returns the block of a round robot: a cylinder with a lighter stripe in front.
+    /// Returns the block of a round robot: a cylinder with a darker stripe in front.
     pub fn round_block() -> Self {
         let rim = circle(Vec2::ZERO, 0.5);
         let mut mesh = Self::default();
         mesh.loft(&[(rim.clone(), 0.0), (rim.clone(), 0.9)], [30, 32, 35, 190]);
         mesh.cap(&rim, 0.9, OWN);
-        mesh.cap(&[(0.15, -0.4), (0.4, -0.2), (0.4, 0.2), (0.15, 0.4)].map(Vec2::from), 0.905, [235, 240, 245, 70]);
+        mesh.cap(&[(0.15, -0.4), (0.4, -0.2), (0.4, 0.2), (0.15, 0.4)].map(Vec2::from), 0.905, NOSE);
         mesh
     }
 

@@ -12,6 +12,7 @@ use regatta_plugin::{Error, FleetName, Result};
 use crate::camera::Bounds;
 use crate::floor_picture::FloorPicture;
 use crate::gpu::renderer::Renderer;
+use crate::jams::heat::Heat;
 use crate::mesh_file;
 use crate::palette::{Colouring, Theme};
 use crate::scene::{MAX_LIGHTS, Scene, Trails};
@@ -171,6 +172,13 @@ pub struct LookOptions {
     /// Draw arrows from robots that wait to those that they wait for; rings of waiting are red
     #[arg(long)]
     pub waits: bool,
+    /// Colour and widen edges by a figure of the plugin traffic: occupancy, throughput, speed, waiting or contacts, in a window:
+    /// minute, 10min or run [default window: 10min]
+    #[arg(long, value_name = "FIGURE[:WINDOW]")]
+    pub heat: Option<Heat>,
+    /// Mark every robot, however small and many they are, rather than draw their density
+    #[arg(long)]
+    pub no_density: bool,
     /// Ids of robots to highlight, with their routes and goals
     #[arg(long, value_name = "ID", value_delimiter = ',')]
     pub select: Vec<u32>,
@@ -216,6 +224,8 @@ impl LookOptions {
         scene.layers.ids = !self.no_ids && !self.no_graph;
         scene.layers.robot_ids = self.robot_ids;
         (scene.layers.plans, scene.layers.waits) = (self.plans, self.waits);
+        scene.heat = self.heat;
+        scene.layers.density = !self.no_density;
         scene.trails = Trails { points: self.trails.unwrap_or_default(), only_selected: self.trails_of_selected };
         scene.selected.clone_from(&self.select);
         scene.level.clone_from(&self.level);

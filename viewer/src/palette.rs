@@ -1,6 +1,7 @@
 //! Colours: the two themes, and the colouring of robots by their data. The hues are Okabe and Ito's, which are
 //! distinguishable with any colour vision; ramps also increase in lightness.
 
+mod heat;
 #[cfg(test)]
 mod vision;
 
@@ -13,6 +14,7 @@ use regatta_plugin::activity::Activity;
 use regatta_plugin::frame::RobotState;
 
 use crate::interface::rows::state_name;
+pub use heat::heat_ramp;
 
 /// The number of colours of a ramp, and the most colours of a set of categories.
 pub const COLOURS: usize = 16;
@@ -120,6 +122,16 @@ const RAMP: [u32; COLOURS] = [
 ];
 
 impl Rgb {
+    /// Returns a colour between this one and another one, in equal steps for `part` from 0 to 1.
+    #[must_use]
+    pub fn mix(self, other: Self, part: f32) -> Self {
+        let channel = |shift: u32| {
+            let [from, to] = [self.0, other.0].map(|colour| ((colour >> shift) & 0xff) as f32);
+            ((from + (to - from) * part).round() as u32) << shift
+        };
+        Self(channel(16) | channel(8) | channel(0))
+    }
+
     /// Linear red, green and blue, 0 to 1.
     pub fn linear(self) -> Vec3 {
         let channel = |shift: u32| {

@@ -2,6 +2,7 @@
 
 use glam::{Vec2, Vec3};
 
+use crate::jams::heat::Heat;
 use crate::palette::{Colouring, Theme};
 
 /// The most lights beside the sun.
@@ -18,6 +19,8 @@ pub struct Scene {
     pub colouring: Colouring,
     /// Which layers are drawn.
     pub layers: Layers,
+    /// The heat map of the edges, if there is one.
+    pub heat: Option<Heat>,
     /// Added to the positions of robots and graph, in metres; the floor stays where it is.
     pub offset: Vec2,
     /// The floor.
@@ -62,6 +65,8 @@ pub struct Layers {
     pub robot_ids: bool,
     /// Robots.
     pub robots: bool,
+    /// Whether many robots that are small in the picture are drawn as their density.
+    pub density: bool,
     /// Shadows under the robots.
     pub shadows: bool,
     /// Trails behind the robots, if there are any.
@@ -120,6 +125,7 @@ impl Default for Layers {
             ids: true,
             robot_ids: false,
             robots: true,
+            density: true,
             shadows: true,
             trails: true,
             plans: false,
@@ -147,6 +153,7 @@ impl Default for Scene {
             theme: Theme::default(),
             colouring: Colouring::default(),
             layers: Layers::default(),
+            heat: None,
             offset: Vec2::ZERO,
             floor: Floor::default(),
             lights: Vec::new(),

@@ -14,6 +14,7 @@ use crate::curves::curve_point;
 use crate::feed::{Feed, News};
 use crate::filter::Filter;
 use crate::gpu::renderer::{Picture, Renderer};
+use crate::jams::{JamFacts, JamReport, Watch as JamWatched};
 use crate::palette::{Colouring, Legend, Theme};
 use crate::past::Past;
 use crate::plans::{PlanFacts, PlanReport, Watch};
@@ -61,6 +62,7 @@ pub struct Stage {
     /// The rest of each route in the newest frame, by robot.
     remaining: Vec<(u32, Remaining)>,
     plan_facts: PlanFacts,
+    jam_facts: JamFacts,
 }
 
 impl Stage {
@@ -86,6 +88,7 @@ impl Stage {
             routes: Vec::new(),
             remaining: Vec::new(),
             plan_facts: PlanFacts::default(),
+            jam_facts: JamFacts::default(),
         })
     }
 
@@ -206,6 +209,37 @@ impl Stage {
         self.plan_facts
     }
 
+    /// What is to be watched of where it jams. `edge` is the selected one.
+    pub fn jam_watch(&self, edge: Option<u32>) -> JamWatched {
+        JamWatched { heat: self.scene.heat, edge, history: false }
+    }
+
+    /// Takes what was found of where it jams. Returns whether it makes a difference.
+    pub fn set_jams(&mut self, report: JamReport) -> bool {
+        let is_new = report.heat.is_some() || report.history.is_some() || report.edge != self.jam_facts.edge;
+        if let Some(map) = report.heat {
+            self.jam_facts.heat = map.as_ref().map(|map| map.facts);
+            self.renderer.set_heat(map.as_ref());
+        }
+        self.jam_facts.edge = report.edge;
+        if let Some((spots, series)) = report.history {
+            (self.jam_facts.spots, self.jam_facts.series) = (spots, series);
+        }
+        is_new
+    }
+
+    /// Returns the density of half the strength, in robots per hectare, if robots are drawn as their density.
+    pub fn shown_density(&self, camera: &Camera, size: UVec2) -> Option<f32> {
+        let legend = self.legend();
+        let picture = Picture { camera, scene: &self.scene, legend: &legend, size, within: None, alpha: 1.0 };
+        self.renderer.shown_density(&picture)
+    }
+
+    /// What is known of where it jams.
+    pub fn jam_facts(&self) -> &JamFacts {
+        &self.jam_facts
+    }
+
     fn update_routes(&mut self) {
         self.remaining.clear();
         let mut all = Vec::new();
@@ -268,6 +302,9 @@ impl Stage {
             (old, new) => new.map(|new| old.map_or(new, |old| old.union(new)).padded()),
         };
         (self.robot_bounds_run, self.robot_bounds) = (run, bounds);
+        if let Some(bounds) = bounds {
+            self.renderer.set_ground((bounds.high - bounds.low).element_product());
+        }
     }
 
     /// Hides the robots that are on another level than the scene's. A window has this done by its other thread.

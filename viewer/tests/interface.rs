@@ -9,6 +9,7 @@ use regatta_plugin::control::{ControlKind, ControlResponse};
 use regatta_plugin::frame::{ClockState, ColumnsMut, FrameHeader, Line, RobotState, frame_lines, stride_lines};
 use regatta_plugin::recording::{MarkKind, RecordingMark};
 use regatta_plugin::task::StopAction;
+use regatta_plugin::traffic::EdgeTraffic;
 use regatta_plugin::world::{CurveRecord, EdgeRecord, NodeRecord, WorldData};
 use regatta_plugin::{Contacts, Frame};
 use regatta_viewer::camera::{Bounds, Camera};
@@ -21,6 +22,10 @@ use regatta_viewer::interface::rows::{Rows, SortBy};
 use regatta_viewer::interface::settings::{LeftPanel, RightPanel, Settings};
 use regatta_viewer::interface::timing::Timing;
 use regatta_viewer::interface::view_model::{Action, EngineState, Item, Live, Timeline, ViewModel};
+use regatta_viewer::jams::heat::{Heat, HeatFacts};
+use regatta_viewer::jams::series::Sample;
+use regatta_viewer::jams::spots::{Spot, Trend};
+use regatta_viewer::jams::{EdgeFacts, JamFacts};
 use regatta_viewer::palette::{Colouring, Legend, Theme};
 use regatta_viewer::plans::{Coverage, PlanFacts};
 use regatta_viewer::route::{Remaining, RouteLength};
@@ -36,6 +41,7 @@ struct Fixture {
     pairs: Vec<ContactRecord>,
     route: Option<Remaining>,
     plans: PlanFacts,
+    jams: JamFacts,
     values: Vec<(&'static str, f32)>,
     task: Option<RobotTask>,
     matches: Option<[u32; 2]>,
@@ -88,6 +94,7 @@ impl Fixture {
             pairs: Vec::new(),
             route: None,
             plans: PlanFacts::default(),
+            jams: JamFacts::default(),
             values: vec![("battery", 75.0)],
             task: None,
             matches: None,
@@ -122,6 +129,8 @@ impl Fixture {
             task: self.task,
             route: self.route,
             plans: self.plans,
+            jams: &self.jams,
+            density: None,
             rows: self.rows.as_ref(),
             matches: self.matches,
             bounds: Bounds::default(),
@@ -548,6 +557,118 @@ fn an_edge_and_its_nodes_link_to_each_other() {
 }
 
 #[test]
+fn the_heat_map_is_chosen_and_says_what_it_lacks() {
+    let mut fixture = Fixture::new(5);
+    fixture.interface.settings.right = Some(RightPanel::View);
+    let mut harness = harness(fixture);
+    assert!(harness.query_by_label("no figures: regatta plugin traffic").is_none());
+    harness.key_press_modifiers(Modifiers::SHIFT, Key::H);
+    settle(&mut harness);
+    harness.get_by_label("no figures: regatta plugin traffic");
+    harness.get_by_label("regatta plugin traffic --fleet test");
+    harness.get_by_label("heat map: figure").click();
+    settle(&mut harness);
+    harness.get_by_role_and_label(egui::accesskit::Role::Button, "speed").click();
+    settle(&mut harness);
+    assert_eq!(harness.state().interface.settings.heat_of.to_string(), "speed:10min");
+    harness.key_press_modifiers(Modifiers::SHIFT, Key::G);
+    settle(&mut harness);
+    let heat: Heat = "waiting".parse().expect("a heat map");
+    assert!(harness.state().interface.settings.heat && harness.state().interface.settings.heat_of == heat);
+    let facts = HeatFacts { heat, ends: [0.0, 50.0], is_exceeded: true, edges: 12, secs: 240.0, has_contacts: true };
+    harness.state_mut().jams.heat = Some(facts);
+    settle(&mut harness);
+    harness.get_by_label("last ten minutes (4 min)");
+    harness.get_by_label("12 edges have a value");
+    harness.key_press_modifiers(Modifiers::SHIFT, Key::H);
+    settle(&mut harness);
+    assert!(!harness.state().interface.settings.heat);
+}
+
+#[test]
+fn an_edge_tells_its_robots_and_its_traffic() {
+    let mut harness = harness(Fixture::new(5));
+    harness.state_mut().interface.select(Some(Item::Edge(0)));
+    let mut facts = EdgeFacts { edge: 0, waiting: 1, traffic: None };
+    harness.state_mut().jams.edge = Some(facts.clone());
+    settle(&mut harness);
+    harness.get_by_label("regatta plugin traffic --fleet test");
+    facts.traffic = Some([EdgeTraffic { entered_per_hour: 1234.0, waiting_secs: 56.5, ..EdgeTraffic::default() }; 3]);
+    harness.state_mut().jams.edge = Some(facts);
+    settle(&mut harness);
+    assert_eq!(harness.query_all_by_label("1234").count(), 3);
+    assert_eq!(harness.query_all_by_label("56.5").count(), 3);
+    harness.get_by_label("robot 4").click();
+    settle(&mut harness);
+    assert_eq!(harness.state().interface.selected, Some(Item::Robot(4)));
+}
+
+#[test]
+fn a_hot_spot_is_flown_to_and_the_list_is_exported() {
+    let mut harness = harness(Fixture::new(5));
+    let spot = |x: f32, contact_secs| Spot {
+        place: Vec2::new(x, 3.0),
+        contact_secs,
+        standing_secs: 10.0,
+        seen: [61.0, 90.0],
+        edges: vec![0],
+        trend: Trend::Growing,
+    };
+    press(&mut harness, Key::Num7);
+    harness.get_by_label("nobody has lost time since this window opened");
+    harness.state_mut().jams.spots = [spot(40.0, 25.0), spot(7.0, 0.0)].into();
+    settle(&mut harness);
+    harness.get_by_label("45 robot s lost");
+    harness.get_by_label("hot spot 1").click();
+    harness.run_steps(120);
+    let target = harness.state().interface.camera_controller.camera().target;
+    assert!((target.x - 40.0).abs() < 0.5 && (target.y - 3.0).abs() < 0.5, "{target}");
+    assert_eq!(harness.state().interface.selected, Some(Item::Edge(0)));
+    harness.get_by_label("export").click();
+    settle(&mut harness);
+    let written = harness.state().actions.iter().find_map(|action| match action {
+        Action::Write { path, text } => Some((path.clone(), text.clone())),
+        _ => None,
+    });
+    let (path, text) = written.expect("a file");
+    assert_eq!((path.to_str(), text.lines().count()), (Some("hot-spots.csv"), 3));
+    assert_eq!(text.lines().nth(1), Some("1,40.00,3.00,35.0,25.0,10.0,61.0,90.0,growing,34"));
+}
+
+#[test]
+fn plots_show_the_figures_at_the_time_under_the_pointer_and_a_click_goes_there() {
+    let mut fixture = Fixture::new(5);
+    let sample = |second: u32| Sample {
+        secs: f64::from(second),
+        states: [0, 100 - second, second, 0, 0, 0, 0, 0],
+        touching: Some(2),
+        throughput: None,
+        mean_speed: 0.75,
+    };
+    fixture.jams.series = (0..=80).map(sample).collect();
+    let mut harness = harness(fixture);
+    assert!(harness.query_by_label("mean speed, m/s").is_none());
+    press(&mut harness, Key::Num8);
+    harness.get_by_label("waiting 80");
+    harness.get_by_label("0.75");
+    harness.get_by_label("not published");
+    // Over the middle of the plot of those that wait.
+    let title = harness.get_by_label("touching pairs").rect();
+    let at = pos2(title.left() + 130.0, title.top() + 70.0);
+    harness.hover_at(at);
+    settle(&mut harness);
+    let times =
+        harness.query_all_by_label_contains("at 0:").count() + harness.query_all_by_label_contains("at 1:").count();
+    assert_eq!(times, 5, "each plot tells the same time");
+    harness.drag_at(at);
+    harness.drop_at(at);
+    settle(&mut harness);
+    let seeks: Vec<_> =
+        harness.state().requests().into_iter().filter(|(kind, ..)| *kind == ControlKind::Seek).collect();
+    assert!(seeks.len() == 1 && seeks[0].1 > 10_000_000_000 && seeks[0].1 < 80_000_000_000, "{seeks:?}");
+}
+
+#[test]
 fn the_panel_reports_a_robot_that_has_left() {
     let mut harness = harness(Fixture::new(5));
     harness.state_mut().interface.select(Some(Item::Robot(77)));
@@ -575,9 +696,13 @@ fn udp_is_started_with_the_typed_addresses() {
 fn files_for_the_floor_and_the_robots_are_typed_or_dropped() {
     let mut harness = harness(Fixture::new(5));
     press(&mut harness, Key::Num4);
+    harness.get_by_label("floor file").scroll_to_me();
+    settle(&mut harness);
     let line = harness.get_by_label("floor file");
     line.focus();
     line.type_text("map.yaml");
+    settle(&mut harness);
+    harness.get_all_by_label("load").next().expect("a button").scroll_to_me();
     settle(&mut harness);
     assert_eq!(harness.state().interface.settings.floor_image, "", "the file is not loaded yet");
     harness.get_all_by_label("load").next().expect("a button").click();

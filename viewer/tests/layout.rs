@@ -16,6 +16,7 @@ use regatta_viewer::interface::measure::End;
 use regatta_viewer::interface::settings::{LeftPanel, RightPanel, Settings};
 use regatta_viewer::interface::timing::Timing;
 use regatta_viewer::interface::view_model::{Action, EngineState, Item, ViewModel};
+use regatta_viewer::jams::JamFacts;
 use regatta_viewer::palette::{Colouring, Legend, Theme};
 use regatta_viewer::plans::PlanFacts;
 
@@ -30,6 +31,7 @@ struct Fixture {
     lines: Vec<Line>,
     world: WorldData,
     labels: Labels,
+    jams: JamFacts,
     timing: Timing,
     legend: Legend,
     picture: Rect,
@@ -64,6 +66,7 @@ impl Fixture {
             lines,
             labels: Labels::new(&world.view(1, 1), None),
             world,
+            jams: JamFacts::default(),
             timing: Timing::new("an adapter".into()),
             legend: Colouring::default().legend(Theme::Dark, &[], None),
             picture: Rect::ZERO,
@@ -75,6 +78,8 @@ impl Fixture {
         let status = ControlResponse { robots: 20, speed: 1.0, ..ControlResponse::default() };
         let model = ViewModel {
             timeline: None,
+            jams: &self.jams,
+            density: None,
             fleet: "a-fleet-with-a-long-name",
             engine: EngineState::Running,
             status: Some(&status),

@@ -1,11 +1,13 @@
 //! A synthetic fleet on straight rows, of any size.
 
 use glam::Vec2;
-use regatta_plugin::Frame;
 use regatta_plugin::frame::{ColumnsMut, FrameHeader, Line, NO_EDGE, frame_lines, stride_lines};
+use regatta_plugin::traffic::{EdgeTraffic, TrafficHeader};
 use regatta_plugin::world::{CurveRecord, EdgeRecord, NodeRecord, WorldData};
+use regatta_plugin::{Frame, Traffic, World};
 
 use crate::camera::Bounds;
+use crate::jams::heat::{Heat, HeatMap};
 
 /// The distance between neighbouring robots, in metres.
 const SPACING: f32 = 2.4;
@@ -61,6 +63,21 @@ impl SyntheticFleet {
         let (header, lines) = &self.frames[number % 2];
         Frame::new(header, lines).expect("a complete frame")
     }
+}
+
+/// Returns a heat map in which every edge has a value, and values differ.
+pub fn heat_map(heat: Heat, world: &World<'_>) -> HeatMap {
+    let value = |edge: usize| (edge % 97) as f32 / 97.0;
+    let figures = |edge| EdgeTraffic {
+        occupancy: 3.0 * value(edge),
+        entered_per_hour: 900.0 * value(edge),
+        relative_speed: value(edge),
+        waiting_secs: 60.0 * value(edge),
+        contact_secs: value(edge),
+    };
+    let edges: Vec<_> = (0..world.edges().len()).map(figures).collect();
+    let traffic = Traffic { header: &TrafficHeader::default(), periods: [&edges; 3], missed: 0 };
+    HeatMap::new(heat, &traffic, world)
 }
 
 /// The number of rows, and of robots in a row.

@@ -1,6 +1,6 @@
 //! The renderer: takes the fleet's data, and records the passes of a picture in order.
 
-use glam::{UVec2, Vec2};
+use glam::{UVec2, Vec2, Vec4};
 use regatta_plugin::world::RobotTypeRecord;
 use regatta_plugin::{Frame, World};
 use wgpu::{BindGroup, Buffer, BufferUsages, CommandEncoder, ShaderStages, TextureView};
@@ -11,6 +11,7 @@ use super::columns::{Columns, RobotTypeUniform};
 use super::device::Gpu;
 use super::floor::Floor;
 use super::graph::Graph;
+use super::heat::HeatRibbons;
 use super::highlights::Highlights;
 use super::marked::MarkedPlace;
 use super::pick::{Pick, Picked};
@@ -23,7 +24,9 @@ use super::stations::Stations;
 use super::timer::Timer;
 use super::view::ViewUniform;
 use crate::camera::Camera;
+use crate::density::{CROWDED, FADE, ground_of};
 use crate::floor_picture::FloorPicture;
+use crate::jams::heat::HeatMap;
 use crate::mesh::Mesh;
 use crate::palette::Legend;
 use crate::plans::PlanReport;
@@ -63,6 +66,7 @@ pub struct Renderer {
     attachments: Option<Attachments>,
     floor: Floor,
     graph: Graph,
+    heat: HeatRibbons,
     routes: Routes,
     stations: Stations,
     marked: MarkedPlace,
@@ -74,6 +78,8 @@ pub struct Renderer {
     robot_types: Vec<RobotTypeRecord>,
     assignments: Vec<MeshAssignment>,
     timer: Option<Timer>,
+    /// The ground on which robots are, in square metres, if it is known.
+    ground: Option<f32>,
 }
 
 /// A mesh that replaces the built-in one for a robot type.
@@ -106,6 +112,7 @@ impl Renderer {
             drawn: None,
             attachments: None,
             floor: Floor::new(gpu, target, &layout),
+            heat: HeatRibbons::new(gpu, target, &layout, graph.records_layout()),
             routes: Routes::new(gpu, target, &layout, graph.records_layout()),
             stations: Stations::new(gpu, target, &layout),
             marked: MarkedPlace::new(gpu, target, &layout, graph.records_layout()),
@@ -118,6 +125,7 @@ impl Renderer {
             robot_types: Vec::new(),
             assignments: Vec::new(),
             timer: None,
+            ground: None,
         }
     }
 
@@ -197,10 +205,32 @@ impl Renderer {
 
     /// Sets the route graph.
     pub fn set_graph(&mut self, world: &World<'_>) {
+        self.ground = ground_of(world);
         let level = self.level.as_deref();
         self.graph.load(&self.gpu, world, level);
         self.stations.load(&self.gpu, world, level);
         self.marked.load(world);
+    }
+
+    /// Sets the ground on which the robots of a fleet without a graph are, in square metres.
+    pub fn set_ground(&mut self, ground: f32) {
+        self.ground = Some(ground);
+    }
+
+    /// The density of half the strength, in robots per square metre: the mean over the ground.
+    pub fn mean_density(&self) -> Option<f32> {
+        self.ground.map(|ground| self.columns.robots()[0] as f32 / ground.max(1.0))
+    }
+
+    /// Returns the density of half the strength, in robots per hectare, if robots around the camera's target are drawn as their
+    /// density.
+    pub fn shown_density(&self, picture: &Picture<'_>) -> Option<f32> {
+        let camera = picture.camera;
+        let pixels_per_metre = camera.pixels_per_radian(picture.size.y as f32) / camera.distance;
+        let density = self.density(picture);
+        // Nearer than that, the field has not its full strength.
+        let is_shown = picture.scene.layers.robots && density.w * pixels_per_metre < 1.5 * FADE[0];
+        (is_shown && density.z > 0.0).then_some(self.mean_density()? * 1e4)
     }
 
     /// Replaces the routes of selected robots, which are drawn along the graph.
@@ -213,6 +243,11 @@ impl Renderer {
         self.routes.set_all(&self.gpu, &plans.lines);
         self.plan_marks.set_goals(&self.gpu, &plans.goals);
         self.plan_marks.set_arrows(&self.gpu, &plans.arrows);
+    }
+
+    /// Replaces the heat map, or removes it.
+    pub fn set_heat(&mut self, map: Option<&HeatMap>) {
+        self.heat.set(&self.gpu, map);
     }
 
     /// Sets the records of the robot types.
@@ -278,11 +313,13 @@ impl Renderer {
     pub fn draw(&mut self, encoder: &mut CommandEncoder, target: &TextureView, picture: &Picture<'_>) {
         let view = self.view_uniform(picture);
         self.gpu.queue.write_buffer(&self.view, 0, bytemuck::bytes_of(&view));
+        self.heat.prepare(&self.gpu, picture.scene.theme);
         self.floor.prepare(&self.gpu, Vec2::new(view.origin.z, view.origin.w));
         self.drawn = Some((view, picture.scene.layers));
         self.fit_attachments(picture.within.map_or(picture.size, |(_, target)| target));
         let timer = self.timer.as_ref().filter(|timer| timer.is_free());
         self.marked.update(&self.gpu, picture.scene.marked);
+        self.robots.set_dense(picture.scene.layers.robots && view.density.z > 0.0);
         self.robots.sort(&self.gpu, encoder, picture.size, &self.view_group, &mut self.columns, timer);
         let (trails, selected) = (picture.scene.trails, &picture.scene.selected);
         self.highlights.update(&self.gpu, encoder, &self.view_group, &mut self.columns, trails, selected);
@@ -299,7 +336,11 @@ impl Renderer {
         }
         pass.set_bind_group(0, &self.view_group, &[]);
         self.floor.draw(&mut pass);
-        self.graph.draw(&mut pass, layers);
+        self.graph.draw(&mut pass, Layers { arrows: false, nodes: false, ..layers });
+        if let Some(records) = self.graph.records().filter(|_| picture.scene.heat.is_some()) {
+            self.heat.draw(&mut pass, records);
+        }
+        self.graph.draw(&mut pass, Layers { edges: false, ..layers });
         if let Some(records) = self.graph.records().filter(|_| layers.edges) {
             self.routes.draw(&mut pass, records, layers.plans);
         }
@@ -313,6 +354,9 @@ impl Renderer {
             self.highlights.draw_trails(&mut pass, &poses, robots, trails);
         }
         self.highlights.draw_halos(&mut pass, &poses);
+        if layers.robots {
+            self.robots.draw_density(&mut pass);
+        }
         if layers.robots && layers.shadows && !picture.camera.is_plan() {
             self.robots.draw_shadows(&mut pass);
         }
@@ -363,6 +407,7 @@ impl Renderer {
         [view.robots, view.previous_robots] = self.columns.robots();
         view.alpha = picture.alpha;
         view.teleport_distance = self.columns.teleport_distance();
+        view.density = self.density(picture);
         // A small fleet leaves room for larger marks.
         let room = (picture.size.as_vec2().element_product() / view.robots.max(1) as f32).sqrt() * 0.25;
         if !picture.camera.is_plan() {
@@ -371,6 +416,17 @@ impl Renderer {
         view.detail.w = self.columns.values() as f32;
         view.filtered = u32::from(self.columns.is_filtered()) * if self.level.is_some() { 2 } else { 1 };
         view
+    }
+
+    /// The ends of the fade in pixels, the reciprocal of the density of half the strength (0 if all robots are marked), and the
+    /// length of robots in metres.
+    fn density(&self, picture: &Picture<'_>) -> Vec4 {
+        let lengths = self.robot_types.iter().map(|record| RobotTypeUniform::new(record).length);
+        let length = lengths.reduce(f32::max).unwrap_or(RobotTypeUniform::default().length);
+        let robots = self.columns.robots()[0] as f32;
+        let is_crowded = robots > picture.size.as_vec2().element_product() * CROWDED;
+        let mean = self.mean_density().filter(|mean| picture.scene.layers.density && is_crowded && *mean > 0.0);
+        Vec4::new(FADE[0], FADE[1], mean.map_or(0.0, f32::recip), length)
     }
 
     fn fit_attachments(&mut self, size: UVec2) {

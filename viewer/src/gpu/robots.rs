@@ -12,6 +12,7 @@ use wgpu::{
 
 use super::bindings::{Binding, bind_group, bind_group_layout};
 use super::columns::Columns;
+use super::density::Density;
 use super::device::Gpu;
 use super::pipeline::{TargetConfig, compute_pipeline};
 use super::resources::buffer;
@@ -49,8 +50,8 @@ struct DrawArguments {
 /// Draws robots.
 #[derive(Debug)]
 pub struct Robots {
-    /// The sorting shader without and with splats.
-    sort: [ComputePipeline; 2],
+    /// The sorting shader without and with splats, each without and with the density.
+    sort: [[ComputePipeline; 2]; 2],
     lists_layout: BindGroupLayout,
     lists: Option<BindGroup>,
     mark_ids_layout: BindGroupLayout,
@@ -75,6 +76,9 @@ pub struct Robots {
     splats_from: u32,
     /// Whether the marks of the last picture were splatted.
     are_splats: bool,
+    density: Density,
+    /// Whether small robots of the last picture were drawn as their density.
+    is_dense: bool,
 }
 
 impl Robots {
@@ -89,7 +93,10 @@ impl Robots {
         let mut robots = Self {
             sort: [0.0, 1.0].map(|splats| {
                 let groups = [view, columns.layout(), &lists_layout];
-                compute_pipeline(gpu, &sorting, "sort", &groups, &[("SPLATS", splats)])
+                [0.0, 1.0].map(|density| {
+                    let constants = [("SPLATS", splats), ("DENSITY", density)];
+                    compute_pipeline(gpu, &sorting, "sort", &groups, &constants)
+                })
             }),
             lists_layout,
             lists: None,
@@ -109,6 +116,8 @@ impl Robots {
             splats: Splats::new(gpu, target, view),
             splats_from: target.splats_from,
             are_splats: false,
+            density: Density::new(gpu, target, view),
+            is_dense: false,
         };
         robots.write_draws(gpu);
         robots
@@ -156,7 +165,14 @@ impl Robots {
         self.are_splats = may_splat && Splats::fits(size, limit);
         let mark_bytes = if self.are_splats { CORNER_BYTES } else { triangle_bytes };
         let marks = columns.rows().min(limit as usize / mark_bytes);
-        let mut is_replaced = self.are_splats && self.splats.fit(gpu, size);
+        self.is_dense &= Splats::fits(size, limit);
+        let mut is_replaced = self.splats.fit(gpu, size, self.are_splats, self.is_dense);
+        if is_replaced {
+            self.density.unbind();
+        }
+        if self.is_dense {
+            self.density.fit(gpu, size, self.splats.pixels());
+        }
         let ids = if self.are_splats { 1 } else { marks };
         let sizes = [marks * mark_bytes, ids * size_of::<u32>()];
         if [self.corners.size(), self.mark_ids.size()] != sizes.map(|bytes| bytes as u64) {
@@ -172,6 +188,11 @@ impl Robots {
         }
     }
 
+    /// Sets whether small robots are added to the density.
+    pub fn set_dense(&mut self, is_dense: bool) {
+        self.is_dense = is_dense;
+    }
+
     /// Sorts the robots of a picture of `size` pixels into the draw lists.
     pub fn sort(
         &mut self,
@@ -183,7 +204,7 @@ impl Robots {
         timer: Option<&Timer>,
     ) {
         self.fit(gpu, columns, size);
-        if self.are_splats {
+        if self.are_splats || self.is_dense {
             self.splats.clear(encoder);
         }
         let (marks, pixels) = (&self.corners, self.splats.pixels());
@@ -197,7 +218,7 @@ impl Robots {
             let timestamp_writes = timer.map(Timer::start);
             let mut pass =
                 encoder.begin_compute_pass(&wgpu::ComputePassDescriptor { label: Some("sort"), timestamp_writes });
-            pass.set_pipeline(&self.sort[usize::from(self.are_splats)]);
+            pass.set_pipeline(&self.sort[usize::from(self.are_splats)][usize::from(self.is_dense)]);
             pass.set_bind_group(0, view, &[]);
             pass.set_bind_group(1, &poses, &[]);
             pass.set_bind_group(2, &lists, &[]);
@@ -205,11 +226,21 @@ impl Robots {
             // WebGPU limits each dimension of a dispatch to 65,535 workgroups.
             let across = needed.clamp(1, 32_768);
             pass.dispatch_workgroups(across, needed.div_ceil(across).max(1), 1);
+            if self.is_dense {
+                self.density.blur(&mut pass, self.are_splats);
+            }
         }
         let stride = size_of::<DrawArguments>() as u64;
         for list in 0..MARKS as u64 {
             let count = list * stride + 4;
             encoder.copy_buffer_to_buffer(&self.draws, count, &self.shadow_draws, count, 4);
+        }
+    }
+
+    /// Draws the density of small robots over the ground.
+    pub fn draw_density(&self, pass: &mut RenderPass<'_>) {
+        if self.is_dense {
+            self.density.draw(pass);
         }
     }
 

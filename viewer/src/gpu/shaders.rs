@@ -5,7 +5,7 @@ use wgpu::ShaderModule;
 use super::device::Gpu;
 
 /// The source of each shader by name. Shared parts come before the shader's own part, as WGSL has no imports.
-pub const SHADERS: [(&str, &str); 12] = [
+pub const SHADERS: [(&str, &str); 15] = [
     ("floor", concat!(include_str!("shaders/view.wgsl"), include_str!("shaders/floor.wgsl"))),
     (
         "graph",
@@ -29,6 +29,14 @@ pub const SHADERS: [(&str, &str); 12] = [
             include_str!("shaders/view.wgsl"),
             include_str!("shaders/curves.wgsl"),
             include_str!("shaders/marked.wgsl")
+        ),
+    ),
+    (
+        "heat",
+        concat!(
+            include_str!("shaders/view.wgsl"),
+            include_str!("shaders/curves.wgsl"),
+            include_str!("shaders/heat.wgsl")
         ),
     ),
     ("robots", concat!(include_str!("shaders/view.wgsl"), include_str!("shaders/robots.wgsl"))),
@@ -55,6 +63,22 @@ pub const SHADERS: [(&str, &str); 12] = [
             include_str!("shaders/view.wgsl"),
             include_str!("shaders/poses.wgsl"),
             include_str!("shaders/highlights.wgsl")
+        ),
+    ),
+    (
+        "density",
+        concat!(
+            include_str!("shaders/view.wgsl"),
+            include_str!("shaders/marks.wgsl"),
+            include_str!("shaders/density.wgsl")
+        ),
+    ),
+    (
+        "field",
+        concat!(
+            include_str!("shaders/view.wgsl"),
+            include_str!("shaders/marks.wgsl"),
+            include_str!("shaders/field.wgsl")
         ),
     ),
     ("goals", concat!(include_str!("shaders/view.wgsl"), include_str!("shaders/goals.wgsl"))),

@@ -8,6 +8,7 @@ use wgpu::{
 };
 
 use super::bindings::{Binding, bind_group, bind_group_layout};
+use super::density::Density;
 use super::device::Gpu;
 use super::pipeline::{DepthMode, PipelineDescriptor, TargetConfig, render_pipeline};
 use super::resources::buffer;
@@ -19,9 +20,11 @@ const TILE: u32 = 32;
 /// The buffer of splatted marks, and the pipelines that draw it.
 #[derive(Debug)]
 pub struct Splats {
-    /// A word per pixel of the picture, row by row; then a flag per tile; then the numbers of the tiles with marks.
+    /// A word per pixel of the picture, row by row; then a flag per tile; then the numbers of the tiles with marks. Then the
+    /// sums of the density, if robots are drawn so; without splats there is nothing before these.
     pixels: Buffer,
-    size: UVec2,
+    /// Words in use.
+    words: u64,
     layout: BindGroupLayout,
     group: Option<BindGroup>,
     colours: RenderPipeline,
@@ -48,8 +51,8 @@ impl Splats {
         Self {
             colours: make(target, "splat"),
             ids: make(TargetConfig::IDS, "splat_id"),
-            pixels: words(gpu, UVec2::ZERO),
-            size: UVec2::ZERO,
+            pixels: words(gpu, 1),
+            words: 1,
             group: None,
             layout,
         }
@@ -62,15 +65,17 @@ impl Splats {
 
     /// Whether the buffer for a picture of `size` pixels stays within `limit` bytes.
     pub fn fits(size: UVec2, limit: u64) -> bool {
-        words_of(size) * size_of::<u32>() as u64 <= limit
+        (words_of(size) + Density::words(size)) * size_of::<u32>() as u64 <= limit
     }
 
-    /// Makes room for a picture of `size` pixels. Returns true if the buffer was replaced.
-    pub fn fit(&mut self, gpu: &Gpu, size: UVec2) -> bool {
-        let grows = words_of(size) * size_of::<u32>() as u64 > self.pixels.size();
-        self.size = size;
+    /// Makes room for a picture of `size` pixels: for splatted marks, and for the density. Returns true if the buffer was
+    /// replaced.
+    pub fn fit(&mut self, gpu: &Gpu, size: UVec2, marks: bool, density: bool) -> bool {
+        let marks = if marks { words_of(size) } else { 0 };
+        self.words = (marks + if density { Density::words(size) } else { 0 }).max(1);
+        let grows = self.words * size_of::<u32>() as u64 > self.pixels.size();
         if grows {
-            self.pixels = words(gpu, size);
+            self.pixels = words(gpu, self.words);
         }
         grows
     }
@@ -80,9 +85,9 @@ impl Splats {
         self.group = Some(bind_group(gpu, &self.layout, &[(0, &self.pixels), (1, marks)]));
     }
 
-    /// Clears all marks before a picture.
+    /// Clears all marks and sums before a picture.
     pub fn clear(&self, encoder: &mut CommandEncoder) {
-        encoder.clear_buffer(&self.pixels, 0, Some(words_of(self.size) * size_of::<u32>() as u64));
+        encoder.clear_buffer(&self.pixels, 0, Some(self.words * size_of::<u32>() as u64));
     }
 
     /// Draws the marks. The indirect arguments at offset `at` of `draws` hold the number of tiles with marks.
@@ -108,6 +113,6 @@ fn words_of(size: UVec2) -> u64 {
     (product(size) + 2 * product(tiles)).max(1)
 }
 
-fn words(gpu: &Gpu, size: UVec2) -> Buffer {
-    buffer(gpu, "splats", words_of(size) as usize * size_of::<u32>(), BufferUsages::STORAGE)
+fn words(gpu: &Gpu, words: u64) -> Buffer {
+    buffer(gpu, "splats", words as usize * size_of::<u32>(), BufferUsages::STORAGE)
 }

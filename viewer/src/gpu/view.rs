@@ -46,6 +46,7 @@ pub struct ViewUniform {
     pub route: Vec4,
     pub waiting: Vec4,
     pub ring: Vec4,
+    pub density: Vec4,
     pub filtered: u32,
     pub reserved: [u32; 3],
     pub palette: [Vec4; 16],

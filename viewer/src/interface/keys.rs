@@ -47,6 +47,10 @@ pub enum Command {
     Fleet,
     /// Open or close the collisions panel.
     Collisions,
+    /// Open or close the hot spots panel.
+    Spots,
+    /// Show or hide the figures over time.
+    Plots,
     /// Open or close the selection panel.
     Selection,
     /// Open or close the view panel.
@@ -73,6 +77,12 @@ pub enum Command {
     Minimap,
     /// Begin or end measuring.
     Measure,
+    /// Draw many small robots as their density, or mark each of them.
+    Density,
+    /// Show or hide the heat map.
+    Heat,
+    /// Show the heat map's next figure.
+    NextFigure,
     /// Scroll the open list up by a page.
     PageUp,
     /// Scroll the open list down by a page.
@@ -128,6 +138,8 @@ const SHORTCUTS: &[Shortcut] = &[
     shortcut(NONE, Key::Num4, Command::View, "view panel"),
     shortcut(NONE, Key::Num5, Command::Performance, "performance panel"),
     shortcut(NONE, Key::Num6, Command::Connection, "connection panel"),
+    shortcut(NONE, Key::Num7, Command::Spots, "hot spots panel"),
+    shortcut(NONE, Key::Num8, Command::Plots, "figures over time"),
     shortcut(NONE, Key::PageUp, Command::PageUp, "list: page up"),
     shortcut(NONE, Key::PageDown, Command::PageDown, "list: page down"),
     shortcut(NONE, Key::C, Command::Colour, "next colouring"),
@@ -139,6 +151,9 @@ const SHORTCUTS: &[Shortcut] = &[
     shortcut(NONE, Key::O, Command::Plan, "plan (orthographic) or perspective"),
     shortcut(SHIFT, Key::M, Command::Minimap, "minimap"),
     shortcut(NONE, Key::M, Command::Measure, "measure distance and clearance"),
+    shortcut(SHIFT, Key::Z, Command::Density, "density of robots from afar"),
+    shortcut(SHIFT, Key::H, Command::Heat, "heat map of the edges"),
+    shortcut(SHIFT, Key::G, Command::NextFigure, "heat map: next figure"),
     shortcut(NONE, Key::Questionmark, Command::Help, "this help"),
     shortcut(SHIFT, Key::Questionmark, Command::Help, ""),
     shortcut(SHIFT, Key::Slash, Command::Help, ""),

@@ -1,12 +1,14 @@
 //! Elements that float over the picture: the legend, the camera's position, messages, and the note that no engine runs
 //! yet.
 
-use egui::{Align2, Area, Context, Id, Order, Rect, RichText, Sense, Ui, pos2, vec2};
+use egui::{Align2, Area, Context, Id, Order, Rect, RichText, Sense, Ui, vec2};
 
 use glam::Vec2;
 
+use super::heat::HeatLegend;
 use super::labels::{LabelView, Labels};
 use super::plan;
+use super::ramp;
 use super::robot_spots;
 use super::state::Interface;
 use super::style;
@@ -34,8 +36,16 @@ impl Interface {
                 plan::draw(context, picture, visible, &camera, theme);
             }
             self.draw_measurement(context, picture, visible, model);
-            let symbols = Symbols { plans: self.settings.plans, waits: self.settings.waits, facts: model.plans };
+            let heat = self.settings.heat.then_some(HeatLegend { heat: self.settings.heat_of, facts: model.jams.heat });
+            let symbols = Symbols {
+                plans: self.settings.plans,
+                waits: self.settings.waits,
+                facts: model.plans,
+                heat,
+                density: model.density,
+            };
             legend(context, visible, theme, model.legend, &symbols, None);
+            self.draw_mark(context, picture);
             self.coordinates(context, picture, visible, model);
         }
         self.messages(context, visible);
@@ -191,31 +201,10 @@ pub fn legend(
                 }
             }
             Scale::Ramp { low, high, unit } => {
-                let (ramp, _) = ui.allocate_exact_size(vec2(140.0, 10.0), Sense::hover());
-                let ramp_colours = legend.scale.colours(theme);
-                let width = ramp.width() / ramp_colours.len() as f32;
-                for (i, colour) in ramp_colours.into_iter().enumerate() {
-                    let left = ramp.left() + i as f32 * width;
-                    let part = Rect::from_min_size(pos2(left, ramp.top()), vec2(width + 0.5, ramp.height()));
-                    ui.painter().rect_filled(part, 0.0, style::color32(colour));
-                }
-                let middle = (low + high) / 2.0;
-                ui.label(
-                    RichText::new([*low, middle, *high].map(short).join("   ") + " " + unit)
-                        .size(11.0)
-                        .color(colours.faint),
-                );
+                ui.label(style::faint(ui, theme, *unit));
+                ramp::show(ui, theme, &legend.scale.colours(theme), &ramp::numbers(*low, *high));
             }
         }
         symbols.show(ui, theme);
     });
-}
-
-/// Formats a number with about three digits.
-fn short(value: f32) -> String {
-    match value.abs() {
-        large if large >= 99.95 => format!("{value:.0}"),
-        middling if middling >= 9.995 => format!("{value:.1}"),
-        _ => format!("{value:.2}"),
-    }
 }

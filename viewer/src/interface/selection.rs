@@ -209,6 +209,7 @@ impl Interface {
             Orientation::Fixed(angle) => line(ui, theme, "heading", format!("{:.1}°", angle.to_degrees())),
         }
         self.robots_on_edge(ui, model, index);
+        self.edge_traffic(ui, model, index);
         heading(ui, theme, "nodes");
         for (end, node) in [("from", edge.origin), ("to", edge.destination)] {
             let Some(record) = model.world.nodes().get(node as usize) else { continue };

@@ -7,6 +7,7 @@ use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
 use crate::camera::Bounds;
+use crate::jams::heat::Heat;
 use crate::mesh_file::Placement;
 use crate::palette::{Colouring, Theme};
 use crate::scene::{Light, MAX_LIGHTS, Scene, Trails};
@@ -37,6 +38,12 @@ pub struct Settings {
     pub plans: bool,
     /// Whether arrows show who waits for whom.
     pub waits: bool,
+    /// Whether many robots that are small in the picture are drawn as their density.
+    pub density: bool,
+    /// Whether the heat map of the edges is shown.
+    pub heat: bool,
+    /// The figure and the window of the heat map.
+    pub heat_of: Heat,
     /// Metres added to all positions, east and north.
     pub offset: [f32; 2],
     /// Width and height of the floor in metres; `None` for a floor up to the horizon.
@@ -54,6 +61,8 @@ pub struct Settings {
     pub mesh: Option<RobotMesh>,
     /// Lamps: x, y and z in metres; red, green and blue.
     pub lamps: Vec<[f32; 6]>,
+    /// Whether the figures over time are shown.
+    pub plots: bool,
     /// The open panel on the left.
     pub left: Option<LeftPanel>,
     /// The open panel on the right.
@@ -74,6 +83,8 @@ pub enum LeftPanel {
     Fleet,
     /// Pairs of robots that touch or may touch.
     Collisions,
+    /// Places where robots lose time.
+    Spots,
 }
 
 /// A panel on the right.
@@ -155,6 +166,9 @@ impl Default for Settings {
             shadows: true,
             plans: false,
             waits: false,
+            density: true,
+            heat: false,
+            heat_of: Heat::default(),
             offset: [0.0; 2],
             floor: None,
             trails: 0,
@@ -163,6 +177,7 @@ impl Default for Settings {
             floor_at: None,
             mesh: None,
             lamps: Vec::new(),
+            plots: false,
             left: None,
             right: None,
             scale: 1.0,
@@ -230,6 +245,8 @@ impl Settings {
         (scene.layers.ids, scene.layers.shadows) = (self.ids, self.shadows);
         scene.layers.robot_ids = self.robot_ids;
         (scene.layers.plans, scene.layers.waits) = (self.plans, self.waits);
+        scene.layers.density = self.density;
+        scene.heat = self.heat.then_some(self.heat_of);
         scene.trails = Trails { points: self.trails, only_selected: self.trails_of_selected };
         scene.lights.clear();
         scene.lights.extend(self.lamps.iter().take(MAX_LIGHTS).map(|[x, y, z, red, green, blue]| Light {

@@ -49,6 +49,8 @@ impl Interface {
             Command::Deselect => self.deselect(),
             Command::Fleet => toggle(&mut self.settings.left, LeftPanel::Fleet),
             Command::Collisions => toggle(&mut self.settings.left, LeftPanel::Collisions),
+            Command::Spots => toggle(&mut self.settings.left, LeftPanel::Spots),
+            Command::Plots => self.settings.plots = !self.settings.plots,
             Command::Selection => toggle(&mut self.settings.right, RightPanel::Selection),
             Command::View => toggle(&mut self.settings.right, RightPanel::View),
             Command::Performance => toggle(&mut self.settings.right, RightPanel::Performance),
@@ -65,6 +67,9 @@ impl Interface {
             Command::Plan => self.camera_controller.toggle_plan(),
             Command::Minimap => self.settings.minimap = !self.settings.minimap,
             Command::Measure => self.toggle_measuring(),
+            Command::Density => self.settings.density = !self.settings.density,
+            Command::Heat => self.settings.heat = !self.settings.heat,
+            Command::NextFigure => self.next_figure(),
             Command::PageUp => self.page(-1.0),
             Command::PageDown => self.page(1.0),
             Command::Help => self.help = !self.help,
@@ -77,6 +82,7 @@ impl Interface {
         match self.settings.left {
             Some(LeftPanel::Fleet) => self.fleet_list.list.page(pages),
             Some(LeftPanel::Collisions) => self.collision_list.page(pages),
+            Some(LeftPanel::Spots) => self.spot_list.page(pages),
             None => {}
         }
     }
@@ -93,8 +99,9 @@ impl Interface {
             self.help = false;
         } else if self.measuring.is_some() {
             self.measuring = None;
-        } else if self.selected.is_some() {
+        } else if self.selected.is_some() || self.marked.is_some() {
             self.select(None);
+            self.marked = None;
         } else {
             (self.settings.left, self.settings.right) = (None, None);
         }

@@ -41,6 +41,11 @@ pub struct Interface {
     pub(super) task_number: String,
     pub(super) fleet_list: FleetList,
     pub(super) collision_list: VirtualList,
+    pub(super) spot_list: VirtualList,
+    /// The place of a hot spot that is marked, in metres.
+    pub(super) marked: Option<Vec2>,
+    /// The simulated time under the pointer in a plot, in seconds.
+    pub(super) hovered_secs: Option<f64>,
     pub(super) history: History,
     pub(super) sliders: SliderDrafts,
     pub(super) files: FileDrafts,
@@ -93,6 +98,8 @@ pub(super) struct SliderDrafts {
 /// File names and mesh parameters as typed, before the files are loaded.
 #[derive(Clone, Debug)]
 pub(super) struct FileDrafts {
+    /// The file that hot spots are written to.
+    pub spots: String,
     pub floor: String,
     pub mesh: RobotMesh,
 }
@@ -120,7 +127,8 @@ pub(super) struct Message {
 impl FileDrafts {
     fn new(settings: &Settings) -> Self {
         let none = RobotMesh { file: String::new(), scale: 1.0, z: 0.0, yaw: 0.0 };
-        Self { floor: settings.floor_image.clone(), mesh: settings.mesh.clone().unwrap_or(none) }
+        let spots = "hot-spots.csv".to_owned();
+        Self { spots, floor: settings.floor_image.clone(), mesh: settings.mesh.clone().unwrap_or(none) }
     }
 }
 
@@ -139,6 +147,9 @@ impl Interface {
             task_number: String::new(),
             fleet_list: FleetList::default(),
             collision_list: VirtualList::default(),
+            spot_list: VirtualList::default(),
+            marked: None,
+            hovered_secs: None,
             history: History::default(),
             sliders: SliderDrafts::default(),
             timeline: TimelineState::default(),

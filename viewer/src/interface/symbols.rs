@@ -2,6 +2,8 @@
 
 use egui::{Color32, Painter, Pos2, Rect, Sense, Shape, Stroke, Ui, pos2, vec2};
 
+use super::heat::HeatLegend;
+use super::ramp;
 use super::style::{self, color32, thousands};
 use crate::palette::Theme;
 use crate::plans::PlanFacts;
@@ -19,6 +21,10 @@ pub struct Symbols {
     pub waits: bool,
     /// What is known.
     pub facts: PlanFacts,
+    /// The density of half the strength in robots per hectare, if robots are drawn as their density.
+    pub density: Option<f32>,
+    /// The heat map, if it is shown.
+    pub heat: Option<HeatLegend>,
 }
 
 /// A drawing beside a text of the legend.
@@ -34,7 +40,7 @@ enum Symbol {
 impl Symbols {
     /// Returns the symbols of a picture's layers.
     pub fn new(layers: Layers, facts: PlanFacts) -> Self {
-        Self { plans: layers.plans, waits: layers.waits, facts }
+        Self { plans: layers.plans, waits: layers.waits, facts, ..Self::default() }
     }
 
     fn list(&self) -> Vec<(Symbol, String)> {
@@ -84,7 +90,23 @@ impl Symbols {
         for gap in self.gaps() {
             ui.label(egui::RichText::new(gap).size(11.0).color(colours.warn));
         }
+        if let Some(mean) = self.density {
+            density(ui, theme, mean);
+        }
+        if let Some(heat) = self.heat {
+            heat.show(ui, theme);
+        }
     }
+}
+
+/// Shows the ramp of densities. The mean of the fleet's ground has half the strength.
+fn density(ui: &mut Ui, theme: Theme, mean: f32) {
+    ui.add_space(3.0);
+    ui.label(style::faint(ui, theme, "robots per hectare"));
+    let colours = theme.colours();
+    let steps: Vec<_> = (0..16).map(|step| colours.floor.mix(colours.unknown, step as f32 / 15.0)).collect();
+    let numbers = [(0.0, 0.0), (0.5, mean), (0.75, 2.0 * mean)].map(|(place, value)| (place, ramp::short(value)));
+    ramp::show(ui, theme, &steps, &numbers);
 }
 
 fn draw(painter: &Painter, symbol: Symbol, place: Rect, theme: Theme) {

@@ -74,6 +74,12 @@ impl Interface {
         tab(ui, &mut self.settings.left, LeftPanel::Fleet, "Fleet".into(), "The list of all robots (1)");
         let text = "Pairs of robots that touch, or may touch (2)";
         tab(ui, &mut self.settings.left, LeftPanel::Collisions, collisions, text);
+        let text = "The places that have cost the most time (7)";
+        tab(ui, &mut self.settings.left, LeftPanel::Spots, "Hot spots".into(), text);
+        let plots = Button::selectable(self.settings.plots, "Plots");
+        if ui.add(plots).on_hover_text("Figures over time (8)").clicked() {
+            self.settings.plots = !self.settings.plots;
+        }
     }
 
     /// Shows the tabs of the panels on the right; `reversed` if they are laid out from the right.

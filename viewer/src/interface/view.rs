@@ -32,7 +32,9 @@ impl Interface {
         ui.checkbox(&mut settings.minimap, "minimap").on_hover_text("Key X");
         ui.checkbox(&mut settings.grid, "grid");
         ui.checkbox(&mut settings.shadows, "shadows");
+        ui.checkbox(&mut settings.density, "density of robots from afar").on_hover_text("Key Z");
         self.plan_layers(ui, model);
+        self.heat_layer(ui, model);
         let settings = &mut self.settings;
         heading(ui, theme, "trails");
         ui.add(Slider::new(&mut settings.trails, 0..=4096).logarithmic(true).text("points"));

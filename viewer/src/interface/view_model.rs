@@ -15,6 +15,7 @@ use crate::camera::Bounds;
 use crate::feed::Counts;
 use crate::filter::Filter;
 use crate::gpu::pick::Picked;
+use crate::jams::JamFacts;
 use crate::palette::Legend;
 use crate::plans::PlanFacts;
 use crate::route::Remaining;
@@ -67,6 +68,10 @@ pub struct ViewModel<'a> {
     pub route: Option<Remaining>,
     /// How much of the plans of all robots is known.
     pub plans: PlanFacts,
+    /// The density of half the strength in robots per hectare, if robots are drawn as their density.
+    pub density: Option<f32>,
+    /// What is known of where it jams.
+    pub jams: &'a JamFacts,
     /// The answer to the last [`Action::Rows`].
     pub rows: Option<&'a Rows>,
     /// The number of robots that match the filter, and of all; `None` until they are counted.
@@ -211,6 +216,13 @@ pub enum Action {
     StopUdpSource,
     /// Stop the UDP sender.
     StopUdpSender,
+    /// Write a file.
+    Write {
+        /// Its path.
+        path: std::path::PathBuf,
+        /// Its contents.
+        text: String,
+    },
     /// Switch full screen on or off.
     FullScreen,
     /// Close the window.

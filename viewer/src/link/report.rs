@@ -6,6 +6,7 @@ use regatta_plugin::{ColumnName, ControlError};
 
 use crate::filter::{Filter, Matches};
 use crate::interface::rows::Rows;
+use crate::jams::JamReport;
 use crate::plans::PlanReport;
 use crate::tasks::RobotTask;
 
@@ -22,6 +23,8 @@ pub enum Report {
     Matches(Filter, Matches),
     /// What is watched of the plans of all robots.
     Plans(Box<PlanReport>),
+    /// What is watched of where it jams.
+    Jams(Box<JamReport>),
 }
 
 /// New data of the fleet.

@@ -11,6 +11,7 @@ use crate::interface::labels::Labels;
 use crate::interface::pose::Pose;
 use crate::interface::rows::Rows;
 use crate::interface::view_model::Item;
+use crate::jams::Watch as JamWatched;
 use crate::link::Fact;
 use crate::plans::Watch;
 use crate::tasks::RobotTask;
@@ -40,6 +41,8 @@ pub struct FleetState {
     pub routes_of: Vec<u32>,
     /// The plans that are watched.
     pub watched: Watch,
+    /// What is watched of where it jams.
+    pub jams_watched: JamWatched,
 }
 
 impl FleetState {

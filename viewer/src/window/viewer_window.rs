@@ -28,6 +28,7 @@ use crate::interface::labels::{Labels, levels};
 use crate::interface::settings::file::SettingsError;
 use crate::interface::timing::Timing;
 use crate::interface::view_model::{EngineState, Item};
+use crate::jams::Watch as JamWatched;
 use crate::link::{Link, Report};
 use crate::options::{LookOptions, Options};
 use crate::past::Past;
@@ -228,6 +229,7 @@ impl ViewerWindow {
                     self.stage.set_plans(&plans);
                     true
                 }
+                Report::Jams(jams) => self.stage.set_jams(*jams),
                 Report::Matches(filter, matches) if filter == self.fleet_state.filter => {
                     self.fleet_state.matches = Some(matches.counts);
                     self.stage.renderer.set_matches(Some(&matches.bits));
@@ -267,6 +269,12 @@ impl ViewerWindow {
         if self.fleet_state.watched != watch {
             self.fleet_state.watched.clone_from(&watch);
             self.link.plans(watch);
+        }
+        let edge = if let Some(Item::Edge(edge)) = self.interface.selected { Some(edge) } else { None };
+        let jams = JamWatched { history: true, ..self.stage.jam_watch(edge) };
+        if self.fleet_state.jams_watched != jams {
+            self.fleet_state.jams_watched.clone_from(&jams);
+            self.link.jams(jams);
         }
         let news = self.stage.feed.poll()?;
         let read = Instant::now();

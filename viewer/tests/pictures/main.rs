@@ -5,6 +5,7 @@
 //! by eye: `REGATTA_UPDATE_PICTURES=1 cargo test -p regatta-viewer --test pictures`.
 
 mod fleet;
+mod jams;
 mod live;
 mod motion;
 mod picking;
@@ -19,7 +20,8 @@ type Test = fn(&Gpu);
 fn main() -> std::process::ExitCode {
     let arguments = Arguments::from_args();
     let gpu = Gpu::software().ok();
-    let tests = references::TESTS.iter().chain(picking::TESTS).chain(motion::TESTS).chain(live::TESTS);
+    let tests =
+        references::TESTS.iter().chain(jams::TESTS).chain(picking::TESTS).chain(motion::TESTS).chain(live::TESTS);
     let mut trials: Vec<_> = tests
         .map(|(name, test)| {
             let device = gpu.clone();

@@ -84,6 +84,9 @@ pub fn references_are_told_apart() {
         ("robots_by_state", "waits"),
         ("robots_by_state", "filter"),
         ("robots_by_state", "graph"),
+        ("robots_by_state", "heat"),
+        ("heat", "heat_light"),
+        ("density", "density_off"),
     ] {
         let difference = difference(&read(one), &read(other));
         assert!(difference > 2.0 * TOLERANCE, "{one} and {other}: {difference:.4}");
@@ -91,7 +94,7 @@ pub fn references_are_told_apart() {
 }
 
 /// Compares a picture with the reference of a name, or updates the reference.
-fn assert_like(name: &str, picture: &RgbaImage) {
+pub fn assert_like(name: &str, picture: &RgbaImage) {
     let path = path_of(name);
     if std::env::var_os("REGATTA_UPDATE_PICTURES").is_some() {
         return picture.save(&path).expect("the reference is written");
@@ -107,14 +110,14 @@ fn assert_like(name: &str, picture: &RgbaImage) {
     }
 }
 
-fn loop_renderer(gpu: &Gpu) -> TestRenderer {
+pub fn loop_renderer(gpu: &Gpu) -> TestRenderer {
     let mut renderer = TestRenderer::new(gpu);
     renderer.inner.set_graph(&graph().view(1, 1));
     renderer.push(&robots());
     renderer
 }
 
-fn coloured(colouring: Colouring) -> Scene {
+pub fn coloured(colouring: Colouring) -> Scene {
     Scene { colouring, ..Scene::default() }
 }
 
@@ -406,9 +409,11 @@ fn splats_are_like_triangles(gpu: &Gpu) {
         let [triangles, splats] = [u32::MAX, 0].map(|splats_from| {
             let mut renderer =
                 TestRenderer::with_target(gpu, TargetConfig { splats_from, ..TargetConfig::new(gpu, FORMAT, 1) });
+            let mut scene = coloured(Colouring::State);
+            scene.layers.density = false;
             renderer.push(&fleet);
             renderer.inner.set_robot_type_column(&robot_type[..fleet.len()]);
-            DynamicImage::from(renderer.render(&camera, &coloured(Colouring::State), 1.0)).into_rgb8()
+            DynamicImage::from(renderer.render(&camera, &scene, 1.0)).into_rgb8()
         });
         let share = difference(&triangles, &splats);
         assert!(share <= tolerance, "{} robots: {share} of the pixels differ", fleet.len());

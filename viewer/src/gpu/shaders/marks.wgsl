@@ -39,3 +39,20 @@ fn key_of(distance: f32, height: f32, id: u32) -> u32 {
 fn id_of_key(key: u32) -> u32 {
     return extractBits(key, 0u, id_bits());
 }
+
+// Width and height of a cell of the density, in pixels.
+const CELL = 4u;
+// Colours are added up in so many steps of each channel.
+const COLOUR_STEPS = 1023.0;
+
+// Columns and rows of cells.
+fn cells() -> vec2u {
+    return (vec2u(view.viewport.xy) + CELL - 1u) / CELL;
+}
+
+// Where the sums of cells begin: after the pixels, tiles and tile numbers of splatted marks, if there are any.
+fn first_cell(are_splats: bool) -> u32 {
+    let size = vec2u(view.viewport.xy);
+    let tiles = (size + TILE - 1u) / TILE;
+    return select(0u, size.x * size.y + 2u * tiles.x * tiles.y, are_splats);
+}

@@ -118,7 +118,7 @@ struct MarkVertex {
 
 @vertex
 fn mark(corner: Corner) -> MarkVertex {
-    return MarkVertex(cropped(vec4f(corner.at, 1.0)), corner.colour.rgb * 1.25);
+    return MarkVertex(cropped(vec4f(corner.at, 1.0)), corner.colour.rgb);
 }
 
 @fragment
@@ -150,7 +150,7 @@ fn round_mark(corner: Corner, @builtin(vertex_index) vertex: u32) -> RoundVertex
     let number = vertex % 3u;
     let across = (f32(number == 0u) - f32(number == 1u)) * 1.7320508;
     let position = vec2f(select(-1.0, 2.0, number == 2u), across) * corner.colour.a;
-    return RoundVertex(cropped(vec4f(corner.at, 1.0)), corner.colour.rgb * 1.25, position);
+    return RoundVertex(cropped(vec4f(corner.at, 1.0)), corner.colour.rgb, position);
 }
 
 @fragment

@@ -42,6 +42,8 @@ const TILES = 11u;
 // Whether this shader splats marks into pixels instead of emitting triangles: a software adapter does that on all its
 // SIMD lanes.
 override SPLATS = false;
+// Whether robots that are small in the picture are added to the density rather than marked.
+override DENSITY = false;
 
 // A mark in the picture, in pixels.
 struct Mark {
@@ -162,6 +164,29 @@ fn triangle(i: u32, middle: vec3f, axis: vec2f, side: vec2f, is_round: bool, col
     mark_ids[slot / 3u] = i;
 }
 
+// Whether a robot of a length in pixels is part of the density. Between the two ends of the fade, each robot changes over at a
+// size of its own.
+fn is_in_field(i: u32, pixels: f32) -> bool {
+    let marked = clamp((pixels - view.density.x) / (view.density.y - view.density.x), 0.0, 1.0);
+    return fract(f32(i) * 0.6180339887) >= marked;
+}
+
+// Adds a robot to the density.
+fn add(local: vec3f, colour: vec3f) {
+    let clip = clip_from(local);
+    let at = (clip.xy / clip.w * vec2f(0.5, -0.5) + 0.5) * view.viewport.xy;
+    if any(at < vec2f(0.0)) || any(at >= view.viewport.xy) {
+        return;
+    }
+    let cell = vec2u(at) / CELL;
+    let first = first_cell(SPLATS) + 4u * (cell.y * cells().x + cell.x);
+    let steps = vec3u(colour * COLOUR_STEPS + 0.5);
+    atomicAdd(&pixels[first], steps.r);
+    atomicAdd(&pixels[first + 1u], steps.g);
+    atomicAdd(&pixels[first + 2u], steps.b);
+    atomicAdd(&pixels[first + 3u], 1u);
+}
+
 @compute @workgroup_size(64)
 fn sort(@builtin(global_invocation_id) at: vec3u, @builtin(num_workgroups) groups: vec3u) {
     let i = at.x + at.y * groups.x * 64u;
@@ -186,7 +211,14 @@ fn sort(@builtin(global_invocation_id) at: vec3u, @builtin(num_workgroups) group
             return;
         }
     }
-    let colour = pack4x8unorm(vec4f(colour_of(i), 0.0));
+    let own_colour = colour_of(i);
+    if DENSITY {
+        if is_in_field(i, pixels) && depth >= 0.05 {
+            add(local, own_colour);
+            return;
+        }
+    }
+    let colour = pack4x8unorm(vec4f(own_colour, 0.0));
 
     if pixels >= max(view.detail.y, view.detail.z) {
         var body = Body(local.x, local.y, pack2x16snorm(heading), colour, 0u, 0u, i);

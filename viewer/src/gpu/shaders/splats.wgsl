@@ -42,7 +42,7 @@ fn splat(in: Tile) -> Splat {
         discard;
     }
     let mark = marks[id_of_key(key)];
-    return Splat(vec4f(unpack4x8unorm(mark.colour).rgb * 1.25, 1.0), mark.depth);
+    return Splat(vec4f(unpack4x8unorm(mark.colour).rgb, 1.0), mark.depth);
 }
 
 struct Id {

@@ -48,6 +48,10 @@ impl Settings {
         self.robot_ids |= look.robot_ids;
         self.plans |= look.plans;
         self.waits |= look.waits;
+        self.density &= !look.no_density;
+        if let Some(heat) = look.heat {
+            (self.heat, self.heat_of) = (true, heat);
+        }
         self.sanitized()
     }
 
@@ -71,6 +75,9 @@ impl Settings {
         restore(&mut result.robot_ids, &initial.robot_ids, &stored.robot_ids);
         restore(&mut result.plans, &initial.plans, &stored.plans);
         restore(&mut result.waits, &initial.waits, &stored.waits);
+        restore(&mut result.density, &initial.density, &stored.density);
+        restore(&mut result.heat, &initial.heat, &stored.heat);
+        restore(&mut result.heat_of, &initial.heat_of, &stored.heat_of);
         restore(&mut result.offset, &initial.offset, &stored.offset);
         restore(&mut result.floor, &initial.floor, &stored.floor);
         restore(&mut result.trails, &initial.trails, &stored.trails);
@@ -107,8 +114,12 @@ mod tests {
             "--no-grid",
             "--plans",
             "--waits",
+            "--no-density",
+            "--heat",
+            "speed:run",
         ]));
-        assert!(initial.plans && initial.waits);
+        assert!(initial.plans && initial.waits && initial.heat && !initial.density);
+        assert_eq!(initial.heat_of.to_string(), "speed:run");
         assert_eq!(
             (initial.light, initial.colour.as_str(), initial.trails, initial.grid),
             (false, "collision", 0, false)

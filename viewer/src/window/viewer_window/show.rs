@@ -7,7 +7,7 @@ use glam::Vec2;
 use regatta_plugin::frame::ClockState;
 use winit::window::Fullscreen;
 
-use super::{ViewerWindow, title};
+use super::{ViewerWindow, size_of, title};
 use crate::interface::measure::End;
 use crate::interface::pose::interpolate;
 use crate::interface::view_model::{Action, EngineState, Item, Timeline, ViewModel};
@@ -60,6 +60,8 @@ impl ViewerWindow {
                 _ => None,
             },
             plans: self.stage.plan_facts(),
+            jams: self.stage.jam_facts(),
+            density: self.stage.shown_density(&self.interface.camera_controller.camera(), size_of(&self.window)),
             rows: self.fleet_state.rows.as_ref(),
             matches: self.fleet_state.matches,
             bounds: self.stage.bounds(),
@@ -105,6 +107,13 @@ impl ViewerWindow {
                     self.fleet_state.matches = None;
                     self.fleet_state.filter.clone_from(&filter);
                     self.link.filter(filter);
+                }
+                Action::Write { path, text } => {
+                    let written = std::fs::write(&path, text);
+                    self.interface.notify(match written {
+                        Ok(()) => format!("written: {}", path.display()),
+                        Err(error) => format!("can't write {}: {error}", path.display()),
+                    });
                 }
                 Action::FullScreen => {
                     let full = self.window.fullscreen().is_some();

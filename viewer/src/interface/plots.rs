@@ -1,0 +1,136 @@
+//! The figures of the fleet over time, in a row of plots. Hovering over one shows its time in all of them; in a recording, a
+//! click goes there.
+
+use egui::{Color32, Ui};
+use egui_plot::{Line, Plot, PlotPoint, PlotPoints};
+use regatta_plugin::control::{ControlKind, ControlRequest};
+
+use super::spots::clock;
+use super::state::Interface;
+use super::style::{self, color32};
+use super::view_model::{Action, ViewModel};
+use crate::interface::rows::state_name;
+use crate::jams::series::{STATES, Sample};
+use crate::palette::{Colouring, Scale};
+
+/// A plot: its title, and its lines with their names and colours.
+struct Figure {
+    title: &'static str,
+    lines: Vec<(String, Color32, Vec<[f64; 2]>)>,
+}
+
+impl Interface {
+    pub(super) fn plots(&mut self, ui: &mut Ui, model: &ViewModel<'_>, actions: &mut Vec<Action>) {
+        let samples = &model.jams.series;
+        let theme = self.settings.theme();
+        if samples.len() < 2 {
+            ui.label(style::faint(ui, theme, "no figures yet"));
+            return;
+        }
+        let ends = [samples[0].secs, samples[samples.len() - 1].secs];
+        let figures = self.figures(samples);
+        let hovered = self.hovered_secs;
+        let (mut now_hovered, mut clicked) = (None, None);
+        ui.columns(figures.len(), |columns| {
+            for (ui, figure) in columns.iter_mut().zip(&figures) {
+                let found = self.plot_of(ui, figure, ends, samples, hovered);
+                now_hovered = found.0.or(now_hovered);
+                clicked = found.1.or(clicked);
+            }
+        });
+        self.hovered_secs = now_hovered;
+        if let Some(secs) = clicked {
+            let count = (secs.max(0.0) * 1e9) as u64;
+            actions.push(Action::Control(ControlRequest { count, ..ControlRequest::new(ControlKind::Seek) }));
+        }
+    }
+
+    fn figures(&self, samples: &[Sample]) -> Vec<Figure> {
+        let colours = self.colours();
+        let line = |name: &str, colour, value: &dyn Fn(&Sample) -> Option<f64>| {
+            let points = samples.iter().filter_map(|sample| Some([sample.secs, value(sample)?])).collect();
+            (name.to_owned(), colour, points)
+        };
+        let legend = Colouring::State.legend(self.settings.theme(), &[], None);
+        let Scale::Categories(names) = &legend.scale else { return Vec::new() };
+        let states = STATES.iter().zip(names).enumerate();
+        let seen = states.filter(|(state, _)| samples.iter().any(|sample| sample.states[*state] > 0));
+        let states = seen.map(|(number, (state, (_, colour)))| {
+            line(state_name(*state), color32(*colour), &|sample| Some(sample.states[number].into()))
+        });
+        let waiting = STATES.iter().position(|state| *state == regatta_plugin::frame::RobotState::Waiting);
+        let one = |title, colour, value: &dyn Fn(&Sample) -> Option<f64>| Figure {
+            title,
+            lines: vec![line("", colour, value)],
+        };
+        vec![
+            Figure { title: "robots by state", lines: states.collect() },
+            one("waiting", colours.warn, &|sample| waiting.map(|state| sample.states[state].into())),
+            one("touching pairs", colours.bad, &|sample| sample.touching.map(f64::from)),
+            one("edges entered per hour", colours.good, &|sample| sample.throughput.map(f64::from)),
+            one("mean speed, m/s", colours.accent, &|sample| Some(sample.mean_speed.into())),
+        ]
+    }
+
+    /// Shows a plot. Returns the times at which the pointer is over it, and at which it was clicked.
+    fn plot_of(
+        &self,
+        ui: &mut Ui,
+        figure: &Figure,
+        ends: [f64; 2],
+        samples: &[Sample],
+        hovered: Option<f64>,
+    ) -> (Option<f64>, Option<f64>) {
+        let (theme, colours) = (self.settings.theme(), self.colours());
+        let near = hovered
+            .and_then(|secs| samples.iter().min_by(|a, b| (a.secs - secs).abs().total_cmp(&(b.secs - secs).abs())));
+        ui.horizontal_wrapped(|ui| {
+            ui.spacing_mut().item_spacing.x = 5.0;
+            ui.label(style::faint(ui, theme, figure.title));
+            let at = near.map_or(ends[1], |sample| sample.secs);
+            for (name, colour, points) in &figure.lines {
+                let value =
+                    points.iter().rfind(|point| point[0] <= at).map_or("–".to_owned(), |point| number(point[1]));
+                let text = if name.is_empty() { value } else { format!("{name} {value}") };
+                ui.label(egui::RichText::new(text).size(11.0).color(*colour));
+            }
+            if let Some(sample) = near {
+                ui.label(style::faint(ui, theme, format!("at {}", clock(sample.secs))));
+            }
+        });
+        if figure.lines.iter().all(|(_, _, points)| points.is_empty()) {
+            ui.label(style::faint(ui, theme, "not published"));
+            return (None, None);
+        }
+        let plot = Plot::new(figure.title)
+            .include_x(ends[0])
+            .include_x(ends[1])
+            .include_y(0.0)
+            .include_y(1.0)
+            .y_axis_min_width(34.0)
+            .x_axis_formatter(|mark, _| clock(mark.value))
+            .allow_drag(false)
+            .allow_zoom(false)
+            .allow_scroll(false)
+            .allow_boxed_zoom(false)
+            .show_background(false)
+            .show_x(false)
+            .show_y(false);
+        let shown = plot.show(ui, |axes| {
+            for (name, colour, points) in &figure.lines {
+                axes.line(Line::new(name.clone(), PlotPoints::from(points.clone())).color(*colour).width(1.5));
+            }
+            if let Some(secs) = hovered {
+                axes.vline(egui_plot::VLine::new("", secs).color(colours.faint).width(1.0));
+            }
+            axes.pointer_coordinate().map(|PlotPoint { x, .. }| x)
+        });
+        let pointer = shown.inner.filter(|_| shown.response.hovered());
+        (pointer, pointer.filter(|_| shown.response.clicked()))
+    }
+}
+
+/// Formats a value beside a plot.
+fn number(value: f64) -> String {
+    if value.fract() == 0.0 { style::thousands(value.max(0.0) as u64) } else { super::ramp::short(value as f32) }
+}

@@ -1,0 +1,297 @@
+//! The heat map: which curves are drawn, and how hot, for a figure of the traffic on edges.
+
+use std::fmt;
+use std::str::FromStr;
+
+use bytemuck::{Pod, Zeroable};
+use regatta_plugin::traffic::EdgeTraffic;
+use regatta_plugin::{Traffic, World};
+use serde::{Deserialize, Serialize};
+
+/// The share of edges with a value that are hotter than the hot end of the scale: a few extremes would leave the rest cold.
+const BEYOND: f32 = 0.01;
+
+/// A figure of the traffic on an edge.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Figure {
+    /// The mean number of robots.
+    Occupancy,
+    /// Robots that enter, per hour.
+    Throughput,
+    /// The mean speed over the speed limit. Slow is hot.
+    Speed,
+    /// Seconds that robots have waited.
+    #[default]
+    Waiting,
+    /// Seconds that robots have touched others.
+    Contacts,
+}
+
+/// The time that a figure is about.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Period {
+    /// The last minute.
+    Minute,
+    /// The last ten minutes.
+    #[default]
+    TenMinutes,
+    /// The run so far.
+    Run,
+}
+
+/// What the heat map shows.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Heat {
+    /// The figure.
+    pub figure: Figure,
+    /// The time that it is about.
+    pub period: Period,
+}
+
+/// The error of parsing a [`Heat`].
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "{0:?} is not a heat map such as waiting:10min; figures are occupancy, throughput, speed, waiting and contacts, windows are minute, 10min and run"
+)]
+pub struct HeatError(String);
+
+impl Figure {
+    /// All figures, in the order of menus.
+    pub const ALL: [Self; 5] = [Self::Occupancy, Self::Throughput, Self::Speed, Self::Waiting, Self::Contacts];
+
+    /// The name in options and files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Occupancy => "occupancy",
+            Self::Throughput => "throughput",
+            Self::Speed => "speed",
+            Self::Waiting => "waiting",
+            Self::Contacts => "contacts",
+        }
+    }
+
+    /// The name and the unit for people.
+    pub fn title(self) -> &'static str {
+        match self {
+            Self::Occupancy => "robots on the edge",
+            Self::Throughput => "robots per hour",
+            Self::Speed => "mean speed, % of the limit",
+            Self::Waiting => "waiting, s",
+            Self::Contacts => "contact, s",
+        }
+    }
+
+    /// Returns the value of an edge, in the unit of the title; `None` if there was nothing of it.
+    pub fn value(self, edge: &EdgeTraffic) -> Option<f32> {
+        let value = match self {
+            Self::Occupancy => edge.occupancy,
+            Self::Throughput => edge.entered_per_hour,
+            // A standing robot has a speed, which an edge without robots has not.
+            Self::Speed => return (edge.occupancy > 0.0).then_some(100.0 * edge.relative_speed),
+            Self::Waiting => edge.waiting_secs,
+            Self::Contacts => edge.contact_secs,
+        };
+        (value > 0.0).then_some(value)
+    }
+}
+
+impl Period {
+    /// All periods, the shortest first, as in [`Traffic::periods`].
+    pub const ALL: [Self; 3] = [Self::Minute, Self::TenMinutes, Self::Run];
+
+    /// The name in options and files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Minute => "minute",
+            Self::TenMinutes => "10min",
+            Self::Run => "run",
+        }
+    }
+
+    /// The name for people.
+    pub fn title(self) -> &'static str {
+        match self {
+            Self::Minute => "last minute",
+            Self::TenMinutes => "last ten minutes",
+            Self::Run => "the run so far",
+        }
+    }
+}
+
+impl fmt::Display for Heat {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}:{}", self.figure.name(), self.period.name())
+    }
+}
+
+impl FromStr for Heat {
+    type Err = HeatError;
+
+    fn from_str(text: &str) -> Result<Self, HeatError> {
+        let (figure, period) = text.split_once(':').unwrap_or((text, Period::default().name()));
+        let figure = Figure::ALL.into_iter().find(|known| known.name() == figure);
+        let period = Period::ALL.into_iter().find(|known| known.name() == period);
+        let heat = figure.zip(period).map(|(figure, period)| Self { figure, period });
+        heat.ok_or_else(|| HeatError(text.to_owned()))
+    }
+}
+
+/// A curve of an edge with a value: an instance of heat.wgsl.
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct HotCurve {
+    /// Index of the curve in the world.
+    pub curve: u32,
+    /// From 0, cold, to 1, hot.
+    pub level: f32,
+}
+
+/// The ends of the heat map's scale, and what its figures are of.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HeatFacts {
+    /// What is shown.
+    pub heat: Heat,
+    /// The values of the coldest and of the hottest colour.
+    pub ends: [f32; 2],
+    /// Whether some edges are beyond the hot end.
+    pub is_exceeded: bool,
+    /// The number of edges that have a value.
+    pub edges: u32,
+    /// The length of the period so far, in simulated seconds.
+    pub secs: f32,
+    /// Whether a collision checker runs.
+    pub has_contacts: bool,
+}
+
+/// The heat map, to be drawn: the hottest curves last, so that they are over the others.
+#[derive(Clone, Debug, PartialEq)]
+pub struct HeatMap {
+    /// Curves that are straight.
+    pub straight: Vec<HotCurve>,
+    /// The other ones.
+    pub bent: Vec<HotCurve>,
+    /// The scale.
+    pub facts: HeatFacts,
+}
+
+impl HeatMap {
+    /// Works out the heat map of a world's edges.
+    pub fn new(heat: Heat, traffic: &Traffic<'_>, world: &World<'_>) -> Self {
+        let period = Period::ALL.iter().position(|period| *period == heat.period).unwrap_or_default();
+        let edges = || world.edges().iter().zip(traffic.periods[period]);
+        let values: Vec<f32> = edges().filter_map(|(_, figures)| heat.figure.value(figures)).collect();
+        let (ends, is_exceeded) = scale(heat.figure, &values);
+        let mut all = Vec::with_capacity(values.len());
+        for (edge, figures) in edges() {
+            let Some(value) = heat.figure.value(figures) else { continue };
+            let level = ((value - ends[0]) / (ends[1] - ends[0])).clamp(0.0, 1.0);
+            let curves = edge.first_curve..edge.first_curve + world.curves(edge).len() as u32;
+            all.extend(curves.map(|curve| HotCurve { curve, level }));
+        }
+        all.sort_by(|a, b| a.level.total_cmp(&b.level));
+        let is_straight = |hot: &HotCurve| world.all_curves().get(hot.curve as usize).is_some_and(is_straight);
+        let (straight, bent) = all.into_iter().partition(is_straight);
+        let facts = HeatFacts {
+            heat,
+            ends,
+            is_exceeded,
+            edges: values.len() as u32,
+            secs: traffic.header.period_secs[period],
+            has_contacts: traffic.header.has_contacts != 0,
+        };
+        Self { straight, bent, facts }
+    }
+}
+
+/// Whether no point of a curve is farther from its chord than a millimetre.
+fn is_straight(curve: &regatta_plugin::world::CurveRecord) -> bool {
+    let [start, a, b, end] = curve.control_points.map(glam::Vec2::from);
+    let chord = (end - start).normalize_or_zero();
+    [a, b].iter().all(|point| chord.perp_dot(*point - start).abs() < 1e-3)
+}
+
+/// Returns the values of the cold and the hot end, and whether a value is beyond the hot one. The hot end is a round number,
+/// so that it seldom changes.
+fn scale(figure: Figure, values: &[f32]) -> ([f32; 2], bool) {
+    if figure == Figure::Speed {
+        return ([100.0, 0.0], false);
+    }
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f32::total_cmp);
+    let beyond = (sorted.len() as f32 * BEYOND) as usize;
+    let typical = sorted.len().checked_sub(1 + beyond).map_or(0.0, |index| sorted[index]);
+    let hot = round_up(typical);
+    ([0.0, hot], sorted.last().is_some_and(|most| *most > hot))
+}
+
+/// Returns the next of 1, 2, 5, 10 … that is not below a value.
+fn round_up(value: f32) -> f32 {
+    if value.is_nan() || value <= 0.0 {
+        return 1.0;
+    }
+    let unit = 10_f32.powf(value.log10().floor());
+    [1.0, 2.0, 5.0, 10.0].into_iter().map(|step| step * unit).find(|round| *round >= value * 0.9999).unwrap_or(value)
+}
+
+#[cfg(test)]
+mod tests {
+    use regatta_plugin::traffic::TrafficHeader;
+    use regatta_plugin::world::{CurveRecord, EdgeRecord, WorldData};
+
+    use super::*;
+
+    #[test]
+    fn heat_maps_are_parsed_as_they_are_printed() {
+        for figure in Figure::ALL {
+            for period in Period::ALL {
+                let heat = Heat { figure, period };
+                assert_eq!(heat.to_string().parse(), Ok(heat));
+            }
+        }
+        let speed = Heat { figure: Figure::Speed, period: Period::TenMinutes };
+        assert_eq!("speed".parse(), Ok(speed), "ten minutes unless told otherwise");
+        for bad in ["", "speed:", "speed:hour", "heat:run", ":run"] {
+            assert!(bad.parse::<Heat>().is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn scales_end_at_round_numbers_and_a_few_extremes_do_not_stretch_them() {
+        let ends = |values: &[f32]| scale(Figure::Waiting, values);
+        assert_eq!(ends(&[]), ([0.0, 1.0], false));
+        assert_eq!(ends(&[0.3, 13.0]), ([0.0, 20.0], false));
+        assert_eq!(ends(&[5.0]), ([0.0, 5.0], false));
+        let mut many = vec![30.0; 200];
+        many.push(9_000.0);
+        assert_eq!(ends(&many), ([0.0, 50.0], true));
+        assert_eq!(scale(Figure::Speed, &[3.0]), ([100.0, 0.0], false));
+    }
+
+    #[test]
+    fn the_hottest_edges_come_last_and_edges_without_a_value_not_at_all() {
+        let mut world = WorldData::default();
+        let line = CurveRecord::straight([0.0, 0.0], [4.0, 0.0]);
+        let bent = CurveRecord { control_points: [[0.0, 0.0], [1.0, 1.0], [3.0, 1.0], [4.0, 0.0]] };
+        for curves in [vec![line], vec![line, bent], vec![line]] {
+            world.add_edge(EdgeRecord::default(), curves);
+        }
+        let edge = |waiting_secs, relative_speed, occupancy| EdgeTraffic {
+            waiting_secs,
+            relative_speed,
+            occupancy,
+            ..EdgeTraffic::default()
+        };
+        let edges = [edge(10.0, 0.25, 1.0), edge(2.0, 1.0, 1.0), edge(0.0, 0.0, 0.0)];
+        let header = TrafficHeader { period_secs: [60.0, 300.0, 300.0], ..TrafficHeader::default() };
+        let traffic = Traffic { header: &header, periods: [&edges; 3], missed: 0 };
+        let map = |text: &str| HeatMap::new(text.parse().expect("a heat map"), &traffic, &world.view(1, 1));
+        let hot = |curve, level| HotCurve { curve, level };
+        let waiting = map("waiting");
+        assert_eq!((&waiting.straight[..], &waiting.bent[..]), (&[hot(1, 0.2), hot(0, 1.0)][..], &[hot(2, 0.2)][..]));
+        assert_eq!((waiting.facts.secs, waiting.facts.edges), (300.0, 2));
+        let speed = map("speed:minute");
+        assert_eq!(speed.straight, [hot(1, 0.0), hot(0, 0.75)], "slow is hot, and nothing is known of an empty edge");
+    }
+}

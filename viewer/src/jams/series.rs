@@ -1,0 +1,115 @@
+//! The figures of a fleet over time, of the run since the viewer began to watch.
+
+use regatta_plugin::Frame;
+use regatta_plugin::frame::RobotState;
+
+/// The states that are counted, in the order of their values.
+pub const STATES: [RobotState; 8] = [
+    RobotState::Idle,
+    RobotState::Driving,
+    RobotState::Waiting,
+    RobotState::Held,
+    RobotState::Faulted,
+    RobotState::Turning,
+    RobotState::Stalled,
+    RobotState::Broken,
+];
+/// The most samples: beyond, every second one is left out, and fewer are taken from then on.
+const MAX_SAMPLES: usize = 1_200;
+/// The least simulated time between two samples at first, in seconds.
+const FIRST_GAP: f64 = 0.5;
+
+/// The figures of a fleet at a time.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Sample {
+    /// Simulated seconds.
+    pub secs: f64,
+    /// Robots by state, as in [`STATES`].
+    pub states: [u32; STATES.len()],
+    /// Pairs of robots that touch; `None` without a collision checker.
+    pub touching: Option<u32>,
+    /// Robots that enter an edge, per hour, over the last minute; `None` without a traffic plugin.
+    pub throughput: Option<f32>,
+    /// The mean speed of all robots, in metres per second.
+    pub mean_speed: f32,
+}
+
+impl Sample {
+    /// Takes the figures of a frame.
+    pub fn of(frame: &Frame<'_>, touching: Option<u32>, throughput: Option<f32>) -> Self {
+        let mut states = [0; STATES.len()];
+        let (mut sum, mut robots) = (0.0_f64, 0_u32);
+        for (state, speed) in frame.state().iter().zip(frame.speed()) {
+            // A row without a robot has a state beyond the list.
+            if let Some(count) = states.get_mut(usize::from(*state)) {
+                *count += 1;
+                (sum, robots) = (sum + f64::from(speed.abs()), robots + 1);
+            }
+        }
+        let mean_speed = (sum / f64::from(robots.max(1))) as f32;
+        Self { secs: frame.sim_time().as_secs_f64(), states, touching, throughput, mean_speed }
+    }
+}
+
+/// Samples of a run.
+#[derive(Clone, Debug)]
+pub struct Series {
+    run: u64,
+    gap: f64,
+    /// The samples, the oldest first.
+    pub samples: Vec<Sample>,
+}
+
+impl Default for Series {
+    fn default() -> Self {
+        Self { run: 0, gap: FIRST_GAP, samples: Vec::new() }
+    }
+}
+
+impl Series {
+    /// Whether a sample of a run at a time is wanted.
+    pub fn wants(&self, run: u64, secs: f64) -> bool {
+        self.run != run || self.samples.last().is_none_or(|last| secs < last.secs || secs >= last.secs + self.gap)
+    }
+
+    /// Adds a sample. Another run, or a time that goes back, begins anew.
+    pub fn add(&mut self, run: u64, sample: Sample) {
+        if self.run != run || self.samples.last().is_some_and(|last| sample.secs < last.secs) {
+            *self = Self { run, ..Self::default() };
+        }
+        self.samples.push(sample);
+        if self.samples.len() > MAX_SAMPLES {
+            let mut number = 0;
+            self.samples.retain(|_| {
+                number += 1;
+                number % 2 == 1
+            });
+            self.gap *= 2.0;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_long_run_keeps_its_beginning_and_a_bounded_number_of_samples() {
+        let mut series = Series::default();
+        let mut secs = 0.0;
+        while secs < 20_000.0 {
+            if series.wants(1, secs) {
+                series.add(1, Sample { secs, ..Sample::default() });
+            }
+            secs += 0.25;
+        }
+        let samples = &series.samples;
+        assert!((MAX_SAMPLES / 2 - 1..=MAX_SAMPLES).contains(&samples.len()), "{}", samples.len());
+        assert!(samples[0].secs == 0.0 && samples[samples.len() - 1].secs > 19_900.0);
+        let gaps = samples.windows(2).map(|pair| pair[1].secs - pair[0].secs);
+        assert!(gaps.fold(0.0, f64::max) < 70.0, "even over the run");
+        assert!(series.wants(2, 0.0) && series.wants(1, 5.0), "another run, or back in time");
+        series.add(1, Sample { secs: 5.0, ..Sample::default() });
+        assert_eq!(series.samples.len(), 1);
+    }
+}

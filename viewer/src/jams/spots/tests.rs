@@ -1,0 +1,88 @@
+//! Spots of frames that are written by hand.
+
+use regatta_plugin::frame::{ColumnsMut, FrameHeader, Line, frame_lines, stride_lines};
+
+use super::*;
+
+/// Robots as x, y, edge and state, in a frame at a time in seconds.
+fn at(secs: f64, robots: &[(f32, f32, u32, RobotState)], use_frame: impl FnOnce(&Frame<'_>)) {
+    let header = FrameHeader {
+        run_id: 1,
+        robots: robots.len() as u32,
+        stride_lines: stride_lines(robots.len()) as u32,
+        sim_time_nanos: (secs * 1e9) as u64,
+        ..FrameHeader::default()
+    };
+    let mut lines = vec![Line::default(); frame_lines(robots.len())];
+    let columns = ColumnsMut::split(&mut lines, robots.len());
+    for (i, (x, y, edge, state)) in robots.iter().enumerate() {
+        (columns.x[i], columns.y[i], columns.edge[i], columns.state[i]) = (*x, *y, *edge, *state as u8);
+    }
+    use_frame(&Frame::new(&header, &lines).expect("a frame"));
+}
+
+fn touching(robots: [u32; 2], x: f32) -> ContactRecord {
+    ContactRecord { robots, x, y: 0.0, level: ContactLevel::Touching as u32, ..ContactRecord::default() }
+}
+
+#[test]
+fn a_platoon_of_four_that_touch_is_one_spot_and_each_robot_counts_once() {
+    let platoon = [0.0, 1.2, 2.4, 3.6].map(|x| (x, 0.0, 7, RobotState::Driving));
+    // All six pairs, each at the middle of its two robots, as if all of them overlapped.
+    let pairs: Vec<_> =
+        (0..4_u32).flat_map(|a| (a + 1..4).map(move |b| touching([a, b], 0.6 * (a + b) as f32))).collect();
+    let mut spots = Spots::default();
+    for second in 0..=10 {
+        at(f64::from(second), &platoon, |frame| spots.add(frame, &pairs));
+    }
+    let list = spots.list();
+    assert_eq!(list.len(), 1, "{list:?}");
+    assert!((list[0].contact_secs - 40.0).abs() < 1e-6, "four robots for ten seconds: {list:?}");
+    assert_eq!((list[0].standing_secs, &list[0].edges[..], list[0].seen), (0.0, &[7][..], [1.0, 10.0]));
+}
+
+#[test]
+fn places_apart_are_spots_of_their_own_ranked_by_lost_time() {
+    let waits = |x, edge| (x, 0.0, edge, RobotState::Waiting);
+    let robots = [waits(0.0, 1), waits(100.0, 2), waits(101.0, 3), (200.0, 0.0, 4, RobotState::Idle)];
+    let mut spots = Spots::default();
+    for second in 0..=20 {
+        at(f64::from(second), &robots, |frame| spots.add(frame, &[]));
+    }
+    let found: Vec<_> = spots.list().iter().map(|spot| (spot.lost_secs().round(), spot.edges.clone())).collect();
+    assert_eq!(found, [(40.0, vec![2, 3]), (20.0, vec![1])], "an idle robot loses no time");
+    let ids = |edge: u32| Some(100 + edge);
+    let csv = csv(&spots.list(), &ids);
+    assert_eq!(csv.lines().nth(1), Some("1,100.50,0.00,40.0,0.0,40.0,1.0,20.0,steady,102 103"));
+}
+
+#[test]
+fn trends_compare_the_last_minute_with_the_time_before() {
+    let jam = [(0.0, 0.0, 1, RobotState::Waiting), (0.5, 0.0, 1, RobotState::Waiting)];
+    let free = jam.map(|(x, y, edge, _)| (x, y, edge, RobotState::Driving));
+    let one = [jam[0], free[1]];
+    let mut spots = Spots::default();
+    let mut run = |from: u32, to: u32, robots: &[_]| {
+        for second in from..to {
+            at(f64::from(second), robots, |frame| spots.add(frame, &[]));
+        }
+        spots.list()[0].trend
+    };
+    assert_eq!(run(0, 600, &one), Trend::Steady);
+    assert_eq!(run(600, 680, &jam), Trend::Growing);
+    assert_eq!(run(680, 1400, &jam), Trend::Steady);
+    assert_eq!(run(1400, 1510, &one), Trend::Easing);
+    assert_eq!(run(1510, 1800, &free), Trend::Over);
+}
+
+#[test]
+fn another_run_begins_anew() {
+    let jam = [(0.0, 0.0, 1, RobotState::Waiting)];
+    let mut spots = Spots::default();
+    for second in [10.0, 11.0, 12.0] {
+        at(second, &jam, |frame| spots.add(frame, &[]));
+    }
+    assert_eq!(spots.list().len(), 1);
+    at(3.0, &jam, |frame| spots.add(frame, &[]));
+    assert!(spots.list().is_empty(), "time went back");
+}

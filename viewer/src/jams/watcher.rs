@@ -1,0 +1,185 @@
+//! The thread that watches: its ports, and when it looks at them.
+
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, RecvTimeoutError};
+use std::time::{Duration, Instant};
+
+use regatta_plugin::frame::RobotState;
+use regatta_plugin::traffic::{EdgeTraffic, TRAFFIC_PERIODS};
+use regatta_plugin::{
+    ContactReader, FleetName, Frame, Participant, ReadError, Result, Subscriber, Traffic, TrafficReader, WorldReader,
+};
+
+use super::heat::HeatMap;
+use super::series::{Sample, Series};
+use super::spots::{Spot, Spots};
+use super::{EdgeFacts, JamReport, Watch};
+
+/// The time between two looks, unless they take long.
+const LOOK_EVERY: Duration = Duration::from_millis(200);
+/// A look is followed by a pause of at least so many times the time that it took.
+const PAUSES: u32 = 20;
+/// The time between two lists of hot spots, unless they take long.
+const LIST_EVERY: Duration = Duration::from_millis(500);
+
+/// Watches until the sender of changes is dropped, or `report` wants no more.
+pub fn run(fleet: &FleetName, changed: &Receiver<Watch>, report: &mut dyn FnMut(JamReport) -> bool) -> Result {
+    let participant = Participant::join(fleet, "viewer-jams")?;
+    let mut watch = Watch::default();
+    let mut watcher: Option<Watcher> = None;
+    loop {
+        let change = match &watcher {
+            None => changed.recv().map_err(|_| RecvTimeoutError::Disconnected),
+            Some(open) => changed.recv_timeout(open.look_at.saturating_duration_since(Instant::now())),
+        };
+        let is_changed = change.is_ok();
+        match change {
+            Ok(newer) => watch = changed.try_iter().last().unwrap_or(newer),
+            Err(RecvTimeoutError::Timeout) => {}
+            Err(RecvTimeoutError::Disconnected) => return Ok(()),
+        }
+        let found = if watch.is_idle() {
+            watcher.take().map(|_| JamReport { heat: Some(None), ..JamReport::default() })
+        } else {
+            let open = match &mut watcher {
+                Some(open) => open,
+                none => none.insert(Watcher::open(&participant)?),
+            };
+            Some(open.look(&watch, is_changed)?)
+        };
+        if found.is_some_and(|found| !report(found)) {
+            return Ok(());
+        }
+    }
+}
+
+/// Hot spots, and figures over time.
+type History = (Arc<[Spot]>, Arc<[Sample]>);
+
+/// The ports that are open while something is watched.
+struct Watcher {
+    frames: Subscriber,
+    worlds: WorldReader,
+    traffic: TrafficReader,
+    contacts: ContactReader,
+    spots: Spots,
+    series: Series,
+    look_at: Instant,
+    list_at: Instant,
+}
+
+impl Watcher {
+    fn open(participant: &Participant) -> Result<Self> {
+        Ok(Self {
+            frames: Subscriber::open_on(participant)?,
+            worlds: WorldReader::open_on(participant)?,
+            traffic: TrafficReader::open_on(participant)?,
+            contacts: ContactReader::open_on(participant)?,
+            spots: Spots::default(),
+            series: Series::default(),
+            list_at: Instant::now(),
+            look_at: Instant::now(),
+        })
+    }
+
+    /// Looks at everything that is watched. The heat map is worked out when the figures are new, or with `anew`.
+    fn look(&mut self, watch: &Watch, anew: bool) -> Result<JamReport> {
+        let start = Instant::now();
+        let has_frame = self.frames.latest()?.is_some();
+        self.contacts.latest()?;
+        let has_world = self.worlds.latest()?.is_some();
+        let has_traffic = self.traffic.latest()?.is_some();
+        let report = JamReport {
+            heat: if anew || has_world || has_traffic { Some(self.heat_map(watch)?) } else { None },
+            edge: match watch.edge {
+                Some(edge) => Some(self.edge_facts(edge)?),
+                None => None,
+            },
+            history: if watch.history { self.history(has_frame)? } else { None },
+        };
+        self.look_at = Instant::now() + LOOK_EVERY.max(start.elapsed() * PAUSES);
+        Ok(report)
+    }
+
+    fn heat_map(&self, watch: &Watch) -> Result<Option<HeatMap>, ReadError> {
+        let (Some(heat), Some(world)) = (watch.heat, self.worlds.current()?) else { return Ok(None) };
+        Ok(self.current_traffic()?.map(|traffic| HeatMap::new(heat, &traffic, &world)))
+    }
+
+    /// The newest figures, if they are of the world that is shown and somebody publishes them.
+    fn current_traffic(&self) -> Result<Option<Traffic<'_>>, ReadError> {
+        let edges = self.worlds.current()?.map_or(0, |world| world.edges().len());
+        let run = self.frames.current()?.map(|frame| frame.run_id());
+        let has_publisher = self.traffic.has_publisher();
+        let fits = |traffic: &Traffic<'_>| {
+            has_publisher
+                && traffic.header.edges as usize == edges
+                && run.is_none_or(|run| run == traffic.header.run_id)
+        };
+        Ok(self.traffic.current()?.filter(fits))
+    }
+
+    /// Adds a new frame to the hot spots and the figures over time. Returns both from time to time.
+    fn history(&mut self, has_frame: bool) -> Result<Option<History>, ReadError> {
+        let Some(frame) = self.frames.current()?.filter(|_| has_frame) else { return Ok(None) };
+        let run = frame.run_id();
+        let has_checker = self.contacts.has_publisher();
+        let contacts = self.contacts.current().filter(|contacts| has_checker && contacts.header.run_id == run);
+        self.spots.add(&frame, contacts.map_or(&[], |contacts| contacts.pairs));
+        if self.series.wants(run, frame.sim_time().as_secs_f64()) {
+            let entered = |edges: &[EdgeTraffic]| edges.iter().map(|edge| edge.entered_per_hour).sum();
+            let throughput = self.current_traffic()?.map(|traffic| entered(traffic.periods[0]));
+            let touching = contacts.map(|contacts| contacts.header.touching);
+            self.series.add(run, Sample::of(&frame, touching, throughput));
+        }
+        if Instant::now() < self.list_at {
+            return Ok(None);
+        }
+        let start = Instant::now();
+        let found = (self.spots.list().into(), self.series.samples.clone().into());
+        self.list_at = Instant::now() + LIST_EVERY.max(start.elapsed() * PAUSES);
+        Ok(Some(found))
+    }
+
+    fn edge_facts(&self, edge: u32) -> Result<EdgeFacts, ReadError> {
+        let traffic = self.current_traffic()?.and_then(|traffic| {
+            let figures: Vec<_> =
+                traffic.periods.iter().filter_map(|edges| edges.get(edge as usize).copied()).collect();
+            <[_; TRAFFIC_PERIODS]>::try_from(figures).ok()
+        });
+        let mut facts = EdgeFacts { edge, traffic, ..EdgeFacts::default() };
+        if let Some(frame) = self.frames.current()? {
+            facts.waiting = waiting(edge, &frame);
+        }
+        Ok(facts)
+    }
+}
+
+/// Counts the robots that wait on an edge.
+fn waiting(edge: u32, frame: &Frame<'_>) -> u32 {
+    let on_edge = (0..frame.len()).filter(|robot| frame.edge()[*robot] == edge);
+    on_edge.filter(|robot| frame.state_of(*robot) == RobotState::Waiting).count() as u32
+}
+
+#[cfg(test)]
+mod tests {
+    use regatta_plugin::frame::{ColumnsMut, FrameHeader, Line, frame_lines, stride_lines};
+
+    use super::*;
+
+    #[test]
+    fn robots_that_wait_on_an_edge_are_counted() {
+        let robots = 40;
+        let header =
+            FrameHeader { robots: robots as u32, stride_lines: stride_lines(robots) as u32, ..FrameHeader::default() };
+        let mut lines = vec![Line::default(); frame_lines(robots)];
+        let columns = ColumnsMut::split(&mut lines, robots);
+        for i in 0..robots {
+            columns.edge[i] = (i % 2) as u32;
+            let waits = if i % 4 == 1 { RobotState::Waiting } else { RobotState::Driving };
+            columns.state[i] = if i == 1 { RobotState::Absent as u8 } else { waits as u8 };
+        }
+        let frame = Frame::new(&header, &lines).expect("a frame");
+        assert_eq!((waiting(0, &frame), waiting(1, &frame)), (0, 9));
+    }
+}
