@@ -69,8 +69,9 @@ pub fn a_recording_is_scrubbed_stepped_and_greyed_after_its_replay() {
     for (part, seconds) in [(0.8, 8.0), (0.25, 2.5), (0.5, 5.0)] {
         let x = (left + (right - left) * part) as u32;
         let before = screen.screenshot();
-        screen.xdotool(&["mousemove", &x.to_string(), y, "click", "1"]);
+        // A click before the bar is drawn goes to the scene: so there may be several.
         eventually("the replay is there", || {
+            screen.xdotool(&["mousemove", &x.to_string(), y, "click", "1", "sleep", "0.3"]);
             let status = control.status().ok()?;
             let found = Duration::from_nanos(status.sim_time_nanos).as_secs_f64();
             ((found - seconds).abs() < 0.02).then_some(())
@@ -111,9 +112,11 @@ pub fn the_past_of_a_run_is_looked_at_while_it_goes_on() {
     };
     assert!(moves(), "the robots move");
     screen.xdotool(&["key", "u"]);
-    screen.xdotool(&["mousemove", "200", "655", "click", "1"]);
     // Labels and the hint at the pointer may need some pictures; then the past stands, and the run doesn't.
-    eventually("the past stands", || (!moves()).then_some(()));
+    eventually("the past stands", || {
+        screen.xdotool(&["mousemove", "200", "655", "click", "1", "sleep", "0.3"]);
+        (!moves()).then_some(())
+    });
     screen.xdotool(&["key", "u"]);
     eventually("the robots move again", || moves().then_some(()));
     close(&screen, viewer);
