@@ -288,7 +288,7 @@ fn a_viewer_of_a_file_says_in_one_line_what_is_wrong() {
         (&["/no/such.mcap"], "can't read /no/such.mcap"),
         (&[&recording, "--film", &film, "--from", "800ms", "--to", "200ms"], "--from 0.800 s is after --to 0.200 s"),
         (&[&recording, "--film", &film, "--to", "2s"], "--to 2.000 s is outside of the recording, 0.000 s to 1.000 s"),
-        (&[&recording, "--film", "film.avi"], "film.avi: a film is an MP4 file"),
+        (&[&recording, "--film", "film.avi"], "film.avi: pictures are not written in this format"),
         (&[&recording, "--film", &film, "--speed", "0"], "is not a factor from 0.001 to 1000"),
     ];
     for (args, reason) in cases {
