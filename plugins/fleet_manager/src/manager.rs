@@ -4,6 +4,8 @@
 
 mod activity;
 mod charge;
+#[cfg(test)]
+mod tests;
 
 use std::sync::Arc;
 
@@ -154,6 +156,9 @@ impl Manager {
                 self.steering.stay(robot);
             } else if self.steering.is_unreachable(robot) {
                 self.give_up(robot, now_secs);
+            } else if self.steering.robot(robot).is_some_and(|state| state.goal.is_none()) {
+                // It was sent out of others' way while it waited for roads to be opened.
+                self.send(robot, node);
             }
         }
         if let Errand::Handling(until) = self.errands[robot as usize]
@@ -177,22 +182,35 @@ impl Manager {
         }
         if self.closures != self.steering.closures() {
             self.closures = self.steering.closures();
-            let lost = |order: &&Order| order.state() == State::Unroutable;
-            let lost: Vec<TaskId> = self.tasks.open_orders().filter(lost).map(Order::id).collect();
-            for task in lost {
+            let is_back = |order: &&Order| order.state() == State::Unroutable && !self.is_out_of_reach(order);
+            let back: Vec<TaskId> = self.tasks.open_orders().filter(is_back).map(Order::id).collect();
+            for task in back {
                 self.tasks.reopen(task, now_secs);
+            }
+        }
+        // A robot would have to search all roads for each of them.
+        if self.steering.has_closures() {
+            let lost = self.tasks.waiting_orders().filter(|order| self.is_out_of_reach(order));
+            for task in lost.map(Order::id).collect::<Vec<TaskId>>() {
+                self.tasks.unroutable(task, now_secs, "closed roads lead to its stop");
             }
         }
     }
 
+    /// Whether closures keep robots from coming to an order's next stop.
+    fn is_out_of_reach(&self, order: &Order) -> bool {
+        let next = order.content().stops().get(order.handled_stops());
+        next.is_some_and(|stop| self.steering.is_out_of_reach(stop.node))
+    }
+
     /// Gives a task up to whose next stop no way leads. Where closures have cut off the robot and not the stop, another robot
-    /// may carry it out; a robot that has begun it waits until the way is open again.
+    /// may carry it out; a robot that has begun it waits until roads are open again.
     fn give_up(&mut self, robot: u32, now_secs: f64) {
-        let node = self.steering.base_end_node(robot);
-        let is_cut_off = node.is_some_and(|node| self.steering.is_cut_off(node));
-        if is_cut_off && self.tasks.is_bound(robot) {
+        if self.steering.has_closures() && self.tasks.is_bound(robot) {
             return;
         }
+        let node = self.steering.base_end_node(robot);
+        let is_cut_off = node.is_some_and(|node| self.steering.is_cut_off(node));
         self.halt(robot);
         match self.tasks.withdraw(robot, now_secs) {
             Ok(_) if is_cut_off => {}

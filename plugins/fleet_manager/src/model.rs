@@ -2,6 +2,7 @@
 
 mod body;
 mod drive;
+pub mod managed;
 pub mod worlds;
 
 use std::sync::Arc;

@@ -89,6 +89,8 @@ pub struct Steering {
     closed: Vec<bool>,
     /// By node: whether closures have cut it off; empty without closures.
     cut_off: Vec<bool>,
+    /// By node: whether closures keep robots from coming there; empty without closures.
+    out_of_reach: Vec<bool>,
     /// Robots that block roads, and the versions of their claims.
     blockers: Vec<(u32, u64)>,
     closures: u64,
@@ -123,6 +125,7 @@ impl Steering {
             admission: Admission::new(&roads, settings.admission),
             closed: vec![false; 2 * roads.edges().len()],
             cut_off: Vec::new(),
+            out_of_reach: Vec::new(),
             blockers: Vec::new(),
             closures: 0,
             planner,
@@ -173,6 +176,7 @@ impl Steering {
         state.needs_route = false;
         state.is_pinned = false;
         state.is_evicted = false;
+        state.is_unreachable = false;
         state.blocker = None;
         state.waiting_since = f64::INFINITY;
         state.horizon.clear();

@@ -18,6 +18,16 @@ impl Steering {
         self.cut_off.get(node as usize).is_some_and(|cut_off| *cut_off)
     }
 
+    /// Whether closures keep robots from coming to a node from where most robots are; who is there already may come away.
+    pub fn is_out_of_reach(&self, node: u32) -> bool {
+        self.out_of_reach.get(node as usize).is_some_and(|out_of_reach| *out_of_reach)
+    }
+
+    /// Whether any roads are closed.
+    pub fn has_closures(&self) -> bool {
+        !self.blockers.is_empty()
+    }
+
     /// How often legs were closed or opened again.
     pub fn closures(&self) -> u64 {
         self.closures
@@ -34,9 +44,9 @@ impl Steering {
         }
         let robots: Vec<u32> = blockers.iter().map(|(robot, _)| *robot).collect();
         self.blockers = blockers;
-        let Closures { legs, cut_off } = Closures::of(&self.roads, &self.claims, &robots);
+        let Closures { legs, cut_off, out_of_reach } = Closures::of(&self.roads, &self.claims, &robots);
         if legs != self.closed {
-            (self.closed, self.cut_off) = (legs, cut_off);
+            (self.closed, self.cut_off, self.out_of_reach) = (legs, cut_off, out_of_reach);
             self.closures += 1;
             self.route_anew();
         }
@@ -59,46 +69,62 @@ struct Closures {
     legs: Vec<bool>,
     /// By node: whether robots there can't come back.
     cut_off: Vec<bool>,
+    /// By node: whether robots can't come there.
+    out_of_reach: Vec<bool>,
 }
 
 impl Closures {
     fn of(roads: &Roads, claims: &Claims, blockers: &[u32]) -> Self {
         let mut legs = vec![false; 2 * roads.edges().len()];
         if blockers.is_empty() {
-            return Self { legs, cut_off: Vec::new() };
+            return Self { legs, cut_off: Vec::new(), out_of_reach: Vec::new() };
         }
-        let open = main_component(roads, &legs);
+        let open = Main::of(roads, &legs);
         for track in claims.tracks_near(roads, blockers) {
             for leg in [Leg::new(track, false), Leg::new(track, true)] {
                 legs[leg.index()] = !claims.lets_pass(roads, leg, blockers);
             }
         }
-        let main = main_component(roads, &legs);
-        let cut_off: Vec<bool> = open.into_iter().zip(main).map(|(open, main)| open && !main).collect();
+        let main = Main::of(roads, &legs);
+        let lost =
+            |before: &[bool], now: &[bool]| before.iter().zip(now).map(|(before, now)| *before && !now).collect();
+        // Who is ahead of a broken robot, where nobody can follow, still drives on: only where nobody comes out is closed.
+        let (cut_off, out_of_reach): (Vec<bool>, _) =
+            (lost(&open.behind, &main.behind), lost(&open.ahead, &main.ahead));
         for edge in 0..roads.edges().len() as u32 {
             let leg = Leg::new(edge, false);
             legs[leg.index()] |= cut_off[roads.end(leg) as usize];
         }
-        Self { legs, cut_off }
+        Self { legs, cut_off, out_of_reach }
     }
 }
 
 /// How many nodes are tried as members of the main component.
 const SEEDS: u32 = 8;
 
-/// Returns for each node whether it belongs to the main component: a large set of nodes that can all be reached from each
-/// other in forward gear.
-fn main_component(roads: &Roads, closed: &[bool]) -> Vec<bool> {
-    let legs = (0..roads.edges().len() as u32).map(|edge| Leg::new(edge, false)).filter(|leg| !closed[leg.index()]);
-    let ways: Vec<[u32; 2]> = legs.map(|leg| [roads.start(leg), roads.end(leg)]).collect();
-    let ahead = Neighbours::new(roads.nodes(), ways.iter().copied());
-    let behind = Neighbours::new(roads.nodes(), ways.iter().map(|[start, end]| [*end, *start]));
-    let seeds = (0..SEEDS).map(|part| (u64::from(part) * u64::from(roads.nodes()) / u64::from(SEEDS)) as u32);
-    let components = seeds.map(|seed| {
-        let (after, before) = (ahead.reachable(seed), behind.reachable(seed));
-        after.into_iter().zip(before).map(|(after, before)| after && before).collect::<Vec<bool>>()
-    });
-    components.max_by_key(|component| component.iter().filter(|member| **member).count()).unwrap_or_default()
+/// The main component: a large set of nodes that can all be reached from each other in forward gear.
+#[derive(Default)]
+struct Main {
+    /// By node: whether it can be reached from there.
+    ahead: Vec<bool>,
+    /// By node: whether it can be reached from the node.
+    behind: Vec<bool>,
+}
+
+impl Main {
+    fn of(roads: &Roads, closed: &[bool]) -> Self {
+        let legs = (0..roads.edges().len() as u32).map(|edge| Leg::new(edge, false)).filter(|leg| !closed[leg.index()]);
+        let ways: Vec<[u32; 2]> = legs.map(|leg| [roads.start(leg), roads.end(leg)]).collect();
+        let ahead = Neighbours::new(roads.nodes(), ways.iter().copied());
+        let behind = Neighbours::new(roads.nodes(), ways.iter().map(|[start, end]| [*end, *start]));
+        let seeds = (0..SEEDS).map(|part| (u64::from(part) * u64::from(roads.nodes()) / u64::from(SEEDS)) as u32);
+        let mains = seeds.map(|seed| Self { ahead: ahead.reachable(seed), behind: behind.reachable(seed) });
+        mains.max_by_key(Self::size).unwrap_or_default()
+    }
+
+    fn size(&self) -> usize {
+        self.ahead.iter().zip(&self.behind).filter(|(ahead, behind)| **ahead && **behind).count()
+    }
 }
 
 /// The nodes next to each node.
@@ -137,10 +163,11 @@ impl Neighbours {
 
 #[cfg(test)]
 mod tests {
-    use regatta_plugin::world::{CurveRecord, EdgeRecord, NodeRecord, RobotTypeRecord, WorldData};
+    use regatta_plugin::world::{CurveRecord, EdgeRecord, NodeRecord, Orientation, RobotTypeRecord, WorldData};
 
     use super::*;
     use crate::claims::Stretch;
+    use crate::model::worlds;
 
     #[test]
     fn what_can_be_reached() {
@@ -183,5 +210,25 @@ mod tests {
         assert_eq!((closed.as_slice(), closures.cut_off.as_slice()), (&[3, 4][..], &[false, false, false, true][..]));
         let none = Closures::of(&roads, &claims, &[]);
         assert!(none.legs.iter().all(|closed| !closed));
+    }
+
+    #[test]
+    fn who_is_ahead_of_a_blocker_may_drive_on() {
+        // A loop of three edges, and a second way from its first node to the next: over node 3.
+        let points = [[0.0, 0.0], [20.0, 0.0], [10.0, 20.0], [10.0, -20.0]];
+        let edges = [[0, 1], [1, 2], [2, 0], [0, 3], [3, 1]];
+        let world = worlds::straight(&points, &edges, [0.9, 0.6], Orientation::Tangential);
+        let roads = Roads::new(&world.view(1, 1));
+        let closures = |edge: u32| {
+            let mut claims = Claims::new(&roads, true);
+            let middle = 0.5 * roads.edge(edge).length;
+            let stand = Stretch { track: edge, leg: Some(Leg::new(edge, false)), from: middle, to: middle };
+            claims.seize(&roads, 7, 0, stand);
+            let Closures { legs, cut_off, out_of_reach } = Closures::of(&roads, &claims, &[7]);
+            let closed: Vec<u32> = (0..5).filter(|edge| legs[Leg::new(*edge, false).index()]).collect();
+            (closed, cut_off[3], out_of_reach[3])
+        };
+        assert_eq!(closures(3), (vec![3], false, true));
+        assert_eq!(closures(4), (vec![3, 4], true, false));
     }
 }

@@ -21,9 +21,10 @@ impl Steering {
                 continue;
             }
             let Some(blocker) = state.blocker else { continue };
-            let is_idle = self
-                .robot(blocker)
-                .is_some_and(|other| other.goal.is_none() && !other.is_pinned && other.stuck_since.is_infinite());
+            // Who waits until the roads to its goal are open again is sent on as those are that have none.
+            let is_idle = self.robot(blocker).is_some_and(|other| {
+                (other.goal.is_none() || other.is_unreachable) && !other.is_pinned && other.stuck_since.is_infinite()
+            });
             if is_idle && let Some(goal) = self.refuge(blocker, robot) {
                 self.counts.evictions += 1;
                 self.evict(blocker, goal);
@@ -57,7 +58,8 @@ impl Steering {
         let mut seen: Vec<Leg> = vec![last];
         let mut open: VecDeque<Leg> = self.roads.exits(start).iter().copied().collect();
         while let Some(leg) = open.pop_front() {
-            if leg.is_reverse() || seen.contains(&leg) || seen.len() > MOST_LEGS {
+            let is_closed = self.closed[leg.index()];
+            if leg.is_reverse() || is_closed || seen.contains(&leg) || seen.len() > MOST_LEGS {
                 continue;
             }
             seen.push(leg);

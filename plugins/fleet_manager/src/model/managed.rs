@@ -1,0 +1,82 @@
+//! A model fleet that carries orders out, whose robots break down and are repaired again and again.
+
+use std::sync::Arc;
+
+use regatta_plugin::frame::{Columns, RobotState};
+use regatta_plugin::world::WorldData;
+
+use super::body::{Body, Outlines};
+use super::{Command, Random, Seen, TICK_SECS, places};
+use crate::manager::Manager;
+use crate::planner::{Backstop, BackstopSettings, Lanes, LanesSettings};
+use crate::roads::Roads;
+use crate::steering::Settings;
+use crate::tasks::{Load, Places, TaskBook};
+
+/// A fleet under a manager.
+pub struct Managed {
+    pub manager: Manager,
+    roads: Arc<Roads>,
+    outlines: Outlines,
+    bodies: Vec<Body>,
+    /// By robot: ticks until it is repaired.
+    broken: Vec<u32>,
+    random: Random,
+    tick: u32,
+}
+
+impl Managed {
+    /// Puts robots anywhere in a world, under a load.
+    pub fn new(world: &WorldData, robots: usize, seed: u64, load: &str) -> Self {
+        let view = world.view(1, 1);
+        let roads = Arc::new(Roads::new(&view));
+        let known = Arc::new(Places::of(&view));
+        let mut tasks = TaskBook::new(known.clone());
+        tasks.add_load(&Load::parse(load, &known).expect("a load"));
+        let lanes = Box::new(Lanes::new(&roads, LanesSettings::default()));
+        let planner = Box::new(Backstop::new(lanes, BackstopSettings::default()));
+        let outlines = Outlines::new(&view);
+        let starts = places(world, robots, seed);
+        Self {
+            manager: Manager::new(roads.clone(), planner, Settings::default(), tasks),
+            roads,
+            bodies: starts.into_iter().map(|(leg, place)| Body::new(&outlines, leg, place)).collect(),
+            outlines,
+            broken: vec![0; robots],
+            random: Random(seed),
+            tick: 0,
+        }
+    }
+
+    /// Drives for some ticks. Of a million robots, `breakdowns` break down in a tick, and are repaired after `repair` ticks.
+    pub fn run(&mut self, ticks: u32, breakdowns: u32, repair: u32) {
+        for _ in 0..ticks {
+            for broken in &mut self.broken {
+                let breaks = self.random.below(1_000_000) < breakdowns;
+                *broken = if *broken == 0 && breaks { repair } else { broken.saturating_sub(1) };
+            }
+            self.cycle();
+            self.tick += 1;
+        }
+    }
+
+    fn cycle(&mut self) {
+        let seen: Vec<Seen> = self.bodies.iter().map(|body| body.seen(&self.outlines, &self.roads)).collect();
+        let column = |value: fn(&Seen) -> f32| seen.iter().map(value).collect::<Vec<f32>>();
+        let (x, y) = (column(|seen| seen.position[0]), column(|seen| seen.position[1]));
+        let (s, moving) = (column(|seen| seen.s), column(|seen| seen.speed));
+        let speed: Vec<f32> =
+            moving.iter().zip(&self.broken).map(|(v, left)| if *left > 0 { 0.0 } else { *v }).collect();
+        let edge: Vec<u32> = seen.iter().filter_map(|seen| seen.edge).collect();
+        let state = |left: &u32| if *left > 0 { RobotState::Broken } else { RobotState::Idle } as u8;
+        let state: Vec<u8> = self.broken.iter().map(state).collect();
+        let columns = Columns { x: &x, y: &y, theta: &x, speed: &speed, s: &s, edge: &edge, state: &state };
+        for command in self.manager.cycle(f64::from(self.tick) * f64::from(TICK_SECS), &columns, &[], &[]) {
+            let (Command::Route { robot, .. } | Command::Release { robot, .. } | Command::Cancel { robot }) = command;
+            self.bodies[*robot as usize].obey(command, &self.roads);
+        }
+        for (body, _) in self.bodies.iter_mut().zip(&self.broken).filter(|(_, left)| **left == 0) {
+            body.drive(&self.outlines, &self.roads, 1.0);
+        }
+    }
+}
