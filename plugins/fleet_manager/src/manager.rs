@@ -4,6 +4,7 @@
 
 mod activity;
 mod charge;
+mod vehicles;
 
 use std::sync::Arc;
 
@@ -40,6 +41,8 @@ pub struct Manager {
     candidates: Vec<Candidate>,
     /// Closures of roads when orders that can't be reached were looked at.
     closures: u64,
+    /// The cycles in which vehicles were shown.
+    vehicle_cycles: usize,
 }
 
 impl Manager {
@@ -54,6 +57,7 @@ impl Manager {
             present: Vec::new(),
             candidates: Vec::new(),
             closures: 0,
+            vehicle_cycles: 0,
         }
     }
 
