@@ -104,7 +104,7 @@ fn vehicles_of_a_running_fleet_are_shown_and_their_changes_told() {
     write!(events, "GET /v1/sse HTTP/1.0\r\nHost: {}\r\n\r\n", manager.address).expect("sent");
     let mut events = BufReader::new(events).lines();
     assert!(events.any(|line| line.is_ok_and(|line| line.starts_with(": changes"))));
-    manager.client.post("/v1/transportOrders/q1", &draft([20, 900], 2.0)).expect("kept");
+    manager.client.post("/v1/transportOrders/q1", &draft([20, 400], 2.0)).expect("kept");
     let changed = events.map_while(Result::ok).filter_map(|line| {
         let vehicle: Value = serde_json::from_str(line.strip_prefix("data: ")?).ok()?;
         (vehicle["transportOrder"] == "q1" && vehicle["activity"] == "to pick").then_some(vehicle)
@@ -125,17 +125,17 @@ fn orders_of_a_killed_manager_are_found_and_their_times_go_on() {
     let engine = engine(&fleet, &scenario(folder.path()));
     let store = folder.path().join("orders.sqlite");
     let first = Served::start(&fleet, &store);
-    let answer = first.client.post("/v1/transportOrders/q1", &draft([20, 900], 0.5)).expect("kept");
+    let answer = first.client.post("/v1/transportOrders/q1", &draft([20, 400], 0.5)).expect("kept");
     let before = first.order_in("q1", "finished");
     assert_eq!((&before["created"], &before["history"][0]["time"]), (&answer["created"], &answer["created"]));
-    first.client.post("/v1/transportOrders/q2", &draft([900, 20], 1.0)).expect("kept");
+    first.client.post("/v1/transportOrders/q2", &draft([200, 20], 1.0)).expect("kept");
     let assigned = times(&first.order_in("q2", "travelling"));
     first.process.signal(Signal::KILL);
     drop(first);
 
     let second = Served::start(&fleet, &store);
     assert_eq!(second.get("/v1/transportOrders/q1"), before);
-    let again = second.client.post("/v1/transportOrders/q1", &draft([20, 900], 0.5));
+    let again = second.client.post("/v1/transportOrders/q1", &draft([20, 400], 0.5));
     assert!(matches!(again, Err(ClientError::Refused { status: 409, .. })), "{again:?}");
     let list: Vec<Value> = serde_json::from_str(&second.list(&["--json"])).expect("a list");
     assert_eq!(list.iter().map(|order| order["name"].clone()).collect::<Vec<_>>(), ["q1", "q2"]);
