@@ -7,6 +7,7 @@ mod charge;
 mod vehicles;
 
 use std::sync::Arc;
+use std::time::Instant;
 
 use regatta_plugin::frame::{Columns, NO_EDGE, RobotState};
 
@@ -43,6 +44,8 @@ pub struct Manager {
     closures: u64,
     /// The cycles in which vehicles were shown.
     vehicle_cycles: usize,
+    /// The last one.
+    vehicles_shown: Option<Instant>,
 }
 
 impl Manager {
@@ -58,6 +61,7 @@ impl Manager {
             candidates: Vec::new(),
             closures: 0,
             vehicle_cycles: 0,
+            vehicles_shown: None,
         }
     }
 

@@ -1,23 +1,29 @@
 //! What robots do, for the web API.
 
+use std::time::{Duration, Instant};
+
 use regatta_plugin::frame::{Columns, NO_EDGE, RobotState};
 
 use super::Manager;
 use crate::tasks::Vehicle;
 
-/// How many cycles it takes to look at every robot once: the manager has ten a second, and a large fleet costs each of them
-/// little.
+/// How many cycles it takes to look at every robot once: a large fleet costs each of them little.
 const ROUND: usize = 10;
+/// The shortest wall-clock time between two of these cycles. The manager has ten a second in real time, and many more in
+/// lockstep.
+const PERIOD: Duration = Duration::from_millis(90);
 /// How near to the end of a leg a robot counts as being there, in metres.
 const AT_END: f32 = 2e-3;
 
 impl Manager {
-    /// Shows a tenth of the robots to the web API, if there is one: those of the next cycles are the others. The first time
-    /// it is all of them, because a paused fleet has no further cycle.
+    /// Shows a tenth of the robots to the web API, if there is one and it is time: those of the next times are the others.
+    /// The first time it is all of them, because a paused fleet has no further cycle. What robots do doesn't depend on it.
     pub fn show_vehicles(&mut self, columns: &Columns<'_>, charges: &[f32]) {
-        if !self.tasks.is_served() {
+        let is_soon = self.vehicles_shown.is_some_and(|shown| shown.elapsed() < PERIOD);
+        if is_soon || !self.tasks.is_served() {
             return;
         }
+        self.vehicles_shown = Some(Instant::now());
         let (first, step) = match self.vehicle_cycles {
             0 => (0, 1),
             cycle => (cycle % ROUND, ROUND),
