@@ -83,21 +83,35 @@ pub fn run(command: OrdersCommand) -> Result<ExitCode, Failure> {
     Ok(ExitCode::SUCCESS)
 }
 
+/// How many orders are asked for at once: there may be millions.
+const PAGE: usize = 10_000;
+
 fn list(client: &Client, state: Option<&str>, as_json: bool) -> Result<(), Failure> {
     let is_word = |state: &&str| state.chars().all(|c| c.is_ascii_alphabetic());
-    let query = match state {
+    let state = match state {
         Some(state) if !is_word(&state) => return Err(format!("`{}` is no state", state.escape_debug()).into()),
-        Some(state) => format!("?state={state}"),
+        Some(state) => format!("&state={state}"),
         None => String::new(),
     };
-    let orders = client.get(&format!("/v1/transportOrders{query}"))?;
-    if as_json {
-        println!("{orders}");
-        return Ok(());
+    if !as_json {
+        println!("{:<24} {:<11} {:>6} {:>8}  stops", "name", "state", "robot", "priority");
     }
-    let orders = orders.as_array().map_or(&[][..], Vec::as_slice);
-    println!("{:<24} {:<11} {:>6} {:>8}  stops", "name", "state", "robot", "priority");
-    orders.iter().for_each(|order| println!("{}", line(order)));
+    let (mut all, mut after) = (Vec::new(), String::new());
+    loop {
+        let answer = client.get(&format!("/v1/transportOrders?limit={PAGE}{state}{after}"))?;
+        let page = answer.as_array().map_or(&[][..], Vec::as_slice);
+        match as_json {
+            true => all.extend_from_slice(page),
+            false => page.iter().for_each(|order| println!("{}", line(order))),
+        }
+        match page.last().and_then(|order| order["name"].as_str()) {
+            Some(name) if page.len() == PAGE => after = format!("&after={}", Client::escaped(name)),
+            _ => break,
+        }
+    }
+    if as_json {
+        println!("{}", Value::Array(all));
+    }
     Ok(())
 }
 

@@ -43,7 +43,7 @@ pub struct RunArgs {
     unmanaged: bool,
     #[command(flatten)]
     options: EngineOptions,
-    /// Stop after this time: 10 (seconds), 5min, 1h …
+    /// Stop after this time on the wall clock, however fast the fleet runs: 10 (seconds), 5min, 1h …
     #[arg(long = "for", value_name = "TIME")]
     time_limit: Option<Time>,
     /// Print JSON: a line about the fleet, then its status once per second.

@@ -186,7 +186,8 @@ fn a_second_manager_is_refused() {
     });
     let output = manager(&fleet, folder.path(), &["--name", "another"]).finish();
     assert!(!output.status.success());
-    assert!(text(&output).contains("task log"), "{}", text(&output));
+    let (text, owner) = (text(&output), first.0.id().to_string());
+    assert!(text.contains("has a fleet manager already") && text.contains(&owner), "{text}");
     first.interrupt();
     engine.interrupt();
 }

@@ -11,6 +11,7 @@ mod fleets;
 mod lockstep;
 mod metrics;
 mod order;
+mod orders;
 mod own_plugin;
 mod producers;
 mod readers;

@@ -6,8 +6,10 @@ mod activity;
 mod charge;
 #[cfg(test)]
 mod tests;
+mod vehicles;
 
 use std::sync::Arc;
+use std::time::Instant;
 
 use regatta_plugin::frame::{Columns, NO_EDGE, RobotState};
 
@@ -42,6 +44,10 @@ pub struct Manager {
     candidates: Vec<Candidate>,
     /// Closures of roads when orders that can't be reached were looked at.
     closures: u64,
+    /// The cycles in which vehicles were shown.
+    vehicle_cycles: usize,
+    /// The last one.
+    vehicles_shown: Option<Instant>,
 }
 
 impl Manager {
@@ -56,6 +62,8 @@ impl Manager {
             present: Vec::new(),
             candidates: Vec::new(),
             closures: 0,
+            vehicle_cycles: 0,
+            vehicles_shown: None,
         }
     }
 

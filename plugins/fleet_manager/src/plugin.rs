@@ -16,8 +16,8 @@ use regatta_plugin::order::RouteLeg;
 use regatta_plugin::ports::tasks::TaskPublisher;
 use regatta_plugin::task::TaskRecord;
 use regatta_plugin::{
-    ColumnReader, Error, Events, Frame, LOAD_VARIABLE, Options, OrderError, Orders, Participant, Plugin, Rate, Result,
-    World, tell, usage_line,
+    ColumnReader, Error, Events, Frame, LOAD_VARIABLE, OpenError, Options, OrderError, Orders, Participant, Plugin,
+    Rate, Result, World, tell, usage_line,
 };
 
 pub use self::planner_kind::PlannerKind;
@@ -105,7 +105,12 @@ where
 
 fn run<A: Into<OsString> + Clone>(args: impl IntoIterator<Item = A>, planner: Option<PlannerFactory>) -> Result {
     match Cli::try_parse_from(args) {
-        Ok(cli) => cli.options.clone().run(FleetManager::new(cli, planner), "fleet-manager"),
+        Ok(cli) => {
+            let manager = FleetManager::new(cli, planner);
+            // Now, and not only when there is an engine.
+            manager.task_settings().check()?;
+            manager.cli.options.clone().run(manager, "fleet-manager")
+        }
         Err(error) if !error.use_stderr() => Ok(error.print()?),
         Err(error) => Err(Error::new(format_args!("{}; --help lists the options", usage_line(&error)))),
     }
@@ -120,12 +125,21 @@ struct Ports {
     batteries: ColumnReader,
 }
 
+/// What a new world has told: the manager begins with its first frame, which tells the time.
+struct Opening {
+    roads: Arc<Roads>,
+    places: Arc<Places>,
+    run_id: u64,
+    charging: Charging,
+}
+
 /// The fleet manager.
 struct FleetManager {
     cli: Cli,
     /// Makes a user's own planner.
     own_planner: Option<PlannerFactory>,
     ports: Option<Ports>,
+    opening: Option<Opening>,
     manager: Option<Manager>,
     log: TaskLog,
     /// Robots by the tokens of orders that aren't answered yet.
@@ -139,6 +153,7 @@ impl FleetManager {
             cli,
             own_planner,
             ports: None,
+            opening: None,
             manager: None,
             log: TaskLog::default(),
             pending: BTreeMap::new(),
@@ -160,6 +175,28 @@ impl FleetManager {
             tell!("fleet-manager: {error}");
         }
         roads
+    }
+
+    /// Opens the book at a simulated time in seconds, and begins to manage.
+    fn begin(&mut self, opening: Opening, now_secs: f64) -> Result {
+        let Opening { roads, places, run_id, charging } = opening;
+        let mut tasks = TaskBook::open(&self.task_settings(), places, run_id, now_secs)
+            .map_err(|error| Error::new(format_args!("{error}")))?;
+        if self.cli.in_turn {
+            tasks.set_assigner(InTurn);
+        }
+        self.log = TaskLog::new(tasks.open_orders(), tasks.places());
+        if let Some(address) = tasks.http_address() {
+            tell!("fleet-manager: orders at http://{address}");
+        }
+        let (planner, settings) = match &mut self.own_planner {
+            Some(planner) => (planner(&roads), Settings::default()),
+            None => (self.cli.planner.planner(&roads), self.cli.planner.settings()),
+        };
+        let settings = Settings { conflicts: !self.cli.no_conflicts, ..settings };
+        let planner = Box::new(Backstop::new(planner, BackstopSettings::default()));
+        self.manager = Some(Manager::new(roads, planner, settings, tasks).with_charging(charging));
+        Ok(())
     }
 
     /// Sends what the manager has decided. Orders that can't be sent now are sent with the next ones.
@@ -224,7 +261,7 @@ impl Plugin for FleetManager {
     fn on_start(&mut self, fleet: &Participant) -> Result {
         self.ports = Some(Ports {
             orders: Orders::open_on(fleet)?,
-            tasks: TaskPublisher::open_on(fleet)?,
+            tasks: TaskPublisher::open_on(fleet).map_err(only_one)?,
             columns: ManagerColumns::open_on(fleet)?,
             types: ColumnReader::open_on(fleet, "type")?,
             batteries: ColumnReader::open_on(fleet, "battery")?,
@@ -240,28 +277,16 @@ impl Plugin for FleetManager {
         let start = Instant::now();
         let roads = Arc::new(self.roads(world));
         let places = Arc::new(Places::of(world));
-        let mut tasks = TaskBook::open(&self.task_settings(), places, world.run_id(), 0.0)
-            .map_err(|error| Error::new(format_args!("{error}")))?;
-        if self.cli.in_turn {
-            tasks.set_assigner(InTurn);
-        }
-        self.log = TaskLog::new(tasks.open_orders(), tasks.places());
-        if let Some(address) = tasks.http_address() {
-            tell!("fleet-manager: orders at http://{address}");
-        }
         let charging = Charging::new(world, ChargingSettings::default());
-        let (planner, settings) = match &mut self.own_planner {
-            Some(planner) => (planner(&roads), Settings::default()),
-            None => (self.cli.planner.planner(&roads), self.cli.planner.settings()),
-        };
-        let settings = Settings { conflicts: !self.cli.no_conflicts, ..settings };
-        let planner = Box::new(Backstop::new(planner, BackstopSettings::default()));
-        self.manager = Some(Manager::new(roads, planner, settings, tasks).with_charging(charging));
+        self.opening = Some(Opening { roads, places, run_id: world.run_id(), charging });
         self.figures = RunFigures::begin(start.elapsed());
         Ok(())
     }
 
     fn on_frame(&mut self, frame: &Frame<'_>) -> Result {
+        if let Some(opening) = self.opening.take() {
+            self.begin(opening, frame.sim_time().as_secs_f64())?;
+        }
         let (Some(ports), Some(manager)) = (&mut self.ports, &mut self.manager) else { return Ok(()) };
         let start = Instant::now();
         ports.types.latest()?;
@@ -275,6 +300,7 @@ impl Plugin for FleetManager {
         let roads = manager.steering().roads().clone();
         let commands = manager.cycle(now_secs, &columns, types, charges);
         Self::send(&mut ports.orders, &mut self.pending, commands, &roads)?;
+        manager.show_vehicles(&columns, charges);
         Self::publish_tasks(ports, &mut self.log, &mut self.figures, manager, frame)?;
         let present = (0..frame.len()).filter(|robot| columns.state[*robot] != RobotState::Absent as u8);
         self.figures.spend(secs.max(0.0), present.map(|robot| manager.doing(robot as u32, columns.speed[robot])));
@@ -320,6 +346,16 @@ impl Plugin for FleetManager {
 
     fn on_stop(&mut self) -> Result {
         self.report()
+    }
+}
+
+/// Whoever writes the task log of a fleet is its manager.
+fn only_one(error: OpenError) -> Error {
+    match error {
+        OpenError::TasksTaken { fleet, owner } => {
+            Error::new(format_args!("fleet '{fleet}' has a fleet manager already, {owner}; stop that one first"))
+        }
+        error => error.into(),
     }
 }
 

@@ -75,7 +75,9 @@ pub use figures::{ByState, Durations, Figures};
 pub use file::{FileError, TimedDraft, read_orders};
 pub use load::Load;
 pub use office::{TaskSettings, TasksError};
-pub use order::{Action, Change, HistoryEntry, NameError, NewOrder, Order, OrderName, State, Stop, TaskEvent, TaskId};
+pub use order::{
+    Action, Change, HistoryEntry, NameError, NewOrder, Order, OrderName, State, Stop, TaskEvent, TaskId, UnknownAction,
+};
 pub use places::{Place, Places};
 pub use store::StoreError;
 pub use web::WebError;

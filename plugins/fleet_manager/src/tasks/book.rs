@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use super::assign::{Assigner, Candidate, Nearest};
-use super::desk::{Office, Reply, Request, Update, Vehicle, WithdrawError};
+use super::desk::{ABSENT, Office, Reply, Request, Update, Vehicle, WithdrawError};
 use super::figures::{Counts, Figures};
 use super::generator::Generator;
 use super::order::{Change, HistoryEntry, NewOrder, Order, OrderName, State, Stop, TaskEvent, TaskId};
@@ -231,6 +231,10 @@ impl TaskBook {
     pub fn show_vehicle(&mut self, mut vehicle: Vehicle) {
         let order = self.task_of(vehicle.robot).and_then(|task| self.order(task));
         vehicle.transport_order = order.map(|order| order.content.name.clone());
+        let is_new = !self.vehicles.contains_key(&vehicle.robot);
+        if is_new && vehicle.state == ABSENT {
+            return;
+        }
         if self.vehicles.get(&vehicle.robot) != Some(&vehicle) {
             self.changed_vehicles.insert(vehicle.robot);
             self.vehicles.insert(vehicle.robot, vehicle);
@@ -243,8 +247,7 @@ impl TaskBook {
         let closed = std::mem::take(&mut self.closed);
         let vehicles = std::mem::take(&mut self.changed_vehicles);
         let done = std::mem::take(&mut self.replies);
-        let has_reader = self.office.as_ref().is_some_and(|office| office.wants_figures());
-        let is_figures_time = has_reader && now_secs >= self.next_figures_secs;
+        let is_figures_time = self.is_served() && now_secs >= self.next_figures_secs;
         let figures = is_figures_time.then(|| self.figures(now_secs));
         let Some(office) = &mut self.office else { return };
         if is_figures_time {
@@ -254,6 +257,11 @@ impl TaskBook {
         let vehicles = vehicles.iter().filter_map(|robot| self.vehicles.get(robot).cloned()).collect();
         let orders = closed.into_iter().chain(open).collect();
         office.publish(Update { now_secs, orders, vehicles, figures, done });
+    }
+
+    /// Whether there is a web API.
+    pub fn is_served(&self) -> bool {
+        self.office.as_ref().is_some_and(|office| office.wants_figures())
     }
 
     /// The address of the web API, with the actual port.

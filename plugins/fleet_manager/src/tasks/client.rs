@@ -80,11 +80,16 @@ impl Client {
 
     /// The path of an order.
     pub fn order_path(name: &str) -> String {
+        format!("/v1/transportOrders/{}", Self::escaped(name))
+    }
+
+    /// A text as it stands in paths and queries.
+    pub fn escaped(text: &str) -> String {
         let escape = |byte: u8| match byte {
             b'a'..=b'z' | b'A'..=b'Z' | b'0'..=b'9' | b'-' | b'_' | b'.' | b'~' => char::from(byte).to_string(),
             _ => format!("%{byte:02X}"),
         };
-        format!("/v1/transportOrders/{}", name.bytes().map(escape).collect::<String>())
+        text.bytes().map(escape).collect()
     }
 
     fn request(&self, method: &str, path: &str, body: &str) -> Result<Value, ClientError> {

@@ -3,8 +3,6 @@
 
 use std::sync::Arc;
 
-use serde::Serialize;
-
 use super::figures::Figures;
 use super::order::{NewOrder, Order, OrderName};
 
@@ -13,8 +11,8 @@ pub(super) type Reply<T> = Box<dyn FnOnce(T) + Send>;
 
 /// A request that the book takes at its next tick.
 pub(super) enum Request {
-    /// Valid orders, which are in the store already.
-    Post(Vec<NewOrder>),
+    /// Valid orders, which are in the store already, and the simulated time in seconds at which they came.
+    Post { orders: Vec<NewOrder>, created_secs: f64 },
     /// The withdrawal of an order; `immediate` even if its robot has begun.
     Withdraw { name: OrderName, immediate: bool, reply: Reply<Result<(), WithdrawError>> },
 }
@@ -35,18 +33,26 @@ pub enum WithdrawError {
     Begun,
 }
 
+/// The state of a robot that has left the fleet.
+pub(super) const ABSENT: &str = "absent";
+
 /// A robot, as the web API shows it.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
-#[serde(rename_all = "camelCase")]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Vehicle {
     /// The robot's id.
-    #[serde(skip)]
     pub robot: u32,
-    /// What it does, in a word: idle, driving, charging …
+    /// What it does, in a word: idle, driving, held …; `absent` if it has left the fleet.
     pub state: &'static str,
+    /// What it is about, as the column `activity` has it.
+    pub activity: &'static str,
     /// The node that it reached last, as an index in the world's nodes.
-    #[serde(skip)]
     pub node: Option<u32>,
+    /// The id of the edge that it is on.
+    pub edge: Option<u32>,
+    /// Metres east and north of the world's origin.
+    pub position: [f32; 2],
+    /// Its battery's charge in per cent, if it has one.
+    pub energy_level: Option<u8>,
     /// The name of its order.
     pub transport_order: Option<OrderName>,
 }

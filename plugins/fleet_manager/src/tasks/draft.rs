@@ -171,6 +171,24 @@ mod tests {
     }
 
     #[test]
+    fn operations_may_be_in_any_case() {
+        for (text, action) in [
+            ("PICK", Action::Pick),
+            ("Drop", Action::Drop),
+            ("pick", Action::Pick),
+            ("NOP", Action::None),
+            ("Load cargo", Action::Pick),
+            ("Unload cargo", Action::Drop),
+        ] {
+            let json = format!(r#"{{"destinations": [{{"locationName": "A", "operation": "{text}"}}]}}"#);
+            assert_eq!(check(&json).expect(text).stops()[0].action, action, "{text}");
+        }
+        let json = r#"{"destinations": [{"locationName": "A", "operation": "lift"}]}"#;
+        let error = serde_json::from_str::<OrderDraft>(json).expect_err("unknown").to_string();
+        assert!(error.contains("unknown action `lift`; there are none, pick"), "{error}");
+    }
+
+    #[test]
     fn what_is_wrong_is_refused_with_its_reason() {
         for (json, reason) in [
             (r#"{"destinations": []}"#, "has 0"),

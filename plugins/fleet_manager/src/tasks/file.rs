@@ -11,7 +11,7 @@
 use std::path::{Path, PathBuf};
 
 use super::draft::{Label, OrderDraft, StopDraft};
-use super::order::Action;
+use super::order::{Action, UnknownAction};
 use super::yaml::{self, InputError, Value};
 
 /// An order of a file.
@@ -92,25 +92,12 @@ fn yaml_stop(stop: Value) -> Result<StopDraft, InputError> {
         return Ok(StopDraft { location_name: Label::Name(stop.text()?), ..StopDraft::default() });
     }
     let fields = stop.fields(&["at", "action", "dwell"])?;
-    let action = |value: Value| {
-        let text = value.text()?;
-        parse_action(&text).ok_or_else(|| value.error(unknown_action(&text)))
-    };
+    let action = |value: Value| value.text()?.parse::<Action>().map_err(|error| value.error(error.to_string()));
     Ok(StopDraft {
         location_name: Label::Name(fields.required("at")?.text()?),
         operation: fields.optional("action", action)?.unwrap_or_default(),
         dwell: fields.optional("dwell", Value::positive)?.unwrap_or(0.0),
     })
-}
-
-fn parse_action(text: &str) -> Option<Action> {
-    let actions = [Action::None, Action::Pick, Action::Drop, Action::Charge, Action::Park];
-    let names = ["none", "pick", "drop", "charge", "park"];
-    names.iter().position(|name| text.eq_ignore_ascii_case(name)).map(|index| actions[index])
-}
-
-fn unknown_action(text: &str) -> String {
-    format!("unknown action `{}`; there are none, pick, drop, charge, park", text.escape_debug())
 }
 
 /// Parses a CSV text of orders.
@@ -182,7 +169,8 @@ fn parse_secs(field: &str, text: &str) -> Result<f64, String> {
 fn csv_stop(text: &str) -> Result<StopDraft, String> {
     let mut parts = text.splitn(3, ':');
     let location_name = Label::Name(parts.next().unwrap_or("").to_owned());
-    let operation = parts.next().map_or(Ok(Action::None), |text| parse_action(text).ok_or(unknown_action(text)))?;
+    let operation =
+        parts.next().map_or(Ok(Action::None), |text| text.parse().map_err(|error: UnknownAction| error.to_string()))?;
     let dwell = parts.next().map_or(Ok(0.0), |text| parse_secs("dwell", text))?;
     Ok(StopDraft { location_name, operation, dwell })
 }

@@ -13,8 +13,8 @@ use super::desk::{Office, Request, Update};
 use super::file::{FileError, read_orders};
 use super::load::Load;
 use super::places::Places;
-use super::store::{StoreError, TaskStore, Writer};
-use super::web::{Web, WebError, WebSettings};
+use super::store::{Archive, StoreError, TaskStore, Writer};
+use super::web::{Board, Ends, Web, WebError, WebSettings};
 
 /// Where a manager's orders come from, and where they are kept.
 #[derive(Clone, Debug, Default)]
@@ -45,6 +45,17 @@ pub enum TasksError {
     /// The web API.
     #[error(transparent)]
     Web(#[from] WebError),
+}
+
+impl TaskSettings {
+    /// Checks what can be checked before there is a world: that the web API could be served.
+    ///
+    /// # Errors
+    /// [`WebError`] if the address needs a token or can't be listened on, or the token can't be read.
+    pub fn check(&self) -> Result<(), WebError> {
+        let settings = self.http.map(|address| WebSettings { address, token_file: self.token_file.clone() });
+        settings.as_ref().map_or(Ok(()), WebSettings::check)
+    }
 }
 
 /// The threads of a book.
@@ -106,7 +117,7 @@ impl TaskBook {
         }
         let load = load.unwrap_or_default();
         book.continue_load(&Load { seed: settings.seed.unwrap_or(load.seed), ..load }, &known);
-        book.open_threads(settings, store)?;
+        book.open_threads(settings, store, now_secs)?;
         Ok(book)
     }
 
@@ -117,7 +128,7 @@ impl TaskBook {
         now_secs: f64,
     ) -> Result<(Option<Writer>, Known), TasksError> {
         let mut store = TaskStore::open(path, self.places().clone())?;
-        let restored = store.restore(run_id)?;
+        let restored = store.restore(run_id, now_secs)?;
         if restored.unplaced > 0 {
             let (count, path) = (restored.unplaced, path.display());
             tell!(
@@ -130,15 +141,28 @@ impl TaskBook {
         Ok((Some(writer), restored.known))
     }
 
-    fn open_threads(&mut self, settings: &TaskSettings, store: Option<Writer>) -> Result<(), TasksError> {
+    fn open_threads(
+        &mut self,
+        settings: &TaskSettings,
+        store: Option<Writer>,
+        now_secs: f64,
+    ) -> Result<(), TasksError> {
         let (requests_in, requests) = channel();
         let mut threads = Threads { requests, updates: None, web: None, store };
         if let Some(address) = settings.http {
             let (updates, updates_out) = tokio::sync::mpsc::unbounded_channel();
-            let jobs = threads.store.as_ref().and_then(Writer::sender);
+            let archive =
+                settings.store.as_deref().map(|path| Archive::open(path, self.places().clone())).transpose()?;
+            let ends = Ends {
+                jobs: threads.store.as_ref().and_then(Writer::sender),
+                archive,
+                requests: requests_in,
+                updates: updates_out,
+            };
             let open = self.open_orders().map(|order| Arc::new(order.clone())).collect();
+            let board = Board::new(self.places().clone(), open, now_secs);
             let settings = WebSettings { address, token_file: settings.token_file.clone() };
-            threads.web = Some(Web::start(&settings, self.places().clone(), jobs, requests_in, updates_out, open)?);
+            threads.web = Some(Web::start(&settings, board, ends)?);
             threads.updates = Some(updates);
         }
         self.set_office(Box::new(threads));

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 pub struct TaskId(pub u64);
 
 /// What a robot does at a stop.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Action {
     /// Nothing but being there.
@@ -22,6 +22,41 @@ pub enum Action {
     Charge,
     /// Park.
     Park,
+}
+
+/// The names of actions. From the sixth on they are those that clients of openTCS use.
+const ACTION_NAMES: [(&str, Action); 9] = [
+    ("none", Action::None),
+    ("pick", Action::Pick),
+    ("drop", Action::Drop),
+    ("charge", Action::Charge),
+    ("park", Action::Park),
+    ("nop", Action::None),
+    ("move", Action::None),
+    ("load cargo", Action::Pick),
+    ("unload cargo", Action::Drop),
+];
+
+/// A text is no action.
+#[derive(Debug, PartialEq, Eq, thiserror::Error)]
+#[error("unknown action `{}`; there are none, pick, drop, charge, park", .0.escape_debug())]
+pub struct UnknownAction(String);
+
+impl std::str::FromStr for Action {
+    type Err = UnknownAction;
+
+    /// Parses the name of an action, in any case. Clients of openTCS may say `NOP` and `MOVE` for none, `Load cargo` and
+    /// `Unload cargo`.
+    fn from_str(text: &str) -> Result<Self, UnknownAction> {
+        let known = ACTION_NAMES.iter().find(|(name, _)| text.eq_ignore_ascii_case(name));
+        known.map(|(_, action)| *action).ok_or_else(|| UnknownAction(text.to_owned()))
+    }
+}
+
+impl<'de> Deserialize<'de> for Action {
+    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        String::deserialize(deserializer)?.parse().map_err(serde::de::Error::custom)
+    }
 }
 
 /// A place that a robot drives to, and what it does there.

@@ -17,8 +17,10 @@ use super::book::Known;
 use super::order::{Action, HistoryEntry, NewOrder, Order, OrderName, State, Stop, TaskId};
 use super::places::Places;
 
+pub(super) use archive::{Archive, Page};
 pub(super) use writer::{InsertError, Job, Writer};
 
+mod archive;
 mod writer;
 
 /// `RGTA`: tells our files from those of other programs.
@@ -116,12 +118,12 @@ impl TaskStore {
     }
 
     /// Begins a run, or continues it if it is the last one of the store. Times and robots of other runs mean nothing in this
-    /// one: their open orders begin anew.
-    pub(super) fn restore(&mut self, run_id: u64) -> Result<Restored, StoreError> {
-        self.read(run_id).map_err(|error| sqlite_error(&self.path, &error))
+    /// one: their open orders begin anew at `now_secs` of it.
+    pub(super) fn restore(&mut self, run_id: u64, now_secs: f64) -> Result<Restored, StoreError> {
+        self.read(run_id, now_secs).map_err(|error| sqlite_error(&self.path, &error))
     }
 
-    fn read(&mut self, run_id: u64) -> rusqlite::Result<Restored> {
+    fn read(&mut self, run_id: u64, now_secs: f64) -> rusqlite::Result<Restored> {
         let transaction = self.connection.transaction()?;
         let run_text = format!("{run_id:016x}");
         let last: Option<(u64, String)> = optional(transaction.query_row(
@@ -144,7 +146,7 @@ impl TaskStore {
         )?;
         let mut rows = statement.query([])?;
         while let Some(row) = rows.next()? {
-            match order_of(row, &self.places, is_same, next_id)? {
+            match order_of(row, &self.places, is_same, now_secs, next_id)? {
                 Some(order) => {
                     next_id = next_id.max(order.id.0 + 1);
                     orders.push(order);
@@ -256,7 +258,13 @@ fn stop_rows(stops: &[Stop], places: &Places) -> String {
 }
 
 /// Returns a row as an order, or `None` if it names nodes that the world doesn't have, or is no order at all.
-fn order_of(row: &Row, places: &Places, is_same_run: bool, next_id: u64) -> rusqlite::Result<Option<Order>> {
+fn order_of(
+    row: &Row,
+    places: &Places,
+    is_same_run: bool,
+    now_secs: f64,
+    next_id: u64,
+) -> rusqlite::Result<Option<Order>> {
     let text = |index: usize| row.get::<_, String>(index);
     let rows: Vec<StopRow> = serde_json::from_str(&text(9)?).unwrap_or_default();
     let stop = |row: StopRow| {
@@ -268,7 +276,7 @@ fn order_of(row: &Row, places: &Places, is_same_run: bool, next_id: u64) -> rusq
     let (Some(stops), Ok(name)) = (stops.filter(|stops| !stops.is_empty()), OrderName::stored(&text(0)?)) else {
         return Ok(None);
     };
-    let created_secs = row.get::<_, Option<f64>>(4)?.unwrap_or(0.0);
+    let created_secs = row.get::<_, Option<f64>>(4)?.unwrap_or(now_secs);
     let deadline: Option<f64> = row.get(6)?;
     let mut content = NewOrder {
         name,
@@ -288,8 +296,15 @@ fn order_of(row: &Row, places: &Places, is_same_run: bool, next_id: u64) -> rusq
     };
     if !is_same_run {
         content.earliest_secs = 0.0;
-        content.deadline_secs = deadline.map(|deadline| (deadline - created_secs).max(0.0));
-        order = Order { content, created_secs: 0.0, state: State::Waiting, next_stop: 0, history: Vec::new(), ..order };
+        content.deadline_secs = deadline.map(|deadline| now_secs + (deadline - created_secs).max(0.0));
+        order = Order {
+            content,
+            created_secs: now_secs,
+            state: State::Waiting,
+            next_stop: 0,
+            history: Vec::new(),
+            ..order
+        };
     }
     Ok(Some(order))
 }

@@ -11,20 +11,39 @@ use std::sync::mpsc::Sender;
 use tokio::sync::mpsc::UnboundedReceiver;
 
 use super::desk::{Request, Update};
-use super::order::Order;
-use super::places::Places;
-use super::store::Job;
+use super::store::{Archive, Job, StoreError};
 
 mod board;
 mod events;
 mod json;
+mod query;
 mod routes;
 mod server;
+
+pub(super) use board::Board;
 
 /// The settings of the web API.
 pub(super) struct WebSettings {
     pub(super) address: SocketAddr,
     pub(super) token_file: Option<PathBuf>,
+}
+
+impl WebSettings {
+    /// Checks that the web API could be served: the token, and that the address is free now.
+    pub(super) fn check(&self) -> Result<(), WebError> {
+        self.token()?;
+        let listener = std::net::TcpListener::bind(self.address);
+        listener.map(drop).map_err(|reason| WebError::Listen { address: self.address, reason })
+    }
+
+    /// Reads the token, which addresses that others may reach need.
+    fn token(&self) -> Result<Option<String>, WebError> {
+        let token = self.token_file.as_deref().map(read_token).transpose()?;
+        match token.is_none() && !self.address.ip().is_loopback() {
+            true => Err(WebError::NeedsToken(self.address)),
+            false => Ok(token),
+        }
+    }
 }
 
 /// Why the web API can't be served.
@@ -49,28 +68,36 @@ pub enum WebError {
         /// The reason.
         reason: String,
     },
+    /// The store can't be read.
+    #[error(transparent)]
+    Store(#[from] StoreError),
+}
+
+/// What leads to the other threads.
+pub(super) struct Ends {
+    /// To the store, if there is one.
+    pub(super) jobs: Option<Sender<Job>>,
+    /// What the store has, if there is one.
+    pub(super) archive: Option<Archive>,
+    /// To the book.
+    pub(super) requests: Sender<Request>,
+    /// From the book.
+    pub(super) updates: UnboundedReceiver<Update>,
 }
 
 /// A running web API. Dropping it ends it.
 pub(super) struct Web(server::Server);
 
 impl Web {
-    /// Starts it with the open orders. `jobs` leads to the store, `requests` to the book, and `updates` comes from it.
-    pub(super) fn start(
-        settings: &WebSettings,
-        places: Arc<Places>,
-        jobs: Option<Sender<Job>>,
-        requests: Sender<Request>,
-        updates: UnboundedReceiver<Update>,
-        open: Vec<Arc<Order>>,
-    ) -> Result<Self, WebError> {
+    /// Starts it with a board that shows the open orders.
+    pub(super) fn start(settings: &WebSettings, board: Board, ends: Ends) -> Result<Self, WebError> {
         let address = settings.address;
-        let token = settings.token_file.as_deref().map(read_token).transpose()?;
-        if token.is_none() && !address.ip().is_loopback() {
-            return Err(WebError::NeedsToken(address));
-        }
-        let board = Arc::new(board::Board::new(places, open));
-        let desk = routes::Desk::new(board.clone(), jobs, requests, token);
+        let token = settings.token()?;
+        let Ends { jobs, archive, requests, updates } = ends;
+        // Names of orders that the store has are taken.
+        board.number_from(archive.as_ref().map_or(Ok(0), Archive::last_number)?);
+        let board = Arc::new(board);
+        let desk = routes::Desk::new(board.clone(), archive, jobs, requests, token);
         let server = server::Server::start(address, routes::router(desk), board.follow(updates));
         server.map(Self).map_err(|reason| WebError::Listen { address, reason })
     }

@@ -10,8 +10,8 @@ impl TaskBook {
         let mut free = Vec::new();
         for request in self.office.as_mut().map(|office| office.requests()).unwrap_or_default() {
             match request {
-                Request::Post(orders) => orders.into_iter().for_each(|order| {
-                    self.create(now_secs, now_secs, order);
+                Request::Post { orders, created_secs } => orders.into_iter().for_each(|order| {
+                    self.create(created_secs.min(now_secs), now_secs, order);
                 }),
                 Request::Withdraw { name, immediate, reply } => match self.cancel(&name, immediate, now_secs) {
                     Ok(robot) => {

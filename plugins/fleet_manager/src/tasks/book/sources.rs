@@ -126,7 +126,7 @@ impl TaskBook {
             history: Vec::new(),
         };
         self.admit(order, now_secs);
-        self.note(task, now_secs, created);
+        self.note(task, created_secs, created);
         self.events.extend(stops.iter().zip(0..).map(|(stop, index)| super::TaskEvent {
             secs: now_secs,
             task,
@@ -173,7 +173,7 @@ impl TaskBook {
         if order.history.is_empty() {
             let stops = order.content.stops.len() as u32;
             let change = Change::Created { priority: order.content.priority, stops };
-            order.history.push(HistoryEntry { secs: now_secs, change });
+            order.history.push(HistoryEntry { secs: order.created_secs, change });
         }
         order.next_stop = 0;
         order.reason.clear();

@@ -26,12 +26,12 @@ fn order(name: &str) -> NewOrder {
 fn insert(writer: &Writer, orders: Vec<NewOrder>) -> Result<(), InsertError> {
     let (sender, receiver) = channel();
     let done = Box::new(move |result| sender.send(result).expect("a receiver"));
-    writer.sender().expect("running").send(Job::Insert { orders, done }).expect("running");
+    writer.sender().expect("running").send(Job::Insert { orders, created_secs: 3.5, done }).expect("running");
     receiver.recv().expect("an answer")
 }
 
 fn restored(path: &Path, run_id: u64) -> Restored {
-    TaskStore::open(path, places()).expect("a store").restore(run_id).expect("orders")
+    TaskStore::open(path, places()).expect("a store").restore(run_id, 0.0).expect("orders")
 }
 
 fn open(path: &Path) -> Result<TaskStore, StoreError> {
@@ -78,11 +78,15 @@ fn what_a_robot_has_begun_stays_with_it_in_the_same_run() {
 
     let book = reopen(1);
     assert_eq!((robot_of(&book, "begun"), robot_of(&book, "assigned")), (Some(begun), None));
+    let assigned = book.open_orders().find(|order| order.content().name().as_str() == "assigned").expect("open");
+    let times: Vec<_> = assigned.history().iter().map(|entry| entry.secs).collect();
+    assert_eq!(times, [0.0, 0.0, 100.0], "it was withdrawn when the book was opened");
     assert_eq!(book.current_stop(begun).map(|stop| stop.node), Some(2));
     assert_eq!(book.open_orders().count(), 2, "one is over");
     drop(book);
     let book = reopen(2);
     assert_eq!((robot_of(&book, "begun"), book.open_orders().count()), (None, 2), "another run has other robots");
+    assert!(book.open_orders().all(|order| order.created_secs() == 100.0 && order.history()[0].secs == 100.0));
 }
 
 #[test]
@@ -194,7 +198,7 @@ fn orders_of_nodes_that_are_gone_stay_in_the_store() {
     insert(&writer, vec![order("a")]).expect("kept");
     drop(writer);
     let fewer = Arc::new(Places::new(vec![Place { id: 10, ..Place::default() }]));
-    let found = TaskStore::open(&path, fewer).expect("a store").restore(1).expect("read");
+    let found = TaskStore::open(&path, fewer).expect("a store").restore(1, 0.0).expect("read");
     assert_eq!((found.orders.len(), found.unplaced), (0, 1));
     assert_eq!(restored(&path, 1).orders.len(), 1);
 }

@@ -25,7 +25,7 @@ const RETRY_DELAY: Duration = Duration::from_secs(1);
 /// Something to write.
 pub(in crate::tasks) enum Job {
     /// New orders: all, or none.
-    Insert { orders: Vec<NewOrder>, done: Reply<Result<(), InsertError>> },
+    Insert { orders: Vec<NewOrder>, created_secs: f64, done: Reply<Result<(), InsertError>> },
     /// Orders as they are now.
     Update { orders: Vec<Arc<Order>>, done: Vec<Reply<()>> },
 }
@@ -114,7 +114,7 @@ struct Thread {
     _lock: File,
 }
 
-type Insertion = (Vec<NewOrder>, Reply<Result<(), InsertError>>);
+type Insertion = (Vec<NewOrder>, f64, Reply<Result<(), InsertError>>);
 
 impl Thread {
     fn run(&mut self, jobs: &Receiver<Job>) {
@@ -136,7 +136,7 @@ impl Thread {
         let mut insertions = Vec::new();
         for job in batch {
             match job {
-                Job::Insert { orders, done } => insertions.push((orders, done)),
+                Job::Insert { orders, created_secs, done } => insertions.push((orders, created_secs, done)),
                 Job::Update { orders, done } => {
                     self.pending.extend(orders.into_iter().map(|order| (order.content.name.clone(), order)));
                     self.replies.extend(done);
@@ -161,8 +161,8 @@ impl Thread {
     fn commit(&mut self, insertions: &[Insertion]) -> rusqlite::Result<Vec<Result<(), InsertError>>> {
         let mut transaction = self.connection.transaction()?;
         let mut results = Vec::with_capacity(insertions.len());
-        for (orders, _) in insertions {
-            results.push(insert_all(&mut transaction, orders, &self.places)?);
+        for (orders, created_secs, _) in insertions {
+            results.push(insert_all(&mut transaction, orders, *created_secs, &self.places)?);
         }
         for order in self.pending.values() {
             upsert(&transaction, order, &self.places)?;
@@ -188,10 +188,10 @@ impl Thread {
 
 fn answer(insertions: Vec<Insertion>, result: rusqlite::Result<Vec<Result<(), InsertError>>>) {
     match result {
-        Ok(results) => insertions.into_iter().zip(results).for_each(|((_, done), result)| done(result)),
+        Ok(results) => insertions.into_iter().zip(results).for_each(|((_, _, done), result)| done(result)),
         Err(error) => {
             let error = InsertError::Write(cause(&error));
-            insertions.into_iter().for_each(|(_, done)| done(Err(error.clone())));
+            insertions.into_iter().for_each(|(_, _, done)| done(Err(error.clone())));
         }
     }
 }
@@ -207,21 +207,25 @@ fn cause(error: &rusqlite::Error) -> String {
 fn insert_all(
     transaction: &mut Transaction,
     orders: &[NewOrder],
+    created_secs: f64,
     places: &Places,
 ) -> rusqlite::Result<Result<(), InsertError>> {
     let savepoint = transaction.savepoint()?;
     for order in orders {
-        let inserted = savepoint.prepare_cached(
-            "INSERT INTO transport_order (name, state, priority, earliest, deadline, handled_stops, reason, stops, history)
-             VALUES (?, 'created', ?, ?, ?, 0, '', ?, '[]')",
-        )?
-        .execute(params![
-            order.name.as_str(),
-            order.priority,
-            order.earliest_secs,
-            order.deadline_secs,
-            stop_rows(&order.stops, places),
-        ]);
+        let inserted = savepoint
+            .prepare_cached(
+                "INSERT INTO transport_order 
+                (name, state, priority, created, earliest, deadline, handled_stops, reason, stops, history)
+             VALUES (?, 'created', ?, ?, ?, ?, 0, '', ?, '[]')",
+            )?
+            .execute(params![
+                order.name.as_str(),
+                order.priority,
+                created_secs,
+                order.earliest_secs,
+                order.deadline_secs,
+                stop_rows(&order.stops, places),
+            ]);
         match inserted {
             Err(error) if error.sqlite_error_code() == Some(ErrorCode::ConstraintViolation) => {
                 // Dropped, the savepoint is rolled back.

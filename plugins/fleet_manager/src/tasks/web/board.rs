@@ -1,6 +1,7 @@
 //! All orders and vehicles, as the web API shows them. It follows what the book publishes.
 
 use std::collections::{BTreeMap, VecDeque};
+use std::ops::Bound::{Excluded, Unbounded};
 use std::sync::Arc;
 
 use axum::body::Bytes;
@@ -10,10 +11,11 @@ use tokio::sync::broadcast;
 use tokio::sync::mpsc::UnboundedReceiver;
 
 use super::json;
-use crate::tasks::desk::{Update, Vehicle};
+use crate::tasks::desk::{ABSENT, Update, Vehicle};
 use crate::tasks::figures::Figures;
 use crate::tasks::order::{NewOrder, Order, OrderName, State, TaskId};
 use crate::tasks::places::Places;
+use crate::tasks::store::Page;
 
 /// The largest number of orders that are over and still shown; older ones are in the store.
 const MAX_CLOSED: usize = 100_000;
@@ -22,7 +24,7 @@ const MAX_OPEN: usize = 1_000_000;
 /// The largest number of events that a reader may be behind.
 const MAX_BEHIND: usize = 4_096;
 
-pub(super) struct Board {
+pub(in crate::tasks) struct Board {
     pub(super) places: Arc<Places>,
     content: Mutex<Content>,
     events: broadcast::Sender<Bytes>,
@@ -46,9 +48,10 @@ pub(super) enum Refusal {
 }
 
 impl Board {
-    pub(super) fn new(places: Arc<Places>, open: Vec<Arc<Order>>) -> Self {
+    /// Makes a board of the open orders, at a simulated time in seconds.
+    pub(in crate::tasks) fn new(places: Arc<Places>, open: Vec<Arc<Order>>, now_secs: f64) -> Self {
         let orders = open.into_iter().map(|order| (order.content().name().clone(), order)).collect();
-        let content = Mutex::new(Content { orders, ..Content::default() });
+        let content = Mutex::new(Content { orders, now_secs, ..Content::default() });
         Self { places, content, events: broadcast::Sender::new(MAX_BEHIND) }
     }
 
@@ -60,9 +63,10 @@ impl Board {
     }
 
     fn apply(&self, update: Update) {
+        let changed = self.content.lock().show_vehicles(update.vehicles);
         if self.events.receiver_count() > 0 {
             let orders = update.orders.iter().map(|order| ("transportOrder", json::order(order, &self.places)));
-            let vehicles = update.vehicles.iter().map(|vehicle| ("vehicle", json::vehicle(vehicle, &self.places)));
+            let vehicles = changed.iter().map(|vehicle| ("vehicle", json::vehicle(vehicle, &self.places)));
             for (event, data) in orders.chain(vehicles) {
                 // It fails only if the last reader has gone.
                 let _ = self.events.send(Bytes::from(format!("event: {event}\ndata: {data}\n\n")));
@@ -71,7 +75,6 @@ impl Board {
         let mut content = self.content.lock();
         content.now_secs = update.now_secs;
         content.figures = update.figures.unwrap_or(content.figures);
-        content.vehicles.extend(update.vehicles.into_iter().map(|vehicle| (vehicle.robot, vehicle)));
         update.orders.into_iter().for_each(|order| content.show(order));
     }
 
@@ -79,7 +82,17 @@ impl Board {
         self.events.subscribe()
     }
 
-    /// Returns a name that no order has. That of an order of an earlier run is found by the store.
+    /// Generates names with larger numbers.
+    pub(super) fn number_from(&self, number: u64) {
+        self.content.lock().number = number;
+    }
+
+    /// Whether an order is shown.
+    pub(super) fn has(&self, name: &str) -> bool {
+        OrderName::stored(name).is_ok_and(|name| self.content.lock().orders.contains_key(&name))
+    }
+
+    /// Returns a name that no order has.
     pub(super) fn generated_name(&self) -> OrderName {
         let mut content = self.content.lock();
         loop {
@@ -122,10 +135,21 @@ impl Board {
         order.map(|order| json::order(&order, &self.places))
     }
 
-    /// Returns the orders for which a condition holds.
-    pub(super) fn orders(&self, condition: impl Fn(&Order) -> bool) -> Vec<Value> {
-        let orders: Vec<_> = self.content.lock().orders.values().cloned().collect();
-        orders.iter().filter(|order| condition(order)).map(|order| json::order(order, &self.places)).collect()
+    /// Returns orders with their names.
+    pub(super) fn orders(&self, page: &Page) -> Vec<(String, Value)> {
+        let is_asked_for = |order: &&Arc<Order>| match page.state.as_deref() {
+            None => true,
+            Some("open") => !order.state().is_final(),
+            Some(state) => order.state().name() == state,
+        };
+        let orders: Vec<_> = {
+            let content = self.content.lock();
+            let start = page.after.as_ref().map_or(Unbounded, Excluded);
+            let orders = content.orders.range((start, Unbounded)).map(|(_, order)| order);
+            orders.filter(is_asked_for).take(page.limit).cloned().collect()
+        };
+        let show = |order: &Arc<Order>| (order.content().name().to_string(), json::order(order, &self.places));
+        orders.iter().map(show).collect()
     }
 
     pub(super) fn vehicle(&self, robot: u32) -> Option<Value> {
@@ -145,6 +169,22 @@ impl Board {
 }
 
 impl Content {
+    /// Shows vehicles. Returns those of which there is more to tell than that they have moved on.
+    fn show_vehicles(&mut self, vehicles: Vec<Vehicle>) -> Vec<Vehicle> {
+        let mut changed = Vec::new();
+        for vehicle in vehicles {
+            let old = match vehicle.state {
+                ABSENT => self.vehicles.remove(&vehicle.robot),
+                _ => self.vehicles.insert(vehicle.robot, vehicle.clone()),
+            };
+            let has_moved_on = |old: Vehicle| Vehicle { position: vehicle.position, ..old } == vehicle;
+            if !old.is_some_and(has_moved_on) {
+                changed.push(vehicle);
+            }
+        }
+        changed
+    }
+
     fn show(&mut self, order: Arc<Order>) {
         let name = order.content().name().clone();
         if order.state().is_final() {

@@ -43,7 +43,11 @@ pub(super) fn vehicle(vehicle: &Vehicle, places: &Places) -> Value {
     json!({
         "name": vehicle.robot.to_string(),
         "state": vehicle.state,
+        "activity": vehicle.activity,
         "currentPosition": vehicle.node.map(|node| places.label(node)),
+        "edge": vehicle.edge,
+        "position": vehicle.position,
+        "energyLevel": vehicle.energy_level,
         "transportOrder": vehicle.transport_order,
     })
 }

@@ -1,5 +1,6 @@
 //! The routes of the web API.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::mpsc::Sender;
 use std::time::Duration;
@@ -19,10 +20,11 @@ use tokio::time::timeout;
 
 use super::board::{Board, Refusal};
 use super::events;
+use super::query::{page, parameter};
 use crate::tasks::desk::{Reply, Request, WithdrawError};
 use crate::tasks::draft::{DraftError, OrderDraft};
-use crate::tasks::order::{NewOrder, OrderName, State as OrderState};
-use crate::tasks::store::{InsertError, Job};
+use crate::tasks::order::{NewOrder, OrderName};
+use crate::tasks::store::{Archive, InsertError, Job, StoreError};
 
 /// The largest body of one order, in bytes.
 const MAX_ORDER_BYTES: usize = 64 << 10;
@@ -38,6 +40,7 @@ const MAX_READERS: usize = 64;
 /// What the handlers work with.
 pub(super) struct Desk {
     board: Arc<Board>,
+    archive: Option<Arc<Archive>>,
     jobs: Option<Sender<Job>>,
     requests: Sender<Request>,
     token: Option<String>,
@@ -47,11 +50,26 @@ pub(super) struct Desk {
 impl Desk {
     pub(super) fn new(
         board: Arc<Board>,
+        archive: Option<Archive>,
         jobs: Option<Sender<Job>>,
         requests: Sender<Request>,
         token: Option<String>,
     ) -> Arc<Self> {
-        Arc::new(Self { board, jobs, requests, token, readers: Arc::new(Semaphore::new(MAX_READERS)) })
+        let archive = archive.map(Arc::new);
+        Arc::new(Self { board, archive, jobs, requests, token, readers: Arc::new(Semaphore::new(MAX_READERS)) })
+    }
+}
+
+impl Desk {
+    /// Does something that may take long, on a thread of its own.
+    async fn beside<T: Send + 'static>(
+        &self,
+        work: impl FnOnce(&Board, Option<&Archive>) -> Result<T, StoreError> + Send + 'static,
+    ) -> Result<T, Failure> {
+        let (board, archive) = (self.board.clone(), self.archive.clone());
+        let done = tokio::task::spawn_blocking(move || work(&board, archive.as_deref())).await;
+        let error = |reason: String| Failure(StatusCode::INTERNAL_SERVER_ERROR, reason);
+        done.map_err(|reason| error(reason.to_string()))?.map_err(|reason| error(reason.to_string()))
     }
 }
 
@@ -125,31 +143,33 @@ fn name_of(path: Result<Path<String>, PathRejection>) -> Result<String, Failure>
     path.map(|Path(name)| name).map_err(|error| Failure(StatusCode::BAD_REQUEST, error.to_string()))
 }
 
-/// Returns the value of a parameter of the query; values have no escapes.
-fn parameter(query: Option<&str>, name: &str) -> Option<String> {
-    let pairs = query.unwrap_or("").split('&').filter_map(|pair| pair.split_once('='));
-    pairs.into_iter().find(|(key, _)| *key == name).map(|(_, value)| value.to_owned())
-}
-
 async fn orders(State(desk): State<Arc<Desk>>, RawQuery(query): RawQuery) -> Answer {
-    let state = parameter(query.as_deref(), "state");
-    if let Some(state) = state.as_deref().filter(|state| *state != "open" && !OrderState::NAMES.contains(state)) {
-        let names = OrderState::NAMES.join(", ");
-        return Err(Failure(StatusCode::BAD_REQUEST, format!("unknown state `{state}`; there are open, {names}")));
-    }
-    let orders = desk.board.orders(|order| match state.as_deref() {
-        None => true,
-        Some("open") => !order.state().is_final(),
-        Some(state) => order.state().name() == state,
+    let page = page(query.as_deref()).map_err(|reason| Failure(StatusCode::BAD_REQUEST, reason))?;
+    // Answers may be large, and so they are made beside the server's thread.
+    let text = desk.beside(move |board, archive| {
+        // The store first: an order that is forgotten in between is in one of both.
+        let stored = archive.map_or(Ok(Vec::new()), |archive| archive.page(&page, |name| board.has(name)))?;
+        let shown: BTreeMap<_, _> = stored.into_iter().chain(board.orders(&page)).collect();
+        Ok(Value::Array(shown.into_values().take(page.limit).collect()).to_string())
     });
-    Ok(json_response(StatusCode::OK, &Value::Array(orders)))
+    Ok(([(CONTENT_TYPE, "application/json")], text.await?).into_response())
 }
 
 async fn order(State(desk): State<Arc<Desk>>, name: Result<Path<String>, PathRejection>) -> Answer {
     let name = name_of(name)?;
-    let order = OrderName::stored(&name).ok().and_then(|name| desk.board.order(&name));
-    let order = order.ok_or_else(|| unknown_order(&name))?;
+    let order = find(&desk, &name).await?;
     Ok(json_response(StatusCode::OK, &order))
+}
+
+/// Finds an order, also one that only the store has.
+async fn find(desk: &Desk, text: &str) -> Result<Value, Failure> {
+    let name = OrderName::stored(text).map_err(|_| unknown_order(text))?;
+    let shown = desk.board.order(&name);
+    let found = match shown {
+        Some(order) => Some(order),
+        None => desk.beside(move |_, archive| archive.map_or(Ok(None), |archive| archive.order(&name))).await?,
+    };
+    found.ok_or_else(|| unknown_order(text))
 }
 
 fn unknown_order(name: &str) -> Failure {
@@ -219,12 +239,13 @@ async fn keep(desk: &Desk, orders: Vec<NewOrder>) -> Result<Vec<Value>, Failure>
         Refusal::Duplicate(name) => Failure(StatusCode::CONFLICT, duplicate(&name)),
         Refusal::Full => Failure(StatusCode::SERVICE_UNAVAILABLE, "there are too many open orders".to_owned()),
     })?;
+    let created_secs = shown.first().map_or(0.0, |order| order.created_secs());
     let (sender, receiver) = oneshot::channel();
     let (board, requests, new) = (desk.board.clone(), desk.requests.clone(), orders.clone());
     // It runs even if the client has gone: what is kept must come to the book.
     let done: Reply<Result<(), InsertError>> = Box::new(move |result| {
         match &result {
-            Ok(()) => drop(requests.send(Request::Post(new))),
+            Ok(()) => drop(requests.send(Request::Post { orders: new, created_secs })),
             Err(_) => board.release(&new),
         }
         let _ = sender.send(result);
@@ -232,7 +253,7 @@ async fn keep(desk: &Desk, orders: Vec<NewOrder>) -> Result<Vec<Value>, Failure>
     match &desk.jobs {
         None => done(Ok(())),
         Some(jobs) => {
-            if let Err(error) = jobs.send(Job::Insert { orders, done })
+            if let Err(error) = jobs.send(Job::Insert { orders, created_secs, done })
                 && let Job::Insert { done, .. } = error.0
             {
                 done(Err(InsertError::Write("the manager ends".to_owned())));
@@ -254,7 +275,7 @@ async fn withdraw(
 ) -> Answer {
     let text = name_of(name)?;
     let name = OrderName::stored(&text).map_err(|_| unknown_order(&text))?;
-    desk.board.order(&name).ok_or_else(|| unknown_order(&text))?;
+    find(&desk, &text).await?;
     let immediate = parameter(query.as_deref(), "immediate").is_some_and(|value| value == "true");
     let (sender, receiver) = oneshot::channel();
     // It fails only if the client has gone.

@@ -4,7 +4,7 @@ use std::net::TcpStream;
 use serde_json::{Value, json};
 
 use crate::tasks::places::Place;
-use crate::tasks::{Candidate, Places, TaskBook, TaskSettings, TasksError, Vehicle};
+use crate::tasks::{Candidate, Client, Places, TaskBook, TaskSettings, TasksError, Vehicle, WebError};
 use std::net::SocketAddr;
 use std::sync::Arc;
 
@@ -90,12 +90,16 @@ fn an_order_is_posted_and_followed() {
     book.take_requests(3.0);
     book.assign(3.0, &[Candidate { robot: 5, position: [0.0; 2] }], &|_, _| Some(1.0));
     book.arrived(5, 4.0);
-    book.show_vehicle(Vehicle { robot: 5, state: "handling", node: Some(1), ..Vehicle::default() });
+    let (state, position) = ("handling", [1.0, 2.5]);
+    let vehicle =
+        Vehicle { robot: 5, state, activity: state, node: Some(1), edge: Some(7), position, ..Vehicle::default() };
+    book.show_vehicle(Vehicle { energy_level: Some(80), ..vehicle });
     book.publish(4.0);
     let order = eventually(address, "/v1/transportOrders/my%20order", |order| order["state"] == "handling");
     assert_eq!((&order["processingVehicle"], &order["destinations"][0]["state"]), (&json!("5"), &json!("handling")));
     assert_eq!(order["history"][1], json!({"time": 3.0, "event": "assigned", "robot": 5}));
-    let vehicle = json!({"name": "5", "state": "handling", "currentPosition": "N1", "transportOrder": "my order"});
+    let vehicle = json!({"name": "5", "state": "handling", "activity": "handling", "currentPosition": "N1", "edge": 7,
+        "position": [1.0, 2.5], "energyLevel": 80, "transportOrder": "my order"});
     assert_eq!(get(address, "/v1/vehicles/5"), (200, vehicle.clone()));
     assert_eq!(get(address, "/v1/vehicles"), (200, json!([vehicle])));
     assert_eq!(get(address, "/v1/status").1["openOrders"], json!(1));
@@ -218,10 +222,106 @@ fn names_of_earlier_runs_are_taken() {
     assert_eq!(post(first, "/v1/transportOrders", ORDER).1["name"], json!("order-1"));
     assert_eq!(ticking(&mut book, || post(first, "/v1/transportOrders/a/withdrawal", "")).0, 200);
     drop(book);
+    let mut book = open(&settings).expect("a book");
+    let second = address(&book);
+    assert_eq!(post(second, "/v1/transportOrders/a", ORDER).0, 409);
+    assert_eq!(ticking(&mut book, || post(second, "/v1/transportOrders/order-1/withdrawal", "")).0, 200);
+    drop(book);
     let book = open(&settings).expect("a book");
-    assert_eq!(post(address(&book), "/v1/transportOrders/a", ORDER).0, 409);
-    assert_eq!(get(address(&book), "/v1/transportOrders").1.as_array().map(Vec::len), Some(1), "only order-1 is open");
-    assert_eq!(post(address(&book), "/v1/transportOrders", ORDER).1["name"], json!("order-2"));
+    assert_eq!(
+        post(address(&book), "/v1/transportOrders", ORDER).1["name"],
+        json!("order-2"),
+        "no name is taken again"
+    );
+}
+
+#[test]
+fn orders_that_are_over_are_found_after_a_restart() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let settings =
+        TaskSettings { http: Some(LOOPBACK), store: Some(folder.path().join("orders.db")), ..TaskSettings::default() };
+    let mut book = open(&settings).expect("a book");
+    let first = address(&book);
+    for name in ["a", "b", "c d", "e"] {
+        assert_eq!(post(first, &Client::order_path(name), ORDER).0, 201);
+    }
+    for name in ["a", "c d"] {
+        let path = format!("{}/withdrawal", Client::order_path(name));
+        assert_eq!(ticking(&mut book, || post(first, &path, "")).0, 200);
+    }
+    let before = eventually(first, "/v1/transportOrders?state=cancelled", |orders| orders[1].is_object());
+    drop(book);
+    let mut book = open(&settings).expect("a book");
+    let second = address(&book);
+    assert_eq!(get(second, "/v1/transportOrders/a"), (200, before[0].clone()));
+    assert_eq!(get(second, "/v1/transportOrders?state=cancelled"), (200, before));
+    let names = |query: &str| {
+        let (status, orders) = get(second, &format!("/v1/transportOrders?{query}"));
+        assert_eq!(status, 200, "{query}: {orders}");
+        orders.as_array().expect("orders").iter().map(|order| order["name"].clone()).collect::<Vec<_>>()
+    };
+    assert_eq!(names(""), ["a", "b", "c d", "e"]);
+    assert_eq!(names("state=open"), ["b", "e"]);
+    assert_eq!(names("state=finished"), [""; 0]);
+    assert_eq!(names("state=waiting"), ["b", "e"]);
+    assert_eq!(
+        (names("limit=3"), names("limit=3&after=c%20d")),
+        (vec![json!("a"), json!("b"), json!("c d")], vec![json!("e")])
+    );
+    let (status, answer) = ticking(&mut book, || post(second, "/v1/transportOrders/a/withdrawal", ""));
+    assert_eq!((status, &answer["error"]), (409, &json!("the order is over")));
+    assert_eq!(get(second, "/v1/transportOrders?limit=0").0, 400);
+}
+
+#[test]
+fn the_time_of_creation_is_the_same_everywhere() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let settings =
+        TaskSettings { http: Some(LOOPBACK), store: Some(folder.path().join("orders.db")), ..TaskSettings::default() };
+    let mut book = TaskBook::open(&settings, places(), 1, 2.8).expect("a book");
+    let first = address(&book);
+    let answer = post(first, "/v1/transportOrders/a", ORDER).1;
+    assert_eq!(answer["created"], json!(2.8), "the time of the first frame, before the first tick");
+    assert_eq!(post(first, "/v1/transportOrders/killed", ORDER).0, 201);
+    book.take_requests(2.9);
+    book.publish(2.9);
+    let order = eventually(first, "/v1/transportOrders/a", |order| order["state"] == "waiting");
+    assert_eq!((&order["created"], &order["history"][0]["time"]), (&json!(2.8), &json!(2.8)));
+    drop(book);
+    let book = TaskBook::open(&settings, places(), 1, 50.0).expect("a book");
+    let (_, order) = get(address(&book), "/v1/transportOrders/a");
+    assert_eq!((&order["created"], &order["history"][0]["time"]), (&json!(2.8), &json!(2.8)));
+}
+
+#[test]
+fn vehicles_that_only_move_on_are_no_events_and_those_that_leave_are_gone() {
+    let mut book = book();
+    let address = address(&book);
+    let mut stream = TcpStream::connect(address).expect("connected");
+    stream.write_all(format!("GET /v1/sse HTTP/1.0\r\nHost: {address}\r\n\r\n").as_bytes()).expect("sent");
+    let mut text = String::new();
+    let mut read_until = |end: &str| {
+        let mut buffer = [0; 4096];
+        while !text.contains(end) {
+            let count = stream.read(&mut buffer).expect("events");
+            assert!(count > 0, "{text}");
+            text.push_str(&String::from_utf8_lossy(&buffer[..count]));
+        }
+        text.clone()
+    };
+    read_until(": changes");
+    let mut show = |secs: f64, robot, state, x| {
+        book.show_vehicle(Vehicle { robot, state, position: [x, 0.0], ..Vehicle::default() });
+        book.publish(secs);
+    };
+    show(1.0, 3, "driving", 1.0);
+    show(2.0, 3, "driving", 2.0);
+    show(3.0, 4, "absent", 0.0);
+    eventually(address, "/v1/vehicles/3", |vehicle| vehicle["position"][0] == 2.0);
+    show(4.0, 3, "absent", 0.0);
+    let text = read_until("absent");
+    assert_eq!(text.matches("event: vehicle").count(), 2, "{text}");
+    assert_eq!(get(address, "/v1/vehicles"), (200, json!([])));
 }
 
 #[test]
@@ -245,7 +345,7 @@ fn changes_come_as_server_sent_events() {
     book.take_requests(1.0);
     book.show_vehicle(Vehicle { robot: 3, state: "idle", ..Vehicle::default() });
     book.publish(1.0);
-    let text = read_until("event: vehicle\ndata: {\"currentPosition\":null,\"name\":\"3\"");
+    let text = read_until("event: vehicle\ndata: {\"activity\":\"\",\"currentPosition\":null,\"edge\":null");
     assert!(text.contains("event: transportOrder\ndata: {") && text.contains("\"state\":\"waiting\""), "{text}");
 }
 
@@ -253,6 +353,7 @@ fn changes_come_as_server_sent_events() {
 fn other_addresses_need_a_token() {
     let any = SocketAddr::from(([0, 0, 0, 0], 0));
     let settings = TaskSettings { http: Some(any), ..TaskSettings::default() };
+    assert!(matches!(settings.check(), Err(WebError::NeedsToken(_))), "before there is a world");
     let error = open(&settings).expect_err("no token").to_string();
     assert!(error.contains("--token-file"), "{error}");
     let folder = tempfile::tempdir().expect("a folder");
@@ -287,7 +388,7 @@ fn an_address_in_use_is_one_line() {
 
 #[test]
 fn the_client_gets_values_and_reasons() {
-    use crate::tasks::{Client, ClientError};
+    use crate::tasks::ClientError;
     let book = book();
     let client = Client::new(&format!("http://{}/", address(&book)), None).expect("an address");
     let order: Value = serde_json::from_str(ORDER).expect("an order");
