@@ -93,7 +93,7 @@ fn a_killed_manager_goes_on_where_it_was() {
     drop(first);
     wait_until(&fleet, 110.0);
     let second = manager(&fleet, folder.path(), &store);
-    wait_until(&fleet, 280.0);
+    wait_until(&fleet, 360.0);
     let summary = text(&second.interrupt());
     let verdict = validator.interrupt();
     assert!(engine.interrupt().status.success());
