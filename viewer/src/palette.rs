@@ -13,7 +13,6 @@ use regatta_plugin::ColumnName;
 use regatta_plugin::activity::Activity;
 use regatta_plugin::frame::RobotState;
 
-use crate::interface::rows::state_name;
 pub use heat::heat_ramp;
 
 /// The number of colours of a ramp, and the most colours of a set of categories.
@@ -240,7 +239,7 @@ fn states(theme: Theme) -> Scale {
         RobotState::Stalled,
         RobotState::Broken,
     ];
-    Scale::Categories(states.map(|state| (state_name(state).to_owned(), Rgb(colour(state)))).to_vec())
+    Scale::Categories(states.map(|state| (state.name().to_owned(), Rgb(colour(state)))).to_vec())
 }
 
 fn activities(theme: Theme) -> Scale {

@@ -285,7 +285,9 @@ impl Plugin for FleetManager {
 
     fn on_frame(&mut self, frame: &Frame<'_>) -> Result {
         if let Some(opening) = self.opening.take() {
+            let start = Instant::now();
             self.begin(opening, frame.sim_time().as_secs_f64())?;
+            self.figures.add_start(start.elapsed());
         }
         let (Some(ports), Some(manager)) = (&mut self.ports, &mut self.manager) else { return Ok(()) };
         let start = Instant::now();

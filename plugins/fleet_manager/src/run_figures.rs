@@ -20,7 +20,7 @@ pub(crate) struct RunFigures {
     pub(crate) robots: usize,
     /// The simulated time of the last frame, in seconds.
     pub(crate) now_secs: f64,
-    /// How long it took to work the roads out.
+    /// How long it took to work the roads out, and to open what the manager needs.
     start: Duration,
     cycles: u64,
     spent: Duration,
@@ -39,6 +39,11 @@ impl RunFigures {
     /// Begins a run.
     pub(crate) fn begin(start: Duration) -> Self {
         Self { start, ..Self::default() }
+    }
+
+    /// Adds what else was worked out before the first cycle.
+    pub(crate) fn add_start(&mut self, spent: Duration) {
+        self.start += spent;
     }
 
     /// Notes which robots a frame shows. `is_there` is called with each id.

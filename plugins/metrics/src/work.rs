@@ -112,12 +112,8 @@ pub fn activity_key(activity: Activity) -> String {
 /// Counts robots by activity. Values that are none are left out.
 fn by_activity(values: &[f32]) -> ByActivity {
     let mut robots = ByActivity::default();
-    for &value in values {
-        // The conversion truncates and saturates, which the comparison finds out.
-        let number = value as u8;
-        if let Some(count) = robots.get_mut(usize::from(number)).filter(|_| f32::from(number) == value) {
-            *count += 1;
-        }
+    for activity in values.iter().filter_map(|value| Activity::from_value(*value)) {
+        robots[activity as usize] += 1;
     }
     robots
 }

@@ -5,7 +5,6 @@ use std::collections::BTreeSet;
 use egui::{ComboBox, Role, TextEdit, Ui, WidgetInfo};
 use regatta_plugin::frame::RobotState;
 
-use super::rows::state_name;
 use super::state::Interface;
 use super::style::{self, thousands};
 use super::view_model::{Action, ViewModel};
@@ -72,11 +71,11 @@ impl Interface {
 }
 
 fn state(ui: &mut Ui, filter: &mut Filter) {
-    let name = filter.state.map_or("any state", state_name);
+    let name = filter.state.map_or("any state", RobotState::name);
     let shown = ComboBox::from_id_salt("filter state").selected_text(name).width(84.0).show_ui(ui, |ui| {
         ui.selectable_value(&mut filter.state, None, "any state");
         for state in STATES {
-            ui.selectable_value(&mut filter.state, Some(state), state_name(state));
+            ui.selectable_value(&mut filter.state, Some(state), state.name());
         }
     });
     shown.response.widget_info(|| WidgetInfo::labeled(Role::ComboBox, true, "filter: state"));

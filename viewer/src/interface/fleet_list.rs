@@ -7,7 +7,7 @@ use regatta_plugin::contact::ContactLevel;
 use regatta_plugin::frame::{Frame, RobotState};
 
 use super::icons::{self, Icon};
-use super::rows::{RowQuery, Rows, SortBy, state_name};
+use super::rows::{RowQuery, Rows, SortBy};
 use super::state::Interface;
 use super::style::{self, ThemeColours, thousands};
 use super::view_model::{Action, Item, ViewModel};
@@ -188,7 +188,7 @@ fn cells(ui: &Ui, rect: Rect, frame: &Frame<'_>, row: &Row, columns: &[Column], 
     };
     write(columns[0].2, row.id.to_string(), colours.text);
     if state == RobotState::Absent {
-        write(columns[columns.len() - 1].2, state_name(state).to_owned(), colours.faint);
+        write(columns[columns.len() - 1].2, state.name().to_owned(), colours.faint);
         return;
     }
     let dot = pos2(rect.left() + 5.0, rect.center().y);
@@ -200,7 +200,7 @@ fn cells(ui: &Ui, rect: Rect, frame: &Frame<'_>, row: &Row, columns: &[Column], 
             Some(SortBy::Y) => (format!("{:.2}", frame.y()[id] + row.offset[1]), colours.text),
             Some(SortBy::Theta) => (format!("{:.1}°", frame.theta()[id].to_degrees()), colours.text),
             Some(SortBy::Speed) => (format!("{:.2}", frame.speed()[id]), colours.text),
-            Some(SortBy::State) => (state_name(state).to_owned(), state_colour(state, colours)),
+            Some(SortBy::State) => (state.name().to_owned(), state_colour(state, colours)),
             Some(SortBy::Edge) => (row.edge.map_or("–".to_owned(), |edge| edge.to_string()), colours.text),
             None => match row.level {
                 Some(ContactLevel::Touching) => ("touching".to_owned(), colours.bad),

@@ -7,7 +7,6 @@ use regatta_plugin::frame::RobotState;
 use regatta_plugin::world::NodeRecord;
 
 use super::robot_spots;
-use super::rows::state_name;
 use super::state::Interface;
 use super::style::{self, heading, thousands};
 use super::view_model::{Item, ViewModel};
@@ -43,7 +42,7 @@ impl Interface {
         for id in ids.iter().take(LISTED) {
             ui.horizontal(|ui| {
                 clicked = ui.link(format!("robot {id}")).clicked().then_some(*id).or(clicked);
-                let (state, speed) = (state_name(frame.state_of(*id as usize)), frame.speed()[*id as usize]);
+                let (state, speed) = (frame.state_of(*id as usize).name(), frame.speed()[*id as usize]);
                 ui.label(style::faint(ui, theme, format!("{state}, {speed:.2} m/s")));
             });
         }

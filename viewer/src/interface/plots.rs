@@ -9,7 +9,6 @@ use super::spots::clock;
 use super::state::Interface;
 use super::style::{self, color32};
 use super::view_model::{Action, ViewModel};
-use crate::interface::rows::state_name;
 use crate::jams::series::{STATES, Sample};
 use crate::palette::{Colouring, Scale};
 
@@ -56,7 +55,7 @@ impl Interface {
         let states = STATES.iter().zip(names).enumerate();
         let seen = states.filter(|(state, _)| samples.iter().any(|sample| sample.states[*state] > 0));
         let states = seen.map(|(number, (state, (_, colour)))| {
-            line(state_name(*state), color32(*colour), &|sample| Some(sample.states[number].into()))
+            line(state.name(), color32(*colour), &|sample| Some(sample.states[number].into()))
         });
         let waiting = STATES.iter().position(|state| *state == regatta_plugin::frame::RobotState::Waiting);
         let one = |title, colour, value: &dyn Fn(&Sample) -> Option<f64>| Figure {

@@ -65,7 +65,7 @@ impl RowQuery {
             ids.sort_by(|a, b| values[*a as usize].total_cmp(&values[*b as usize]));
         }
         match self.sort {
-            SortBy::State => ids.sort_by_key(|id| state_name(RobotState::from_number(columns.state[*id as usize]))),
+            SortBy::State => ids.sort_by_key(|id| RobotState::from_number(columns.state[*id as usize]).name()),
             SortBy::Edge => ids.sort_by_key(|id| columns.edge[*id as usize]),
             _ => {}
         }
@@ -82,7 +82,7 @@ fn passes(filter: &str, id: u32, state: u8) -> bool {
     }
     match filter.parse::<u32>() {
         Ok(wanted) => begins_with(id, wanted),
-        Err(_) => filter.is_empty() || state_name(RobotState::from_number(state)).starts_with(filter),
+        Err(_) => filter.is_empty() || RobotState::from_number(state).name().starts_with(filter),
     }
 }
 
@@ -92,21 +92,6 @@ fn begins_with(mut number: u32, start: u32) -> bool {
         number /= 10;
     }
     number == start
-}
-
-/// Returns the name of a state, in lower case.
-pub fn state_name(state: RobotState) -> &'static str {
-    match state {
-        RobotState::Idle => "idle",
-        RobotState::Driving => "driving",
-        RobotState::Waiting => "waiting",
-        RobotState::Held => "held",
-        RobotState::Faulted => "faulted",
-        RobotState::Turning => "turning",
-        RobotState::Stalled => "stalled",
-        RobotState::Broken => "broken",
-        RobotState::Absent => "absent",
-    }
 }
 
 #[cfg(test)]

@@ -10,7 +10,6 @@ use super::camera_controller::Follow;
 use super::fleet_list::state_colour;
 use super::history::{PLOTS, SPAN};
 use super::places::value_text;
-use super::rows::state_name;
 use super::state::Interface;
 use super::style::{self, heading, line, status_dot};
 use super::view_model::{Item, ViewModel};
@@ -40,7 +39,7 @@ impl Interface {
         };
         let state = frame.state_of(row);
         ui.horizontal(|ui| {
-            status_dot(ui, state_colour(state, &colours), RichText::new(state_name(state)));
+            status_dot(ui, state_colour(state, &colours), RichText::new(state.name()));
             let index = model.robot_type_column.and_then(|column| column.get(row));
             let robot_type = index.and_then(|index| model.world.robot_types().get(*index as usize));
             ui.label(style::faint(ui, theme, robot_type.map_or("", |robot_type| robot_type.name())));

@@ -60,7 +60,9 @@ impl Activity {
 
     /// Returns the activity of a column's value; `None` if it is none.
     pub fn from_value(value: f32) -> Option<Self> {
-        Self::ALL.into_iter().find(|activity| f32::from(*activity as u8) == value)
+        // The conversion truncates and saturates, which the comparison finds out.
+        let activity = *Self::ALL.get(usize::from(value as u8))?;
+        (f32::from(activity as u8) == value).then_some(activity)
     }
 }
 

@@ -215,6 +215,21 @@ impl Sequenced for FrameHeader {
 }
 
 impl RobotState {
+    /// The name, for people.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Idle => "idle",
+            Self::Driving => "driving",
+            Self::Waiting => "waiting",
+            Self::Held => "held",
+            Self::Faulted => "faulted",
+            Self::Turning => "turning",
+            Self::Stalled => "stalled",
+            Self::Broken => "broken",
+            Self::Absent => "absent",
+        }
+    }
+
     /// The number of states that a robot can be in, [`RobotState::Absent`] excluded. Their numbers are below it.
     pub const COUNT: usize = 8;
 

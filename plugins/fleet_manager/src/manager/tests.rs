@@ -15,7 +15,6 @@ fn breakdowns_that_are_repaired_only_delay_orders() {
         // Two breakdowns of each robot in an hour, of two minutes each.
         fleet.run(72_000, 56, 1_200);
         let figures = fleet.manager.tasks().figures(7_200.0);
-        println!("{figures:?}");
         assert_eq!(figures.orders.failed, 0, "{figures:?}");
         assert!(figures.orders.finished > 140 && figures.service.longest_secs < 1_800.0, "{figures:?}");
         // Once all are repaired, all orders are carried out.

@@ -41,7 +41,7 @@ impl Manager {
         let charge = charges.get(robot).filter(|charge| charge.is_finite());
         Vehicle {
             robot: robot as u32,
-            state: state_name(state),
+            state: state.name(),
             activity: self.activity(robot as u32).name(),
             node: self.last_node(robot as u32),
             edge: edge.map(|edge| self.steering.roads().edge(edge).id),
@@ -58,20 +58,5 @@ impl Manager {
         let (leg, from) = claim.iter().find_map(|stretch| Some((stretch.leg?, stretch.from)))?;
         let is_at_end = from >= roads.edge(leg.edge()).length - AT_END;
         Some(if is_at_end { roads.end(leg) } else { roads.start(leg) })
-    }
-}
-
-/// The state of a robot in a word.
-fn state_name(state: RobotState) -> &'static str {
-    match state {
-        RobotState::Idle => "idle",
-        RobotState::Driving => "driving",
-        RobotState::Waiting => "waiting",
-        RobotState::Held => "held",
-        RobotState::Faulted => "faulted",
-        RobotState::Turning => "turning",
-        RobotState::Stalled => "stalled",
-        RobotState::Broken => "broken",
-        RobotState::Absent => "absent",
     }
 }

@@ -88,22 +88,8 @@ fn fill(row: &mut Vec<Value>, snapshot: &Snapshot<'_>, robot: usize, plugins: us
         Value::F32(robot_row.speed),
         Value::F32(robot_row.s),
         snapshot.edge(&robot_row).map(|edge| edge.id).into(),
-        Value::Text(state(robot_row.state)),
+        Value::Text(RobotState::from_number(robot_row.state).name()),
     ]);
     row.extend((0..plugins).map(|column| Value::from(snapshot.column(column, robot))));
     true
-}
-
-fn state(number: u8) -> &'static str {
-    match RobotState::from_number(number) {
-        RobotState::Idle => "idle",
-        RobotState::Driving => "driving",
-        RobotState::Waiting => "waiting",
-        RobotState::Held => "held",
-        RobotState::Faulted => "faulted",
-        RobotState::Turning => "turning",
-        RobotState::Stalled => "stalled",
-        RobotState::Broken => "broken",
-        RobotState::Absent => "absent",
-    }
 }
