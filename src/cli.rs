@@ -14,7 +14,7 @@ use crate::arguments::Time;
 use crate::control::Target;
 use crate::failure::Failure;
 use crate::output::{Force, write_file};
-use crate::{doctor, engine, graph, order, orders, plugin, recording, report, run, validate, version};
+use crate::{doctor, engine, graph, order, orders, plugin, recording, report, run, study, validate, version};
 
 static SHORT_VERSION: LazyLock<String> = LazyLock::new(version::short);
 static LONG_VERSION: LazyLock<String> = LazyLock::new(version::long);
@@ -90,7 +90,7 @@ pub enum Command {
         #[command(subcommand)]
         command: Option<order::RobotsCommand>,
     },
-    /// Send an order to a robot of a running fleet, and wait for the answer.
+    /// Send an order to a robot of a running fleet, or close an edge, and wait for the answer.
     Order {
         #[command(subcommand)]
         command: order::OrderCommand,
@@ -137,6 +137,14 @@ pub enum Command {
         #[command(subcommand)]
         command: report::ReportCommand,
     },
+    /// Answer how many robots a plant holds, by many runs, here or on a cluster, with a page of results.
+    Study(Box<study::StudyArgs>),
+    /// Do one job of a study: the command that a study gives to its workers.
+    #[command(hide = true)]
+    StudyRun(study::StudyRunArgs),
+    /// Measure and judge a run of a study.
+    #[command(hide = true)]
+    StudyObserve(study::ObserverArgs),
     /// Check that this machine can run fleets, and clean up after crashed ones.
     Doctor(doctor::DoctorArgs),
     /// Print a completion script for a shell.

@@ -20,13 +20,13 @@ mod recording;
 mod report;
 mod run;
 mod scenario;
+mod study;
 mod supervisor;
 mod top;
 mod validate;
 mod version;
 #[cfg(feature = "viewer")]
 mod viewer;
-mod way;
 
 use std::process::ExitCode;
 
@@ -83,6 +83,9 @@ fn dispatch(cli: Cli) -> Result<ExitCode, Failure> {
         Command::Top(target) => top::run(&target),
         Command::Orders { command } => orders::run(command),
         Command::Report { command } => report::run(command),
+        Command::Study(args) => study::run(&args),
+        Command::StudyRun(args) => study::run_single(&args),
+        Command::StudyObserve(args) => study::run_observers(&args),
         Command::Doctor(args) => doctor::run(args),
         Command::Completions { shell } => {
             cli::print_completions(shell);

@@ -1,16 +1,16 @@
-//! `regatta order`: sends one order to a robot of a running fleet, and waits for the answer.
+//! `regatta order`: sends one order to a running fleet, and waits for the answer.
 
 use std::process::ExitCode;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use clap::{Args, Subcommand};
-use regatta_plugin::event::{EventKind, EventRecord, Refusal};
+use regatta_plugin::event::EventRecord;
 use regatta_plugin::order::RouteLeg;
-use regatta_plugin::{EventReader, Orders, Participant, ReadError, WorldReader};
+use regatta_plugin::task::NO_ROBOT;
+use regatta_plugin::{Dispatcher, Orders, find_node};
 
 use crate::control::Target;
 use crate::failure::Failure;
-use crate::way::{find_node, way_to};
 
 /// The time within which a running fleet answers.
 const TIMEOUT: Duration = Duration::from_secs(5);
@@ -60,6 +60,10 @@ pub enum OrderCommand {
     Break(Robot),
     /// Repair a robot that is broken.
     Repair(Robot),
+    /// Close an edge: no robot enters it, whoever is on it leaves it, and no new route leads along it.
+    Close(Edge),
+    /// Open a closed edge again.
+    Open(Edge),
     /// Add a robot, on a node or on an edge.
     Spawn {
         /// Node to stand on, by id or name.
@@ -106,6 +110,15 @@ pub struct Robot {
     target: Target,
 }
 
+/// An edge of a fleet's route graph.
+#[derive(Args)]
+pub struct Edge {
+    /// Edge, by id.
+    edge: u32,
+    #[command(flatten)]
+    target: Target,
+}
+
 /// The edges of a route.
 #[derive(Args)]
 pub struct Edges {
@@ -117,12 +130,12 @@ pub struct Edges {
 pub fn run(command: OrderCommand) -> Result<ExitCode, Failure> {
     match command {
         OrderCommand::Assign { robot: Robot { robot, target }, node, edges, reverse } => {
-            let fleet = Fleet::join(&target)?;
-            let legs = match node {
-                Some(node) => fleet.way(robot, &node, reverse)?,
-                None => edges.edges,
+            let mut fleet = join(&target)?;
+            let answer = match node {
+                Some(node) => fleet.send_to(robot, |world| find_node(world, &node), reverse)?,
+                None => fleet.send(|orders| orders.assign(robot, &edges.edges))?,
             };
-            fleet.send(|orders| orders.assign(robot, &legs))
+            Ok(accepted(&answer))
         }
         OrderCommand::Extend { robot, edges } => send(&robot, |orders, id| orders.extend(id, &edges.edges)),
         OrderCommand::Release { robot, edge, metres } => send(&robot, |orders, id| orders.release(id, edge, metres)),
@@ -132,22 +145,30 @@ pub fn run(command: OrderCommand) -> Result<ExitCode, Failure> {
         OrderCommand::Remove(robot) => send(&robot, Orders::remove),
         OrderCommand::Break(robot) => send(&robot, Orders::break_down),
         OrderCommand::Repair(robot) => send(&robot, Orders::repair),
+        OrderCommand::Close(Edge { edge, target }) => {
+            Ok(accepted(&join(&target)?.send(|orders| orders.close_edge(edge))?))
+        }
+        OrderCommand::Open(Edge { edge, target }) => {
+            Ok(accepted(&join(&target)?.send(|orders| orders.open_edge(edge))?))
+        }
         OrderCommand::Spawn { node, edge, at, robot_type, target } => {
-            let fleet = Fleet::join(&target)?;
-            let robot_type = fleet.robot_type(robot_type.as_deref())?;
-            match (node, edge) {
-                (_, Some(edge)) => fleet.send(|orders| orders.spawn_on_edge(robot_type, edge, at)),
+            let mut fleet = join(&target)?;
+            let robot_type = robot_type_index(&fleet, robot_type.as_deref())?;
+            let answer = match (node, edge) {
+                (_, Some(edge)) => fleet.send(|orders| orders.spawn_on_edge(robot_type, edge, at))?,
                 (node, None) => {
-                    let node = fleet.node_id(&node.unwrap_or_default())?;
-                    fleet.send(|orders| orders.spawn_at_node(robot_type, node))
+                    let name = node.unwrap_or_default();
+                    let node = fleet.world(|world| Ok::<_, Failure>(world.nodes()[find_node(world, &name)?].id))??;
+                    fleet.send(|orders| orders.spawn_at_node(robot_type, node))?
                 }
-            }
+            };
+            Ok(accepted(&answer))
         }
     }
 }
 
 fn send(robot: &Robot, order: impl FnOnce(&mut Orders, u32) -> u64) -> Result<ExitCode, Failure> {
-    Fleet::join(&robot.target)?.send(|orders| order(orders, robot.robot))
+    Ok(accepted(&join(&robot.target)?.send(|orders| order(orders, robot.robot))?))
 }
 
 /// Parses an edge of a route.
@@ -159,109 +180,27 @@ fn leg(text: &str) -> Result<RouteLeg, String> {
     digits.parse().map(leg).map_err(|_| "give the id of an edge, or -ID to drive it in reverse gear".to_owned())
 }
 
-/// A fleet that orders are sent to.
-struct Fleet {
-    participant: Participant,
-    events: EventReader,
-    orders: Orders,
+fn join(target: &Target) -> Result<Dispatcher, Failure> {
+    Ok(Dispatcher::join(&target.fleet, &format!("order-{}", std::process::id()), TIMEOUT)?)
 }
 
-impl Fleet {
-    fn join(target: &Target) -> Result<Self, Failure> {
-        let participant = Participant::join(&target.fleet, &format!("order-{}", std::process::id()))?;
-        let events = EventReader::open_on(&participant)?;
-        let orders = Orders::open_on(&participant)?;
-        Ok(Self { participant, events, orders })
+/// Prints the answer to an order.
+fn accepted(answer: &EventRecord) -> ExitCode {
+    match answer.robot {
+        NO_ROBOT => println!("accepted"),
+        robot => println!("accepted: robot {robot}"),
     }
-
-    /// Sends an order, and prints the answer to it.
-    fn send(mut self, order: impl FnOnce(&mut Orders) -> u64) -> Result<ExitCode, Failure> {
-        let token = order(&mut self.orders);
-        self.orders.send()?;
-        let answer = self.answer(token)?;
-        match answer.kind() {
-            Some(EventKind::Accepted) => println!("accepted: robot {}", answer.robot),
-            _ => return Err(refused(&answer).into()),
-        }
-        Ok(ExitCode::SUCCESS)
-    }
-
-    fn answer(&mut self, token: u64) -> Result<EventRecord, Failure> {
-        let is_answer = |event: &&EventRecord| {
-            event.token == token && matches!(event.kind(), Some(EventKind::Accepted | EventKind::Refused))
-        };
-        let start = Instant::now();
-        while start.elapsed() < TIMEOUT {
-            let mut answer = None;
-            self.events.take(|tick| {
-                answer = answer.or(tick.records.iter().find(is_answer).copied());
-                Ok::<_, ReadError>(())
-            })?;
-            if let Some(answer) = answer {
-                return Ok(answer);
-            }
-            std::thread::sleep(Duration::from_millis(2));
-        }
-        Err(format!(
-            "the fleet has not answered within {} s; is it paused? It takes the order at its next tick",
-            TIMEOUT.as_secs()
-        )
-        .into())
-    }
-
-    /// Calls `read` with the world.
-    fn world<T>(&self, read: impl FnOnce(&regatta_plugin::World<'_>) -> Result<T, Failure>) -> Result<T, Failure> {
-        let mut worlds = WorldReader::open_on(&self.participant)?;
-        let start = Instant::now();
-        loop {
-            if let Some(world) = worlds.latest()? {
-                return read(&world);
-            }
-            if start.elapsed() > TIMEOUT {
-                return Err(format!("fleet '{}' has no world; is it running?", self.participant.fleet()).into());
-            }
-            std::thread::sleep(Duration::from_millis(2));
-        }
-    }
-
-    fn way(&self, robot: u32, node: &str, reverse: bool) -> Result<Vec<RouteLeg>, Failure> {
-        self.world(|world| way_to(&self.participant, world, robot, node, reverse))
-    }
-
-    fn node_id(&self, node: &str) -> Result<u32, Failure> {
-        self.world(|world| Ok(world.nodes()[find_node(world, node)?].id))
-    }
-
-    fn robot_type(&self, name: Option<&str>) -> Result<u32, Failure> {
-        let Some(name) = name else { return Ok(0) };
-        self.world(|world| {
-            let types = world.robot_types().iter().map(|robot_type| robot_type.name().to_owned());
-            let names: Vec<_> = types.collect();
-            let found = names.iter().position(|other| other == name);
-            let unknown = || format!("no robot type is called '{name}'; there are {}", names.join(", "));
-            Ok(found.ok_or_else(unknown)? as u32)
-        })
-    }
+    ExitCode::SUCCESS
 }
 
-/// Says why an order was refused.
-fn refused(answer: &EventRecord) -> String {
-    use Refusal::*;
-    let id = answer.id;
-    let reasons = [
-        (UnknownRobot, format!("there is no robot {id}")),
-        (UnknownEdge, format!("there is no edge {id}")),
-        (UnknownNode, format!("there is no node {id}")),
-        (UnknownRobotType, format!("there is no robot type {id}")),
-        (NotConnected, format!("edge {id} doesn't start where the route before it, or the robot's edge, ends")),
-        (NoReverse, format!("edge {id} can't be driven in reverse gear")),
-        (MalformedRoute, "the route has no edges".to_owned()),
-        (DistanceOutOfRange, format!("the distance is not on edge {id}")),
-        (FleetFull, "the fleet has reached its maximum size".to_owned()),
-        (MalformedOrder, "the order is malformed".to_owned()),
-        (NotSteerable, "this producer takes no orders; an engine does".to_owned()),
-        (NotAhead, format!("edge {id} is not ahead in the robot's plan, or is released already")),
-    ];
-    let reason = reasons.into_iter().find(|(reason, _)| *reason as u32 == answer.detail);
-    format!("refused: {}", reason.map_or_else(|| format!("reason {}", answer.detail), |(_, text)| text))
+/// Returns the index of a robot type by its name; the first without one.
+fn robot_type_index(fleet: &Dispatcher, name: Option<&str>) -> Result<u32, Failure> {
+    let Some(name) = name else { return Ok(0) };
+    fleet.world(|world| {
+        let types = world.robot_types().iter().map(|robot_type| robot_type.name().to_owned());
+        let names: Vec<_> = types.collect();
+        let found = names.iter().position(|other| other == name);
+        let unknown = || format!("no robot type is called '{name}'; there are {}", names.join(", "));
+        Ok(found.ok_or_else(unknown)? as u32)
+    })?
 }

@@ -39,6 +39,12 @@ const PLUGINS: &[BuiltIn] = &[
         add_options: regatta_plugin::Options::augment_args,
     },
     BuiltIn {
+        name: "meter",
+        about: "Measure what the fleet carries over time: orders and their times",
+        run: |args| regatta_meter::run_from(args),
+        add_options: |_| regatta_meter::Cli::command(),
+    },
+    BuiltIn {
         name: "metrics",
         about: "Export metrics to Prometheus, and write them as CSV",
         run: |args| regatta_metrics::run_from(args, version::commit()),

@@ -8,6 +8,7 @@ mod output;
 mod plot;
 mod published;
 mod scaling;
+mod study;
 mod udp;
 
 use std::process::ExitCode;
@@ -31,6 +32,8 @@ pub enum ReportCommand {
     Management(management::ManagementArgs),
     /// Repeat the dissertation's tables 5.5 to 5.7, and continue to a million robots.
     Scaling(scaling::ScalingArgs),
+    /// Measure studies: a hundred runs, the knee of a warehouse, and whether they repeat.
+    Study(study::StudyReportArgs),
     /// Send fleets over UDP into a second fleet: lines per second, losses, processor time.
     Udp(udp::UdpArgs),
 }
@@ -40,6 +43,7 @@ pub fn run(command: ReportCommand) -> Result<ExitCode, Failure> {
         ReportCommand::Accuracy(output) => accuracy::run(&output),
         ReportCommand::Management(args) => management::run(&args),
         ReportCommand::Scaling(args) => scaling::run(&args),
+        ReportCommand::Study(args) => study::run(&args),
         ReportCommand::Udp(args) => udp::run(&args),
     }
 }

@@ -83,11 +83,17 @@ fn plugins_depend_only_on_the_contract() {
 }
 
 #[test]
-fn only_the_command_line_and_bench_depend_on_the_engine() {
+fn only_the_command_line_studies_and_bench_depend_on_the_engine() {
     for folder in crates() {
         let uses_engine = dependencies(&folder).iter().any(|name| name == "regatta-engine");
-        assert!(!uses_engine || folder == "bench", "{folder} depends on the engine");
+        // A study changes layouts and scenarios; it never sees a fleet.
+        assert!(!uses_engine || ["bench", "study"].contains(&folder.as_str()), "{folder} depends on the engine");
     }
+}
+
+#[test]
+fn a_study_knows_layouts_and_files_but_no_fleet() {
+    assert_eq!(workspace_dependencies("study"), ["regatta-engine", "regatta-meter"]);
 }
 
 #[test]

@@ -45,6 +45,8 @@ struct Simulation {
     orders: Vec<(OrderHeader, Vec<OrderRecord>)>,
     /// The orders of this tick, if a process reads the order log.
     order_log: Vec<OrderRecord>,
+    /// How often edges had been closed or opened when the closed ones were last published.
+    closures_published: u64,
     /// Ticks with events since readers were last woken.
     unannounced_ticks: usize,
     last_tick: Option<u64>,
@@ -92,6 +94,7 @@ impl Engine {
             tracks,
             orders: Vec::new(),
             order_log: Vec::new(),
+            closures_published: 0,
             unannounced_ticks: 0,
             last_tick: options.ticks,
             digest: options.digest.then(Digest::default),
@@ -170,10 +173,22 @@ impl Simulation {
             self.events.clear();
             self.unannounced_ticks += 1;
         }
+        self.publish_closures(session)?;
         if !self.order_log.is_empty() {
             let published = session.ports().publish_order_log(tick, &self.order_log);
             session.unless_full(published)?;
             self.order_log.clear();
+        }
+        Ok(())
+    }
+
+    /// Publishes the closed edges if they have changed.
+    fn publish_closures(&mut self, session: &mut Session) -> Result<(), EngineError> {
+        if self.closures_published != self.fleet.closure_changes() {
+            self.closures_published = self.fleet.closure_changes();
+            let tick = session.tick();
+            let published = session.ports().publish_closures(tick, &self.fleet.closed_edges());
+            session.unless_full(published)?;
         }
         Ok(())
     }

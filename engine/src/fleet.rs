@@ -1,9 +1,10 @@
 //! The state of all robots as private columns, and everything that changes it: spawns, orders and time.
 //!
-//! The parts of a fleet (`ahead`, `batteries`, `impairment`, `orders`, `release`, `spawn`) are methods of [`Fleet`] by topic.
+//! The parts of a fleet (`ahead`, `batteries`, `closures`, `impairment`, `orders`, `release`, `spawn`) are methods of [`Fleet`] by topic.
 
 mod ahead;
 mod batteries;
+mod closures;
 mod columns;
 mod graph_size;
 mod impairment;
@@ -157,6 +158,8 @@ pub struct Fleet {
     impairments: BTreeMap<u32, Impairment>,
     /// `None` if no type has a battery.
     batteries: Option<Batteries>,
+    /// How often edges were closed or opened.
+    closure_changes: u64,
     /// None if a step runs on the calling thread alone.
     pool: Option<StepPool>,
 }
@@ -197,6 +200,7 @@ impl Fleet {
             most_robots,
             impairments: BTreeMap::new(),
             batteries,
+            closure_changes: 0,
             pool,
         })
     }

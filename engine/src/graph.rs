@@ -6,6 +6,7 @@
 pub mod arc_length;
 pub mod bezier;
 mod body_heading;
+pub mod change;
 pub mod components;
 pub mod diff;
 pub mod draw;
@@ -29,6 +30,7 @@ mod value;
 mod yaml;
 
 pub use bezier::CubicBezier;
+pub use change::{ChangeError, EdgeChange};
 pub use finding::{Finding, Findings, Severity, Subject};
 pub use format::Format;
 pub use lint::SMOOTH_TURN;

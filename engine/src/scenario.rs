@@ -19,7 +19,7 @@ pub use battery::{BatteryEntry, ChargeEntry};
 pub use count::{ParseRobotCountError, RobotCount};
 pub use explain::YamlProblem;
 pub use made_up::made_up_scenario;
-pub use read::is_scenario;
+pub use read::{document, is_scenario};
 pub use suggest::closest;
 pub use yaml::{Breakdowns, CameraEntry, Disturbances, LegName, LightEntry, PluginCommand, Stalls, Viewer};
 

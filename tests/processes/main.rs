@@ -1,6 +1,7 @@
 //! Tests with whole processes: the real binary, real shared memory, real signals. Each test has its own fleet name, so that
 //! all of them can run in parallel.
 
+mod closures;
 mod collision;
 mod command_line;
 mod control;
@@ -21,6 +22,8 @@ mod report;
 mod restart;
 mod routes;
 mod shared_memory;
+mod study;
+mod study_theory;
 mod terminal;
 mod top;
 mod traffic;

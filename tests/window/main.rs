@@ -6,6 +6,7 @@
 mod fleet;
 mod recording;
 mod screen;
+mod steering;
 
 use std::process::{Command, ExitCode, Stdio};
 
@@ -30,6 +31,10 @@ const TESTS: &[(&str, fn())] = &[
     (
         "a_recording_is_scrubbed_stepped_and_greyed_after_its_replay",
         recording::a_recording_is_scrubbed_stepped_and_greyed_after_its_replay,
+    ),
+    (
+        "an_edge_is_closed_and_a_robot_sent_broken_and_held_by_the_menu",
+        steering::an_edge_is_closed_and_a_robot_sent_broken_and_held_by_the_menu,
     ),
     ("the_past_of_a_run_is_looked_at_while_it_goes_on", recording::the_past_of_a_run_is_looked_at_while_it_goes_on),
     ("a_run_opens_a_viewer_and_continues_without_it", a_run_opens_a_viewer_and_continues_without_it),

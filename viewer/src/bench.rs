@@ -4,25 +4,27 @@ mod synthetic;
 
 use std::time::{Duration, Instant};
 
-use regatta_plugin::{Participant, Result, Termination};
+use regatta_plugin::{Participant, Result, Termination, World};
 
 use crate::camera::{Bounds, Camera};
 use crate::gpu::TargetConfig;
 use crate::gpu::device::Gpu;
 use crate::gpu::renderer::{Picture, Renderer};
-use crate::jams::inbox::JamInbox;
+use crate::jams::heat::{Heat, HeatMap};
 use crate::options::Options;
 use crate::palette::{Colouring, Theme};
 use crate::picture::{FORMAT, Offscreen};
-use crate::plans::inbox::PlanInbox;
 use crate::scene::{Detail, Scene};
 use crate::stage::Stage;
+use crate::watching::Inbox;
 use synthetic::SyntheticFleet;
 
 /// The time limit of a measurement, after the least number of pictures.
 const TIME: Duration = Duration::from_secs(5);
 /// The least and the greatest number of pictures of a measurement.
 const PICTURES: (usize, usize) = (10, 600);
+/// The number of heat maps that are worked out to measure it.
+const HEAT_MAPS: usize = 15;
 /// Unmeasured pictures at the start, while shaders are compiled and buffers are created.
 const WARM_UP: usize = 3;
 
@@ -107,7 +109,7 @@ impl Bench<'_> {
         let mut renderer = self.renderer();
         let graph = fleet.graph();
         renderer.set_graph(&graph.view(1, 1));
-        renderer.set_heat(self.scene().heat.map(|heat| synthetic::heat_map(heat, &graph.view(1, 1))).as_ref());
+        let heat = self.scene().heat.map(|heat| heat_map(heat, &graph.view(1, 1), &mut renderer));
         let scene = Scene { colouring: Colouring::Speed, ..self.scene() };
         let legend = scene.colouring.legend(Theme::Dark, &[], Some((0.0, 2.0)));
         let camera = self.camera(view, fleet.bounds());
@@ -128,6 +130,11 @@ impl Bench<'_> {
             times.gpu = renderer.gpu_seconds();
         });
         print_row(robots, "synthetic", view, &times);
+        if let Some((edges, [work, upload])) = heat.filter(|_| view == "fit") {
+            println!(
+                "           heat map of {edges} edges: {work:.2} ms on its own thread, then {upload:.2} ms of a picture"
+            );
+        }
     }
 
     fn live(&self, view: &str) -> Result {
@@ -141,8 +148,8 @@ impl Bench<'_> {
             std::thread::sleep(Duration::from_millis(5));
         }
         let camera = self.camera(view, stage.bounds());
-        let plans = PlanInbox::open(&self.options.fleet, stage.plan_watch())?;
-        let jams = JamInbox::open(&self.options.fleet, stage.jam_watch(None))?;
+        let plans = Inbox::open(&self.options.fleet, stage.plan_watch())?;
+        let jams = Inbox::open(&self.options.fleet, stage.jam_watch(None))?;
         let mut failed = None;
         let times = self.measure(|times| {
             let start = Instant::now();
@@ -153,11 +160,11 @@ impl Bench<'_> {
                 }
                 Err(error) => failed = Some(error.into()),
             }
-            match plans.as_ref().map(PlanInbox::newest).transpose() {
+            match plans.as_ref().map(Inbox::newest).transpose() {
                 Ok(found) => found.flatten().iter().for_each(|found| stage.set_plans(found)),
                 Err(error) => failed = Some(error),
             }
-            match jams.as_ref().map(JamInbox::take).transpose() {
+            match jams.as_ref().map(Inbox::take).transpose() {
                 Ok(found) => found.into_iter().flatten().for_each(|found| {
                     stage.set_jams(found);
                 }),
@@ -200,12 +207,30 @@ impl Bench<'_> {
     }
 }
 
+/// Works a heat map out and uploads it. Returns the number of its edges, and the median times in milliseconds of either.
+fn heat_map(heat: Heat, world: &World<'_>, renderer: &mut Renderer) -> (u32, [f64; 2]) {
+    let traffic = synthetic::traffic(world);
+    let (mut edges, mut times) = (0, [(); 2].map(|()| Vec::new()));
+    for _ in 0..HEAT_MAPS {
+        let start = Instant::now();
+        let map = HeatMap::new(heat, &traffic.view(), world);
+        let done = Instant::now();
+        renderer.set_heat(Some(&map));
+        edges = map.facts.edges;
+        times[0].push((done - start).as_secs_f64());
+        times[1].push(done.elapsed().as_secs_f64());
+    }
+    (edges, times.map(median))
+}
+
+/// Returns the median of times in seconds, in milliseconds.
+fn median(mut times: Vec<f64>) -> f64 {
+    times.sort_by(f64::total_cmp);
+    times.get(times.len() / 2).copied().unwrap_or(f64::NAN) * 1e3
+}
+
 fn print_row(robots: usize, fleet: &str, view: &str, times: &[Times]) {
-    let median = |part: &dyn Fn(&Times) -> f64| {
-        let mut values: Vec<_> = times.iter().map(part).collect();
-        values.sort_by(f64::total_cmp);
-        values.get(values.len() / 2).copied().unwrap_or(f64::NAN) * 1e3
-    };
+    let median = |part: &dyn Fn(&Times) -> f64| median(times.iter().map(part).collect());
     let cpu = median(&|times| times.read + times.upload + times.encode);
     let whole = median(&|times| times.whole);
     let gpu = match times.first().and_then(|times| times.gpu) {

@@ -49,6 +49,8 @@ pub struct Annotations<'a> {
     pub robot_radius: f32,
     /// The scale of the heat map.
     pub heat: Option<HeatFacts>,
+    /// Number of closed edges.
+    pub closed: u32,
     /// The density of half the strength in robots per hectare, if robots are drawn as their density.
     pub density: Option<f32>,
     /// Robots whose ids are shown, with their positions in metres.
@@ -97,8 +99,20 @@ impl Caption {
     }
 
     fn lay_out(&self, size: UVec2, scale: f32, annotations: &Annotations<'_>) -> FullOutput {
-        let Annotations { camera, scene, legend, plans, title, frame, robot_radius, heat, density, robots, banner } =
-            annotations;
+        let Annotations {
+            camera,
+            scene,
+            legend,
+            plans,
+            title,
+            frame,
+            robot_radius,
+            heat,
+            closed,
+            density,
+            robots,
+            banner,
+        } = annotations;
         let picture = Rect::from_min_size(pos2(0.0, 0.0), vec2(size.x as f32, size.y as f32) / scale);
         let mut input = RawInput { screen_rect: Some(picture), ..RawInput::default() };
         input.viewports.entry(egui::ViewportId::ROOT).or_default().native_pixels_per_point = Some(scale);
@@ -121,7 +135,8 @@ impl Caption {
                     plan::draw(ui.ctx(), picture, picture, camera, theme);
                 }
                 let heat = scene.heat.map(|wanted| HeatLegend { heat: wanted, facts: *heat });
-                let symbols = Symbols { heat, density: *density, ..Symbols::new(layers, *plans) };
+                let closed = if layers.edges { *closed } else { 0 };
+                let symbols = Symbols { heat, density: *density, closed, ..Symbols::new(layers, *plans) };
                 overlay::legend(ui.ctx(), picture, theme, legend, &symbols, Some(title));
             }
         })

@@ -2,8 +2,9 @@
 
 use std::time::{Duration, Instant};
 
+use regatta_plugin::closure::ClosedEdge;
 use regatta_plugin::{
-    ColumnName, ColumnReader, ContactReader, Contacts, Frame, Participant, ReadError, RecordingReader,
+    ClosureReader, ColumnName, ColumnReader, ContactReader, Contacts, Frame, Participant, ReadError, RecordingReader,
     ReplayedRecording, Result, Subscriber, World, WorldReader,
 };
 
@@ -24,6 +25,7 @@ pub struct Feed {
     robot_type: ColumnReader,
     value: Option<(ColumnName, ColumnReader)>,
     contacts: ContactReader,
+    closures: ClosureReader,
     recording: RecordingReader,
     /// Frames in a row that don't belong to the recording that was told of.
     strange_frames: u32,
@@ -49,6 +51,8 @@ pub struct News {
     pub value: bool,
     /// There are new contacts.
     pub contacts: bool,
+    /// Edges were closed or opened.
+    pub closures: bool,
     /// There is a new [`Feed::recording`], or more is known of it.
     pub recording: bool,
 }
@@ -74,6 +78,7 @@ impl Feed {
             robot_type: ColumnReader::open_on(participant, "type")?,
             value: None,
             contacts: ContactReader::open_on(participant)?,
+            closures: ClosureReader::open_on(participant)?,
             recording: RecordingReader::open_on(participant)?,
             strange_frames: 0,
             polls: 0,
@@ -110,6 +115,7 @@ impl Feed {
             robot_type: self.robot_type.latest()?.is_some(),
             value: self.poll_value()?,
             contacts: self.contacts.latest()?.is_some(),
+            closures: self.closures.take()?,
             frame: self.frames.latest()?.is_some(),
             // After the frame: what is told of its run was published before it.
             recording: self.recording.take()?,
@@ -197,6 +203,11 @@ impl Feed {
         let is_silent = self.liveliness.contacts.is_none_or(|at| self.liveliness.is_silent(at));
         let is_alive = self.liveliness.has_checker && !is_silent;
         self.contacts.current().filter(|contacts| is_alive && contacts.header.run_id == run)
+    }
+
+    /// The edges that are closed in the current run, sorted by id.
+    pub fn closed(&self) -> &[ClosedEdge] {
+        self.last.map_or(&[], |(run, _)| self.closures.closed(run))
     }
 
     /// The recording that is replayed, if the producer is a replay.

@@ -2,6 +2,7 @@
 
 pub(crate) mod attachments;
 mod bindings;
+mod closures;
 mod columns;
 mod density;
 pub mod device;

@@ -24,15 +24,15 @@ use crate::interface::labels::{Labels, levels};
 use crate::interface::robot_spots;
 use crate::interface::style::thousands;
 use crate::interface::transport::clock_text;
-use crate::jams::inbox::JamInbox;
+use crate::jams::Watch as JamWatched;
 use crate::options::{CameraOption, Options};
 use crate::palette::{Colouring, Theme};
 use crate::picture::{FORMAT, Offscreen, write_png};
-use crate::plans::inbox::PlanInbox;
 use crate::plans::{PlanFacts, Watch};
 use crate::route::RoutePoller;
 use crate::stage::Stage;
 use crate::video::VideoWriter;
+use crate::watching::Inbox;
 
 /// The time between two polls for new data.
 const POLL: Duration = Duration::from_millis(2);
@@ -61,8 +61,8 @@ struct HeadlessViewer<'a> {
     participant: Participant,
     stage: Stage,
     routes: RoutePoller,
-    plans: Option<PlanInbox>,
-    jams: Option<JamInbox>,
+    plans: Option<Inbox<Watch>>,
+    jams: Option<Inbox<JamWatched>>,
     offscreen: Offscreen,
     caption: Caption,
     /// The time of the picture, where it isn't that of the newest frame, in seconds.
@@ -79,7 +79,9 @@ pub fn run(options: &Options) -> Result {
     let view = options.requested_camera()?;
     let termination = Termination::watch()?;
     let gpu = Gpu::offscreen()?;
-    let target = TargetConfig::new(&gpu, FORMAT, options.look.samples.unwrap_or(4));
+    // A measurement draws as a window does.
+    let samples = if gpu.is_software() && !options.bench.is_empty() { 1 } else { 4 };
+    let target = TargetConfig::new(&gpu, FORMAT, options.look.samples.unwrap_or(samples));
     let offscreen = Offscreen::new(&gpu, options.picture_size(), target)?;
     let participant = Participant::join(&options.fleet, "viewer")?;
     let mut renderer = Renderer::new(&gpu, target);
@@ -90,8 +92,8 @@ pub fn run(options: &Options) -> Result {
     let followed = options.follow.iter().chain(&options.look.select).copied().collect();
     // A film reads them with each frame, so that they don't depend on when a thread wakes.
     let watch = Watch { selected: followed, ..stage.plan_watch() };
-    let plans = if options.film.is_some() { None } else { PlanInbox::open(&options.fleet, watch)? };
-    let jams = if options.film.is_some() { None } else { JamInbox::open(&options.fleet, stage.jam_watch(None))? };
+    let plans = if options.film.is_some() { None } else { Inbox::open(&options.fleet, watch)? };
+    let jams = if options.film.is_some() { None } else { Inbox::open(&options.fleet, stage.jam_watch(None))? };
     let caption = Caption::new(&gpu);
     let mut viewer = HeadlessViewer {
         view,
@@ -302,7 +304,7 @@ impl HeadlessViewer<'_> {
 
     /// Takes what was found of where it jams.
     fn update_jams(&mut self) -> Result {
-        let found = self.jams.as_ref().map(JamInbox::take).transpose()?;
+        let found = self.jams.as_ref().map(Inbox::take).transpose()?;
         found.into_iter().flatten().for_each(|report| {
             self.stage.set_jams(report);
         });
@@ -311,7 +313,7 @@ impl HeadlessViewer<'_> {
 
     /// Takes the newest plans. Returns what is known if there are new ones.
     fn update_plans(&mut self) -> Result<Option<PlanFacts>> {
-        let Some(found) = self.plans.as_ref().map(PlanInbox::newest).transpose()?.flatten() else { return Ok(None) };
+        let Some(found) = self.plans.as_ref().map(Inbox::newest).transpose()?.flatten() else { return Ok(None) };
         self.stage.set_plans(&found);
         Ok(Some(found.facts))
     }
@@ -418,6 +420,7 @@ impl HeadlessViewer<'_> {
             frame,
             robot_radius,
             heat,
+            closed: self.stage.closed().len() as u32,
             density,
             robots,
             banner,

@@ -17,7 +17,9 @@ mod history;
 mod icons;
 mod keys;
 pub mod labels;
+mod log_panel;
 pub mod measure;
+mod menu;
 mod minimap;
 pub mod overlay;
 mod performance;
@@ -96,6 +98,7 @@ impl Interface {
             })
             .inner;
         self.overlay(ui.ctx(), picture, visible, model);
+        self.menu(ui.ctx(), visible, model, &mut actions);
         if model.engine != EngineState::Awaited {
             self.minimap(ui.ctx(), picture, visible, model);
             self.view_cube(ui.ctx(), visible);
@@ -167,6 +170,7 @@ impl Interface {
             LeftPanel::Fleet => self.fleet_list(ui, model, actions),
             LeftPanel::Collisions => self.collisions(ui, model),
             LeftPanel::Spots => self.hot_spots(ui, model, actions),
+            LeftPanel::Log => self.log_list(ui, model, actions),
         });
     }
 
@@ -175,7 +179,7 @@ impl Interface {
         let panel = Panel::right("right").default_size(280.0).size_range(270.0..=460.0_f32.min(room - 40.0).max(270.0));
         panel.frame(style::panel(self.settings.theme())).show(ui, |ui| {
             ScrollArea::vertical().auto_shrink(false).show(ui, |ui| match open {
-                RightPanel::Selection => self.selection(ui, model),
+                RightPanel::Selection => self.selection(ui, model, actions),
                 RightPanel::View => self.view(ui, model, actions),
                 RightPanel::Performance => self.performance(ui, model),
                 RightPanel::Connection => self.connection(ui, model, actions),

@@ -3,14 +3,12 @@
 //! for it.
 
 pub mod heat;
-pub mod inbox;
 pub mod series;
 pub mod spots;
 mod watcher;
 
 use std::sync::Arc;
-use std::sync::mpsc::{self, Sender};
-use std::thread::JoinHandle;
+use std::sync::mpsc::Receiver;
 
 use regatta_plugin::traffic::{EdgeTraffic, TRAFFIC_PERIODS};
 use regatta_plugin::{FleetName, Result};
@@ -18,6 +16,8 @@ use regatta_plugin::{FleetName, Result};
 use heat::{Heat, HeatFacts, HeatMap};
 use series::Sample;
 use spots::Spot;
+
+use crate::watching::Watched;
 
 /// What is to be watched.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -30,9 +30,17 @@ pub struct Watch {
     pub history: bool,
 }
 
-impl Watch {
+impl Watched for Watch {
+    type Report = JamReport;
+
+    const THREAD: &'static str = "jams";
+
     fn is_idle(&self) -> bool {
         *self == Self::default()
+    }
+
+    fn run(fleet: &FleetName, changed: &Receiver<Self>, report: &mut dyn FnMut(JamReport) -> bool) -> Result {
+        watcher::run(fleet, changed, report)
     }
 }
 
@@ -72,49 +80,4 @@ pub struct JamReport {
     pub edge: Option<EdgeFacts>,
     /// The hot spots and the figures over time, if there are newer ones.
     pub history: Option<History>,
-}
-
-/// A running thread that watches where it jams. Dropping it ends the thread.
-#[derive(Debug)]
-pub struct JamWatch {
-    changes: Option<Sender<Watch>>,
-    thread: Option<JoinHandle<()>>,
-}
-
-impl JamWatch {
-    /// Starts the thread, which watches nothing at first. `report` gets what it finds, and returns whether it wants more.
-    ///
-    /// # Errors
-    /// If the system can't start a thread.
-    pub fn start(
-        fleet: &FleetName,
-        mut report: impl FnMut(Result<JamReport>) -> bool + Send + 'static,
-    ) -> std::io::Result<Self> {
-        let (changes, changed) = mpsc::channel();
-        let fleet = fleet.clone();
-        let thread = std::thread::Builder::new().name("jams".into()).spawn(move || {
-            if let Err(error) = watcher::run(&fleet, &changed, &mut |found| report(Ok(found))) {
-                report(Err(error));
-            }
-        })?;
-        Ok(Self { changes: Some(changes), thread: Some(thread) })
-    }
-
-    /// Sets what is watched from now on.
-    pub fn watch(&self, watch: Watch) {
-        if let Some(changes) = &self.changes {
-            // Fails only after the thread has reported its error.
-            let _ = changes.send(watch);
-        }
-    }
-}
-
-impl Drop for JamWatch {
-    fn drop(&mut self) {
-        self.changes = None;
-        if let Some(thread) = self.thread.take() {
-            // The result is an error only if the thread panicked, and the panic has been printed.
-            let _ = thread.join();
-        }
-    }
 }

@@ -1,8 +1,9 @@
-//! Background threads for everything that takes time: requests to the engine, the order of the fleet list, the names of
+//! Background threads for everything that takes time: requests to the engine, orders, the order of the fleet list, the names of
 //! columns, routes and plans. None of it delays a picture. An iceoryx2 port stays on the thread that created it, so each thread
 //! opens its own ports.
 
 mod control;
+mod orders;
 mod poller;
 mod report;
 mod steps;
@@ -15,8 +16,11 @@ use regatta_plugin::{FleetName, Result};
 
 use crate::filter::Filter;
 use crate::interface::rows::RowQuery;
-use crate::jams::{JamWatch, Watch as JamWatched};
-use crate::plans::{PlanWatch, Watch};
+use crate::jams::Watch as JamWatched;
+use crate::log::watch::LogWatch;
+use crate::orders::UserOrder;
+use crate::plans::Watch;
+use crate::watching::Watching;
 use poller::Query;
 pub use report::{Fact, Report};
 
@@ -25,10 +29,13 @@ pub use report::{Fact, Report};
 pub struct Link {
     requests: Option<Sender<ControlRequest>>,
     queries: Option<Sender<Query>>,
+    orders: Option<Sender<UserOrder>>,
     reports: Receiver<Report>,
     poller: Option<JoinHandle<()>>,
-    plans: PlanWatch,
-    jams: JamWatch,
+    plans: Watching<Watch>,
+    jams: Watching<JamWatched>,
+    /// Collects as long as it lives.
+    _log: LogWatch,
 }
 
 impl Link {
@@ -45,23 +52,44 @@ impl Link {
         std::thread::Builder::new().name("control".into()).spawn(move || {
             report_error(&control_report, control::run(&name, &requested, &control_report));
         })?;
+        let (orders, ordered) = mpsc::channel();
+        let (name, order_report) = (fleet.clone(), report.clone());
+        // Not joined either: it may wait for the world of a fleet that ends.
+        std::thread::Builder::new().name("orders".into()).spawn(move || {
+            report_error(&order_report, orders::run(&name, &ordered, &order_report));
+        })?;
         let plan_report = report.clone();
-        let plans = PlanWatch::start(fleet, move |found| {
+        let plans = Watching::start(fleet, move |found| {
             let found =
                 found.map_or_else(|error| Report::Notice(error.to_string()), |found| Report::Plans(Box::new(found)));
             plan_report.send(found).is_ok()
         })?;
         let jam_report = report.clone();
-        let jams = JamWatch::start(fleet, move |found| {
+        let jams = Watching::start(fleet, move |found| {
             let found =
                 found.map_or_else(|error| Report::Notice(error.to_string()), |found| Report::Jams(Box::new(found)));
             jam_report.send(found).is_ok()
+        })?;
+        let log_report = report.clone();
+        let log = LogWatch::start(fleet, move |found| {
+            let found =
+                found.map_or_else(|error| Report::Notice(error.to_string()), |found| Report::Log(Box::new(found)));
+            log_report.send(found).is_ok()
         })?;
         let name = fleet.clone();
         let poller = std::thread::Builder::new().name("poller".into()).spawn(move || {
             report_error(&report, poller::run(&name, &queried, &report));
         })?;
-        Ok(Self { requests: Some(requests), queries: Some(queries), reports, poller: Some(poller), plans, jams })
+        Ok(Self {
+            requests: Some(requests),
+            queries: Some(queries),
+            orders: Some(orders),
+            reports,
+            poller: Some(poller),
+            plans,
+            jams,
+            _log: log,
+        })
     }
 
     /// Queues a request to the engine. Requests are sent one after the other.
@@ -69,6 +97,13 @@ impl Link {
         if let Some(requests) = &self.requests {
             // Fails only after the thread has ended and reported its error.
             let _ = requests.send(request);
+        }
+    }
+
+    /// Queues an order to the fleet. Its answer comes as a notice.
+    pub fn order(&self, order: UserOrder) {
+        if let Some(orders) = &self.orders {
+            let _ = orders.send(order);
         }
     }
 
@@ -116,7 +151,7 @@ impl Link {
 
 impl Drop for Link {
     fn drop(&mut self) {
-        (self.requests, self.queries) = (None, None);
+        (self.requests, self.queries, self.orders) = (None, None, None);
         if let Some(poller) = self.poller.take() {
             // The result is an error only if the thread panicked, and the panic has been printed.
             let _ = poller.join();

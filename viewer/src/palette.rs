@@ -22,6 +22,9 @@ pub const COLOURS: usize = 16;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Rgb(pub u32);
 
+/// Closed edges, in both themes; the same as in closures.wgsl.
+pub const CLOSED: Rgb = Rgb(0xd8232f);
+
 /// A colour theme.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
 pub enum Theme {

@@ -3,17 +3,16 @@
 
 mod collector;
 pub mod goals;
-pub mod inbox;
 pub mod lines;
 pub mod waits;
 
-use std::sync::mpsc::{self, Receiver, RecvTimeoutError, Sender};
-use std::thread::JoinHandle;
+use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant};
 
 use regatta_plugin::{ColumnReader, FleetName, Participant, ReadError, Result, RouteClient, Subscriber, WorldReader};
 
 use crate::route::RouteSegment;
+use crate::watching::Watched;
 use collector::Collector;
 pub use collector::Coverage;
 use goals::{GoalMark, Places};
@@ -39,9 +38,17 @@ pub struct Watch {
     pub selected: Vec<u32>,
 }
 
-impl Watch {
+impl Watched for Watch {
+    type Report = PlanReport;
+
+    const THREAD: &'static str = "plans";
+
     fn is_idle(&self) -> bool {
         !self.plans && !self.waits && self.selected.is_empty()
+    }
+
+    fn run(fleet: &FleetName, changed: &Receiver<Self>, report: &mut dyn FnMut(PlanReport) -> bool) -> Result {
+        run(fleet, changed, report)
     }
 }
 
@@ -94,51 +101,6 @@ impl PlanReader {
     /// If the fleet can't be read.
     pub fn read(&mut self, watch: &Watch) -> Result<PlanReport> {
         Ok(self.0.poll(watch, true)?.unwrap_or_default())
-    }
-}
-
-/// A running thread that watches plans. Dropping it ends the thread.
-#[derive(Debug)]
-pub struct PlanWatch {
-    changes: Option<Sender<Watch>>,
-    thread: Option<JoinHandle<()>>,
-}
-
-impl PlanWatch {
-    /// Starts the thread, which watches nothing at first. `report` gets what it finds, and returns whether it wants more.
-    ///
-    /// # Errors
-    /// If the system can't start a thread.
-    pub fn start(
-        fleet: &FleetName,
-        mut report: impl FnMut(Result<PlanReport>) -> bool + Send + 'static,
-    ) -> std::io::Result<Self> {
-        let (changes, changed) = mpsc::channel();
-        let fleet = fleet.clone();
-        let thread = std::thread::Builder::new().name("plans".into()).spawn(move || {
-            if let Err(error) = run(&fleet, &changed, &mut |found| report(Ok(found))) {
-                report(Err(error));
-            }
-        })?;
-        Ok(Self { changes: Some(changes), thread: Some(thread) })
-    }
-
-    /// Sets what is watched from now on.
-    pub fn watch(&self, watch: Watch) {
-        if let Some(changes) = &self.changes {
-            // Fails only after the thread has reported its error.
-            let _ = changes.send(watch);
-        }
-    }
-}
-
-impl Drop for PlanWatch {
-    fn drop(&mut self) {
-        self.changes = None;
-        if let Some(thread) = self.thread.take() {
-            // The result is an error only if the thread panicked, and the panic has been printed.
-            let _ = thread.join();
-        }
     }
 }
 

@@ -4,6 +4,7 @@
 use std::time::Instant;
 
 use glam::{UVec2, Vec2};
+use regatta_plugin::closure::ClosedEdge;
 use regatta_plugin::frame::ClockState;
 use regatta_plugin::route::RouteResponse;
 use regatta_plugin::{Frame, Participant, Result, World};
@@ -58,6 +59,8 @@ pub struct Stage {
     watched: Option<Colouring>,
     /// The level that the renderer shows.
     level: Option<String>,
+    /// The run whose closed edges are drawn, and their indices, sorted.
+    closed: (u64, Vec<u32>),
     routes: Vec<RouteResponse>,
     /// The rest of each route in the newest frame, by robot.
     remaining: Vec<(u32, Remaining)>,
@@ -85,6 +88,7 @@ impl Stage {
             range: None,
             watched: None,
             level: None,
+            closed: (0, Vec::new()),
             routes: Vec::new(),
             remaining: Vec::new(),
             plan_facts: PlanFacts::default(),
@@ -127,6 +131,7 @@ impl Stage {
             self.robot_types = world.robot_types().iter().map(|robot_type| robot_type.name().to_owned()).collect();
             self.renderer.set_world(&world);
         }
+        self.update_closed(news, is_other_level);
         if let Some(frame) = self.feed.frame().filter(|_| news.frame) {
             let is_live = self.feed.recording().is_none();
             if let Some(past) = self.past.as_mut().filter(|_| is_live) {
@@ -238,6 +243,24 @@ impl Stage {
     /// What is known of where it jams.
     pub fn jam_facts(&self) -> &JamFacts {
         &self.jam_facts
+    }
+
+    /// The indices of the closed edges, sorted.
+    pub fn closed(&self) -> &[u32] {
+        &self.closed.1
+    }
+
+    fn update_closed(&mut self, news: News, is_other_level: bool) {
+        let run = self.feed.frame().map_or(0, |frame| frame.run_id());
+        if !(news.closures || news.world || is_other_level || run != self.closed.0) {
+            return;
+        }
+        let Some(world) = self.feed.world() else { return };
+        let ids = self.feed.closed();
+        let is_closed = |id: u32| ids.binary_search(&ClosedEdge { edge: id }).is_ok();
+        let edges = world.edges().iter().zip(0..).filter(|(edge, _)| !ids.is_empty() && is_closed(edge.id));
+        self.closed = (run, edges.map(|(_, index)| index).collect());
+        self.renderer.set_closed(&world, &self.closed.1);
     }
 
     fn update_routes(&mut self) {

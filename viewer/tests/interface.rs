@@ -26,6 +26,8 @@ use regatta_viewer::jams::heat::{Heat, HeatFacts};
 use regatta_viewer::jams::series::Sample;
 use regatta_viewer::jams::spots::{Spot, Trend};
 use regatta_viewer::jams::{EdgeFacts, JamFacts};
+use regatta_viewer::log::{AlarmChange, AlarmKey, Entry, Kind, LogReport, Place, Severity};
+use regatta_viewer::orders::UserOrder;
 use regatta_viewer::palette::{Colouring, Legend, Theme};
 use regatta_viewer::plans::{Coverage, PlanFacts};
 use regatta_viewer::route::{Remaining, RouteLength};
@@ -41,6 +43,7 @@ struct Fixture {
     pairs: Vec<ContactRecord>,
     route: Option<Remaining>,
     plans: PlanFacts,
+    closed: Vec<u32>,
     jams: JamFacts,
     values: Vec<(&'static str, f32)>,
     task: Option<RobotTask>,
@@ -94,6 +97,7 @@ impl Fixture {
             pairs: Vec::new(),
             route: None,
             plans: PlanFacts::default(),
+            closed: Vec::new(),
             jams: JamFacts::default(),
             values: vec![("battery", 75.0)],
             task: None,
@@ -131,6 +135,7 @@ impl Fixture {
             plans: self.plans,
             jams: &self.jams,
             density: None,
+            closed: &self.closed,
             rows: self.rows.as_ref(),
             matches: self.matches,
             bounds: Bounds::default(),
@@ -897,4 +902,171 @@ fn the_past_of_a_live_run_is_looked_at_and_left() {
     assert_eq!(looked(&harness), None);
     press(&mut harness, Key::Comma);
     assert_eq!(looked(&harness), Some(83_455_999_999), "before the shown frame");
+}
+
+/// Returns the orders that were given.
+fn orders(harness: &Harness<'_, Fixture>) -> Vec<UserOrder> {
+    let orders = harness.state().actions.iter().filter_map(|action| match action {
+        Action::Order(order) => Some(*order),
+        _ => None,
+    });
+    orders.collect()
+}
+
+/// Opens the menu of an item in the middle of the picture, and clicks an entry.
+fn choose(harness: &mut Harness<'_, Fixture>, item: Item, entry: &str) {
+    harness.state_mut().actions.clear();
+    harness.state_mut().interface.open_menu(Some(item), pos2(600.0, 300.0));
+    settle(harness);
+    harness.get_by_label(entry).click();
+    settle(harness);
+}
+
+#[test]
+fn a_right_click_asks_for_the_menu_and_escape_or_a_click_elsewhere_closes_it() {
+    let mut harness = harness(Fixture::new(5));
+    let at = pos2(600.0, 300.0);
+    harness.hover_at(at);
+    harness.run_steps(2);
+    for pressed in [true, false] {
+        let button = egui::PointerButton::Secondary;
+        harness.event(egui::Event::PointerButton { pos: at, button, pressed, modifiers: Modifiers::NONE });
+        harness.run_steps(1);
+    }
+    settle(&mut harness);
+    let asked = harness.state().actions.iter().find_map(|action| match action {
+        Action::Menu { at, window } => Some((*at, *window)),
+        _ => None,
+    });
+    let (picture, window) = asked.expect("the menu is asked for");
+    assert_eq!(window, Vec2::new(600.0, 300.0));
+    assert_eq!(window - picture, Vec2::new(8.0, 50.0), "below the top bar, within the harness's margin of 8 points");
+    for by_key in [true, false] {
+        harness.state_mut().interface.open_menu(Some(Item::Edge(0)), at);
+        settle(&mut harness);
+        harness.get_by_label("Close edge");
+        if by_key {
+            press(&mut harness, Key::Escape);
+        } else {
+            harness.drag_at(pos2(300.0, 500.0));
+            harness.drop_at(pos2(300.0, 500.0));
+            settle(&mut harness);
+        }
+        assert!(harness.query_by_label("Close edge").is_none(), "{by_key}");
+    }
+    assert!(orders(&harness).is_empty());
+}
+
+#[test]
+fn the_menu_gives_orders_and_undoes_them() {
+    let mut harness = harness(Fixture::new(5));
+    choose(&mut harness, Item::Robot(2), "Hold");
+    assert_eq!(orders(&harness), [UserOrder::Hold(2)]);
+    assert!(harness.query_by_label("Break down").is_none(), "the menu is closed");
+    choose(&mut harness, Item::Robot(1), "Resume");
+    assert_eq!(orders(&harness), [UserOrder::Resume(1)], "this one is held");
+    choose(&mut harness, Item::Robot(2), "Break down");
+    assert_eq!(orders(&harness), [UserOrder::Break(2)]);
+    let fixture = harness.state_mut();
+    ColumnsMut::split(&mut fixture.lines, 5).state[2] = RobotState::Broken as u8;
+    choose(&mut harness, Item::Robot(2), "Repair");
+    assert_eq!(orders(&harness), [UserOrder::Repair(2)]);
+    choose(&mut harness, Item::Edge(0), "Close edge");
+    assert_eq!(orders(&harness), [UserOrder::Close(34)]);
+    harness.state_mut().closed = vec![0];
+    choose(&mut harness, Item::Edge(0), "Open edge");
+    assert_eq!(orders(&harness), [UserOrder::Open(34)]);
+    harness.get_by_label("closed (1)");
+}
+
+#[test]
+fn selected_robots_are_sent_to_a_node_unless_a_manager_steers_them() {
+    let mut harness = harness(Fixture::new(5));
+    choose(&mut harness, Item::Node(1), "Send here");
+    assert!(orders(&harness).is_empty(), "nobody is selected");
+    harness.state_mut().interface.select(Some(Item::Robot(4)));
+    choose(&mut harness, Item::Node(1), "Send robot 4 here");
+    assert_eq!(orders(&harness), [UserOrder::Send { robot: 4, node: 8 }]);
+    harness.state_mut().interface.toggle_selected(Item::Robot(2));
+    choose(&mut harness, Item::Node(0), "Send 2 robots here");
+    assert_eq!(orders(&harness), [2, 4].map(|robot| UserOrder::Send { robot, node: 7 }));
+    harness.state_mut().plans.has_goals = true;
+    choose(&mut harness, Item::Node(0), "Send 2 robots here");
+    assert!(orders(&harness).is_empty(), "the manager would stop them");
+}
+
+#[test]
+fn recordings_and_the_past_take_no_orders() {
+    let mut past = Fixture::new(5);
+    past.is_past = true;
+    let mut gone = Fixture::new(5);
+    gone.engine = EngineState::Gone;
+    let reasons = ["This is a recording", "This is the past", "The engine has ended."];
+    for (fixture, reason) in [replay(1.0), past, gone].into_iter().zip(reasons) {
+        let mut harness = harness(fixture);
+        choose(&mut harness, Item::Edge(0), "Close edge");
+        assert!(orders(&harness).is_empty(), "{reason}");
+        harness.get_by_label_contains(reason);
+    }
+}
+
+/// An entry about a robot.
+fn entry(time: u64, kind: Kind, robot: u32, text: &str) -> Entry {
+    let severity = Severity::Warning;
+    Entry {
+        time_nanos: time * 1_000_000_000,
+        kind,
+        severity,
+        robot: Some(robot),
+        place: Place::None,
+        text: text.into(),
+    }
+}
+
+#[test]
+fn alarms_are_acknowledged_and_entries_filtered_and_jumped_to() {
+    let mut fixture = Fixture::new(50);
+    fixture.interface.settings.left = Some(LeftPanel::Log);
+    let news = vec![
+        (entry(3, Kind::Fault, 7, "robot 7 broke down"), AlarmChange::Begins(AlarmKey::Robot(7))),
+        (entry(4, Kind::Stop, 9, "robot 9 stalls"), AlarmChange::None),
+        (Entry { robot: None, place: Place::Edge(34), ..entry(5, Kind::Edge, 0, "edge 34 closed") }, AlarmChange::None),
+    ];
+    fixture.interface.log().take(LogReport { news, ..LogReport::default() });
+    let mut harness = harness(fixture);
+    harness.get_by_label("1 alarm");
+    harness.get_by_label("Alarms 1");
+    harness.get_by_label("acknowledge Robot(7)").click();
+    settle(&mut harness);
+    assert_eq!(harness.state_mut().interface.log().unacknowledged(), 0);
+    harness.get_by_label("1 alarm");
+    let over = (entry(6, Kind::Fault, 7, "robot 7 repaired"), AlarmChange::Ends(AlarmKey::Robot(7)));
+    harness.state_mut().interface.log().take(LogReport { news: vec![over], ..LogReport::default() });
+    settle(&mut harness);
+    harness.get_by_label("no alarms");
+    harness.get_by_label_contains("robot 9 stalls").click();
+    settle(&mut harness);
+    assert_eq!(harness.state().interface.selected, Some(Item::Robot(9)));
+    harness.get_by_label_contains("edge 34 closed").click();
+    settle(&mut harness);
+    assert_eq!(harness.state().interface.selected, Some(Item::Edge(0)));
+    harness.get_by_label("text of entries").click();
+    settle(&mut harness);
+    harness.event(egui::Event::Text("#7".into()));
+    settle(&mut harness);
+    assert!(harness.query_by_label_contains("robot 9 stalls").is_none());
+    harness.get_by_label_contains("robot 7 broke down");
+}
+
+#[test]
+fn the_log_of_a_recording_jumps_to_its_marks() {
+    let mut fixture = replay(1.0);
+    fixture.interface.settings.left = Some(LeftPanel::Log);
+    let mut harness = harness(fixture);
+    harness.get_by_label("2 marks");
+    harness.get_by_label_contains("robot 3 and 1 more broke down").click();
+    settle(&mut harness);
+    let sought = harness.state().requests().into_iter().find(|(kind, ..)| *kind == ControlKind::Seek);
+    assert_eq!(sought.map(|(_, time, _)| time), Some(6_000_000_000));
+    assert_eq!(harness.state().interface.selected, Some(Item::Robot(3)));
 }

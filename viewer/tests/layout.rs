@@ -17,6 +17,7 @@ use regatta_viewer::interface::settings::{LeftPanel, RightPanel, Settings};
 use regatta_viewer::interface::timing::Timing;
 use regatta_viewer::interface::view_model::{Action, EngineState, Item, ViewModel};
 use regatta_viewer::jams::JamFacts;
+use regatta_viewer::log::{AlarmChange, AlarmKey, Entry, Kind, LogReport, Place, Severity};
 use regatta_viewer::palette::{Colouring, Legend, Theme};
 use regatta_viewer::plans::PlanFacts;
 
@@ -80,6 +81,7 @@ impl Fixture {
             timeline: None,
             jams: &self.jams,
             density: None,
+            closed: &[],
             fleet: "a-fleet-with-a-long-name",
             engine: EngineState::Running,
             status: Some(&status),
@@ -171,6 +173,40 @@ fn panels_fit_into_windows_of_all_sizes() {
                 let links = harness.query_all_by_label("robot 3").count();
                 assert_eq!(links > 0, room >= 620.0, "one panel only in a narrow window: {size:?} at {scale}");
             }
+        }
+    }
+}
+
+#[test]
+fn the_menu_and_the_log_fit_into_windows_of_all_sizes() {
+    for size in SIZES {
+        for scale in SCALES {
+            let mut menu = harness(size, scale, |interface| {
+                interface.select(Some(Item::Robot(3)));
+                interface.settings.right = None;
+                interface.open_menu(Some(Item::Robot(3)), egui::pos2(size[0], size[1]) / scale);
+            });
+            menu.run_steps(4);
+            menu.get_by_label("Break down");
+            check(&menu, size, &format!("menu, {size:?} at {scale}"));
+            let alarm = |robot: u32| {
+                let text = format!("robot {robot} broke down far away from everything that is near to anybody");
+                let entry = Entry {
+                    time_nanos: 1,
+                    kind: Kind::Fault,
+                    severity: Severity::Alarm,
+                    robot: Some(robot),
+                    place: Place::None,
+                    text,
+                };
+                (entry, AlarmChange::Begins(AlarmKey::Robot(robot)))
+            };
+            let log = harness(size, scale, |interface| {
+                interface.settings.left = Some(LeftPanel::Log);
+                interface.log().take(LogReport { news: (0..40).map(alarm).collect(), ..LogReport::default() });
+            });
+            log.get_by_label("40 alarms");
+            log.get_by_label("text of entries");
         }
     }
 }

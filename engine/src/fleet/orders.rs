@@ -6,7 +6,7 @@ use regatta_plugin::order::{OrderKind, OrderRecord};
 
 use super::spawn::check_connected;
 use super::{EventBuffer, Fleet, Placement, Plans, Route, RouteSource};
-use crate::graph::{Gear, Leg, NodeIndex};
+use crate::graph::{EdgeIndex, Gear, Leg, NodeIndex};
 use crate::motion::leg_of;
 
 /// A checked order, ready to be carried out.
@@ -44,6 +44,12 @@ pub(super) enum Action {
     },
     Remove {
         robot: u32,
+    },
+    Close {
+        edge: EdgeIndex,
+    },
+    Open {
+        edge: EdgeIndex,
     },
     Spawn {
         placement: Placement,
@@ -95,6 +101,8 @@ impl Fleet {
             Some(OrderKind::Break) => row().map(|_| Action::Break { robot }),
             Some(OrderKind::Repair) => row().map(|_| Action::Repair { robot }),
             Some(OrderKind::Remove) => row().map(|_| Action::Remove { robot }),
+            Some(OrderKind::CloseEdge) => Ok(Action::Close { edge: self.edge(order.id)? }),
+            Some(OrderKind::OpenEdge) => Ok(Action::Open { edge: self.edge(order.id)? }),
             Some(OrderKind::SpawnAtNode | OrderKind::SpawnOnEdge) => self.prepare_spawn(order),
             Some(OrderKind::Leg) | None => Err(about(order.id)(Refusal::MalformedOrder)),
         }
@@ -138,7 +146,11 @@ impl Fleet {
         let gear = if record.reverse == 0 { Gear::Forward } else { Gear::Reverse };
         let leg = Leg { edge: graph.edge_by_id(record.id).ok_or(Refusal::UnknownEdge)?, gear };
         check_connected(graph, node, &[leg])?;
-        Ok(leg)
+        if self.motion.legs.is_closed(leg.edge) { Err(Refusal::EdgeClosed) } else { Ok(leg) }
+    }
+
+    fn edge(&self, id: u32) -> Result<EdgeIndex, Rejection> {
+        self.motion.legs.graph().edge_by_id(id).ok_or(Rejection { reason: Refusal::UnknownEdge, id })
     }
 
     fn prepare_spawn(&self, order: &OrderRecord) -> Result<Action, Rejection> {
@@ -185,6 +197,8 @@ impl Fleet {
                 self.repair(robot, events);
                 self.change_battery(robot, events);
             }
+            Action::Close { edge } => self.close_edge(edge, events),
+            Action::Open { edge } => self.open_edge(edge, events),
             Action::Remove { robot } => self.remove_row(robot, order.token, events),
             Action::Nothing | Action::Spawn { .. } => {}
         }
@@ -263,11 +277,27 @@ fn is_route(order: &OrderRecord) -> bool {
 
 fn kind(order: &OrderRecord) -> Option<OrderKind> {
     use OrderKind::{
-        Assign, Break, Cancel, Extend, Hold, Leg, Release, Remove, Repair, Resume, SpawnAtNode, SpawnOnEdge,
+        Assign, Break, Cancel, CloseEdge, Extend, Hold, Leg, OpenEdge, Release, Remove, Repair, Resume, SpawnAtNode,
+        SpawnOnEdge,
     };
-    [Leg, Assign, Extend, Cancel, Hold, Resume, SpawnAtNode, SpawnOnEdge, Remove, Release, Break, Repair]
-        .into_iter()
-        .find(|&kind| kind as u32 == order.kind)
+    [
+        Leg,
+        Assign,
+        Extend,
+        Cancel,
+        Hold,
+        Resume,
+        SpawnAtNode,
+        SpawnOnEdge,
+        Remove,
+        Release,
+        Break,
+        Repair,
+        CloseEdge,
+        OpenEdge,
+    ]
+    .into_iter()
+    .find(|&kind| kind as u32 == order.kind)
 }
 
 fn refuse(order: &OrderRecord, rejection: &Rejection, events: &mut EventBuffer) {

@@ -1,6 +1,7 @@
 //! Tests of whole fleets: ticks, orders and frames.
 
 mod batteries;
+mod closures;
 mod drive;
 mod equality;
 mod impairment;

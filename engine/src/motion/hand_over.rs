@@ -163,6 +163,12 @@ impl Motion {
         }
     }
 
+    /// Whether a robot that waits at the end of its leg, or on a node, may drive its next leg by now.
+    pub(crate) fn may_leave(&self, rows: &Rows, row: usize) -> bool {
+        let is_at_end = self.legs.is_leg_end(rows.piece.get(row), rows.w[row]);
+        is_at_end && self.next_leg(&mut self.route_cursor(rows, row)).is_ok()
+    }
+
     /// Makes a robot stop, at once if its type has no acceleration limit.
     pub(crate) fn hold(&self, rows: &mut Rows, row: usize, events: &mut EventBuffer) {
         rows.state[row] = RobotState::Held as u8;

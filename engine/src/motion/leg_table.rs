@@ -1,8 +1,10 @@
 //! The route graph as hand-overs read it: the pieces of each leg in order, and the edges that leave each node.
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use super::pieces::{MAX_PIECES, PieceIndex};
+use super::routes::BaseEnd;
 use crate::graph::arc_length::{Piece, PieceInfo, Tracks};
 use crate::graph::{EdgeIndex, Gear, Leg, NodeIndex, RouteGraph};
 
@@ -65,6 +67,8 @@ pub(crate) struct LegTable {
     exits_start: Vec<u32>,
     /// By edge: position among its destination's exits of the edge that leads straight back, or `u32::MAX`.
     return_exits: Vec<u32>,
+    /// Edges that nobody may enter. Ordered by index, and mostly empty.
+    closed: BTreeSet<EdgeIndex>,
 }
 
 impl LegTable {
@@ -79,7 +83,8 @@ impl LegTable {
         let legs = all_legs.clone().map(|leg| compile_leg(&graph, &tracks, leg)).collect();
         let (spans, rests) = compile_pieces(&tracks, all_legs);
         let (exits, exits_start) = exits(&graph);
-        let mut table = Self { graph, tracks, spans, rests, legs, exits, exits_start, return_exits: Vec::new() };
+        let (return_exits, closed) = (Vec::new(), BTreeSet::new());
+        let mut table = Self { graph, tracks, spans, rests, legs, exits, exits_start, return_exits, closed };
         table.return_exits =
             table.graph.edges().iter().map(|edge| table.return_exit(edge.origin, edge.destination)).collect();
         Ok(table)
@@ -159,18 +164,49 @@ impl LegTable {
         }
     }
 
-    /// Returns the edge that a random walk takes from a node; `None` at a dead end. It turns straight back only if
-    /// there is no other edge.
-    pub(super) fn random_exit(&self, node: NodeIndex, leg: Option<Leg>, random: u32) -> Option<EdgeIndex> {
+    /// Closes an edge. Returns whether it was open.
+    pub(crate) fn close(&mut self, edge: EdgeIndex) -> bool {
+        self.closed.insert(edge)
+    }
+
+    /// Opens an edge. Returns whether it was closed.
+    pub(crate) fn open(&mut self, edge: EdgeIndex) -> bool {
+        self.closed.remove(&edge)
+    }
+
+    /// Whether nobody may enter an edge.
+    pub(crate) fn is_closed(&self, edge: EdgeIndex) -> bool {
+        self.closed.contains(&edge)
+    }
+
+    /// The edges that nobody may enter.
+    pub(crate) fn closed(&self) -> impl Iterator<Item = EdgeIndex> {
+        self.closed.iter().copied()
+    }
+
+    /// Returns the edge that a random walk takes from a node. It turns straight back only if there is no other edge.
+    pub(super) fn random_exit(&self, node: NodeIndex, leg: Option<Leg>, random: u32) -> Result<EdgeIndex, BaseEnd> {
         let exits = self.exits_of(node);
         let back = match leg {
             Some(Leg { edge, gear: Gear::Forward }) if exits.len() > 1 => self.return_exits[edge.0 as usize],
             _ => u32::MAX,
         };
+        if !self.closed.is_empty() && exits.iter().any(|edge| self.is_closed(*edge)) {
+            return self.random_open_exit(exits, back, random);
+        }
         let choices = exits.len() as u64 - u64::from(back != u32::MAX);
         let choice = (u64::from(random) * choices) >> 32;
         let choice = choice + u64::from(choice >= u64::from(back));
-        exits.get(choice as usize).copied()
+        exits.get(choice as usize).copied().ok_or(BaseEnd::DeadEnd)
+    }
+
+    /// As [`random_exit`](Self::random_exit), for a node that closed edges leave. `back` is the place of the way back.
+    fn random_open_exit(&self, exits: &[EdgeIndex], back: u32, random: u32) -> Result<EdgeIndex, BaseEnd> {
+        let open = (0..).zip(exits.iter().copied()).filter(|(_, edge)| !self.is_closed(*edge));
+        let mut ahead = open.clone().filter(|(place, _)| *place != back);
+        let choice = (u64::from(random) * ahead.clone().count() as u64) >> 32;
+        let chosen = ahead.nth(choice as usize).or_else(|| open.last());
+        chosen.map(|(_, edge)| edge).ok_or(BaseEnd::Unreleased)
     }
 
     fn exits_of(&self, node: NodeIndex) -> &[EdgeIndex] {

@@ -55,7 +55,7 @@ pub(crate) struct RouteCursor {
 pub(crate) enum BaseEnd {
     /// The route ends.
     Done,
-    /// The released base ends, but the route goes on.
+    /// The released base ends, but the route goes on; or it leads along a closed edge.
     Unreleased,
     /// No edge leaves this node.
     DeadEnd,
@@ -97,6 +97,9 @@ impl Plans {
             None if cursor.route.is_walk() => (self.random_leg(table, cursor)?, position),
             Some(Plan::Free) | None => return Err(BaseEnd::Done),
         };
+        if table.is_closed(leg.edge) {
+            return Err(BaseEnd::Unreleased);
+        }
         cursor.route.position = place.wrapping_add(1);
         Ok(leg)
     }
@@ -104,7 +107,7 @@ impl Plans {
     fn random_leg(&self, table: &LegTable, cursor: &RouteCursor) -> Result<Leg, BaseEnd> {
         let counter = u64::from(cursor.robot) << 32 | u64::from(cursor.route.position);
         let random = (mix(self.seed ^ counter) >> 32) as u32;
-        let edge = table.random_exit(cursor.node, cursor.leg, random).ok_or(BaseEnd::DeadEnd)?;
+        let edge = table.random_exit(cursor.node, cursor.leg, random)?;
         Ok(Leg { edge, gear: Gear::Forward })
     }
 

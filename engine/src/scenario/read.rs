@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::io::Read;
 use std::path::Path;
 
-use serde::de::IgnoredAny;
+use serde::de::{DeserializeOwned, IgnoredAny};
 
 use super::explain::SCENARIO_KEYS;
 use super::explain::{GRAPH_KEYS, explain};
@@ -165,6 +165,15 @@ fn first_key(line: &str) -> Option<&str> {
 /// Whether a text is a scenario, valid or not, rather than a route graph: only scenarios have the key `graph`.
 pub fn is_scenario(text: &str) -> bool {
     serde_yaml::from_str::<BTreeMap<String, IgnoredAny>>(text).is_ok_and(|keys| keys.contains_key("graph"))
+}
+
+/// Reads any document in YAML, or in JSON, which is YAML: a scenario as it was written, for example, to change it.
+///
+/// # Errors
+/// [`ScenarioError::Yaml`] with the line and the entry. `path` is the file that messages name.
+pub fn document<T: DeserializeOwned>(text: &str, path: &Path) -> Result<T, ScenarioError> {
+    let error = |source| ScenarioError::Yaml { path: path.into(), problem: explain(&source), source };
+    serde_yaml::from_str(text).map_err(error)
 }
 
 /// Whether a text is empty, or a map without any key of a scenario or a graph, not even a misspelt one.

@@ -36,6 +36,7 @@ pub mod records;
 struct Readme;
 
 pub use error::{Error, Result};
+pub use ports::closures::ClosureReader;
 pub use ports::columns::{ColumnPublisher, ColumnReader, ColumnValues, column_names};
 pub use ports::contacts::{ContactEventReader, ContactEvents, ContactPublisher, ContactReader, Contacts};
 pub use ports::control::{Control, ControlError, TIMEOUT as CONTROL_TIMEOUT};
@@ -53,6 +54,7 @@ pub use ports::tasks::{TaskPublisher, TaskReader, Tasks};
 pub use ports::traffic::{Traffic, TrafficPublisher, TrafficReader};
 pub use ports::worlds::WorldReader;
 pub use process::csv_file::{CsvChange, CsvError, CsvFile, RowCounts};
+pub use process::dispatch::{DispatchError, Dispatcher};
 pub use process::domain::{DomainError, RUNTIME_DIR_VARIABLE, config as iceoryx2_config};
 pub use process::health;
 pub use process::join::Participant;
@@ -63,11 +65,12 @@ pub use process::run::{AFTER_VARIABLE, LOAD_VARIABLE, NAME_VARIABLE, Options, ru
 pub use process::scheduling::{Priority, SchedulingError, SchedulingOptions};
 pub use process::termination::{PARENT_VARIABLE, Termination};
 pub use process::usage::usage_line;
+pub use process::way::{WayError, find_node};
 pub use producer::{produce, produce_from};
 pub use records::frame::Frame;
 pub use records::name::{ColumnName, FleetName, MAX_NAME_BYTES, NameError};
 pub use records::world::World;
 pub use records::{
-    activity, column, contact, control, event, frame, order, order_log, recording, route, sequence, task, traffic,
-    world,
+    activity, closure, column, contact, control, event, frame, order, order_log, recording, route, sequence, task,
+    traffic, world,
 };

@@ -8,6 +8,7 @@
 //! Imports lead from the services up to the ports and on to [`process`](crate::process), never back.
 
 mod ask;
+pub mod closures;
 pub mod columns;
 pub mod contacts;
 pub mod control;

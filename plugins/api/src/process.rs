@@ -1,7 +1,8 @@
-//! The life of a process in a fleet: joining, running a plugin, writing rows to a file, ending, and the health of shared
+//! The life of a process in a fleet: joining, running a plugin, giving orders, writing rows to a file, ending, and the health of shared
 //! memory.
 
 pub mod csv_file;
+pub mod dispatch;
 pub(crate) mod domain;
 pub mod health;
 pub mod join;
@@ -14,3 +15,4 @@ pub mod scheduling;
 mod silence;
 pub mod termination;
 pub mod usage;
+pub mod way;

@@ -5,6 +5,7 @@
 //! write `plugins/python/regatta/layout.json` again (see `tests/layout.rs`).
 
 pub mod activity;
+pub mod closure;
 pub mod column;
 pub mod contact;
 pub mod control;

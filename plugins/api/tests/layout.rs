@@ -12,6 +12,7 @@ use std::path::Path;
 use iceoryx2::prelude::*;
 use iceoryx2::service::Service;
 use regatta_plugin::ProducerPorts;
+use regatta_plugin::closure::{ClosedEdge, ClosureHeader};
 use regatta_plugin::column::ColumnHeader;
 use regatta_plugin::contact::{
     ContactChange, ContactEvent, ContactEventHeader, ContactHeader, ContactLevel, ContactRecord,
@@ -97,6 +98,8 @@ fn all_records() -> Map<String, Value> {
         RouteRequest { robot, reserved }
         RouteResponse { run_id, tick, robot, found, legs, released, released_metres, reserved,
             listed }
+        ClosureHeader { run_id, tick, sequence }
+        ClosedEdge { edge }
         RecordingHeader { run_id, sequence, start_nanos, end_nanos, ahead_nanos, searched_nanos, left_out, file, note }
         RecordingMark { time_nanos, kind, robot, count, reserved }
         Done { run_id, tick, name }
@@ -110,12 +113,12 @@ fn all_enums() -> Map<String, Value> {
         Shape { Rectangle, Circle }
         NodeRole { None, Pick, Drop, Park, Charge }
         OrderKind { Leg, Assign, Extend, Cancel, Hold, Resume, SpawnAtNode, SpawnOnEdge, Remove, Release, Break,
-            Repair }
+            Repair, CloseEdge, OpenEdge }
         EventKind { ReachedNode, RouteDone, WaitingForRelease, Held, Resumed, Accepted, Refused, Spawned, Removed, Faulted,
-            Stalled, Recovered, BrokenDown, Repaired }
+            Stalled, Recovered, BrokenDown, Repaired, EdgeClosed, EdgeOpened }
         BreakdownCause { Unknown, FlatBattery }
         Refusal { UnknownRobot, UnknownEdge, UnknownNode, UnknownRobotType, NotConnected, NoReverse, MalformedRoute,
-            DistanceOutOfRange, FleetFull, MalformedOrder, NotSteerable, NotAhead }
+            DistanceOutOfRange, FleetFull, MalformedOrder, NotSteerable, NotAhead, EdgeClosed }
         TaskKind { Created, Stop, Assigned, Withdrawn, Arrived, Handled, Finished, Failed, Cancelled }
         StopAction { None, Pick, Drop, Charge, Park }
         ContactLevel { Possible, Touching }

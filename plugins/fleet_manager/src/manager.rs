@@ -11,6 +11,7 @@ mod vehicles;
 use std::sync::Arc;
 use std::time::Instant;
 
+use regatta_plugin::closure::ClosedEdge;
 use regatta_plugin::frame::{Columns, NO_EDGE, RobotState};
 
 use crate::charging::Charging;
@@ -86,6 +87,11 @@ impl Manager {
     /// The tasks, to drain their events.
     pub fn tasks_mut(&mut self) -> &mut TaskBook {
         &mut self.tasks
+    }
+
+    /// Takes the edges that no robot may enter, sorted by id.
+    pub fn close_edges(&mut self, closed: &[ClosedEdge]) {
+        self.steering.close_edges(closed);
     }
 
     /// Takes back what was granted to a robot from a command on: it was refused.

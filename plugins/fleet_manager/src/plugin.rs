@@ -16,8 +16,8 @@ use regatta_plugin::order::RouteLeg;
 use regatta_plugin::ports::tasks::TaskPublisher;
 use regatta_plugin::task::TaskRecord;
 use regatta_plugin::{
-    ColumnReader, Error, Events, Frame, LOAD_VARIABLE, OpenError, Options, OrderError, Orders, Participant, Plugin,
-    Rate, Result, World, tell, usage_line,
+    ClosureReader, ColumnReader, Error, Events, Frame, LOAD_VARIABLE, OpenError, Options, OrderError, Orders,
+    Participant, Plugin, Rate, Result, World, tell, usage_line,
 };
 
 pub use self::planner_kind::PlannerKind;
@@ -123,6 +123,7 @@ struct Ports {
     columns: ManagerColumns,
     types: ColumnReader,
     batteries: ColumnReader,
+    closures: ClosureReader,
 }
 
 /// What a new world has told: the manager begins with its first frame, which tells the time.
@@ -265,6 +266,7 @@ impl Plugin for FleetManager {
             columns: ManagerColumns::open_on(fleet)?,
             types: ColumnReader::open_on(fleet, "type")?,
             batteries: ColumnReader::open_on(fleet, "battery")?,
+            closures: ClosureReader::open_on(fleet)?,
         });
         Ok(())
     }
@@ -300,6 +302,8 @@ impl Plugin for FleetManager {
         let secs = now_secs - self.figures.now_secs;
         self.figures.see(now_secs, frame.len(), |robot| columns.state[robot] != RobotState::Absent as u8);
         let roads = manager.steering().roads().clone();
+        ports.closures.take()?;
+        manager.close_edges(ports.closures.closed(frame.run_id()));
         let commands = manager.cycle(now_secs, &columns, types, charges);
         Self::send(&mut ports.orders, &mut self.pending, commands, &roads)?;
         manager.show_vehicles(&columns, charges);

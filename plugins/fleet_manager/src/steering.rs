@@ -15,6 +15,8 @@ mod tests;
 use std::collections::VecDeque;
 use std::sync::Arc;
 
+use regatta_plugin::closure::ClosedEdge;
+
 use self::admission::Admission;
 pub use self::admission::AdmissionSettings;
 use crate::claims::Claims;
@@ -91,6 +93,12 @@ pub struct Steering {
     cut_off: Vec<bool>,
     /// By node: whether closures keep robots from coming there; empty without closures.
     out_of_reach: Vec<bool>,
+    /// Edges that are closed by order, sorted by id.
+    closed_by_order: Vec<ClosedEdge>,
+    /// Their indices, sorted.
+    closed_edges: Vec<u32>,
+    /// Whether they have changed since closures were last worked out.
+    is_closed_anew: bool,
     /// Robots that block roads, and the versions of their claims.
     blockers: Vec<(u32, u64)>,
     closures: u64,
@@ -126,6 +134,9 @@ impl Steering {
             closed: vec![false; 2 * roads.edges().len()],
             cut_off: Vec::new(),
             out_of_reach: Vec::new(),
+            closed_by_order: Vec::new(),
+            closed_edges: Vec::new(),
+            is_closed_anew: false,
             blockers: Vec::new(),
             closures: 0,
             planner,

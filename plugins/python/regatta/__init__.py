@@ -18,6 +18,7 @@ from collections.abc import Iterable
 from typing import SupportsIndex
 from weakref import WeakValueDictionary
 
+from regatta._closures import ClosureReader
 from regatta._columns import ColumnPublisher
 from regatta._contacts import ContactReader, Contacts
 from regatta._contract import (
@@ -183,6 +184,7 @@ __all__ = [
     "BreakdownCause",
     "ClockState",
     "ClosedError",
+    "ClosureReader",
     "ColumnPublisher",
     "ColumnValues",
     "ContactChange",

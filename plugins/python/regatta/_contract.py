@@ -415,6 +415,22 @@ class RouteResponse(Record):
 
 
 @record
+class ClosureHeader(Sequenced):
+    """The header of the closed edges."""
+
+    run_id: u64
+    tick: u64
+    sequence: u64
+
+
+@record
+class ClosedEdge(Record):
+    """An edge that no robot may enter."""
+
+    edge: u32
+
+
+@record
 class RecordingHeader(Sequenced):
     """What a replay tells about its recording. Times are nanoseconds on the recording's clock, which is ``ahead_nanos`` ahead of
     the simulated time of the run's frames."""

@@ -76,6 +76,8 @@ class OrderKind(IntEnum):
     RELEASE = 9
     BREAK = 10
     REPAIR = 11
+    CLOSE_EDGE = 12
+    OPEN_EDGE = 13
 
 
 class EventKind(IntEnum):
@@ -86,7 +88,7 @@ class EventKind(IntEnum):
     ROUTE_DONE = 2
     """The robot reached the end of its route."""
     WAITING_FOR_RELEASE = 3
-    """The robot reached the end of its released base and waits for a release."""
+    """The robot reached the end of its released base and waits for a release, or it waits before a closed edge."""
     HELD = 4
     """The held robot has come to a stop."""
     RESUMED = 5
@@ -109,6 +111,10 @@ class EventKind(IntEnum):
     """The robot is broken; ``detail`` is a :class:`BreakdownCause`."""
     REPAIRED = 14
     """The robot is no longer broken."""
+    EDGE_CLOSED = 15
+    """The edge ``id`` is closed: no robot enters it."""
+    EDGE_OPENED = 16
+    """The edge ``id`` is open again."""
 
 
 class BreakdownCause(IntEnum):
@@ -147,6 +153,8 @@ class Refusal(IntEnum):
     """The producer takes no orders: a replay, a UDP source."""
     NOT_AHEAD = 12
     """The leg to release is not at or after the end of the robot's base."""
+    EDGE_CLOSED = 13
+    """A leg of the route is along a closed edge."""
 
 
 class TaskKind(IntEnum):

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any, SupportsIndex
 from weakref import WeakSet
 
+from regatta._closures import ClosureReader
 from regatta._columns import ColumnPublisher, ColumnReader
 from regatta._contacts import ContactReader
 from regatta._contract import (
@@ -176,6 +177,10 @@ class Fleet(Closes):
     def traffic(self) -> TrafficReader:
         """Opens the traffic on edges, which the plugin ``traffic`` publishes while it runs."""
         return TrafficReader(self)
+
+    def closures(self) -> ClosureReader:
+        """Opens the closed edges, which no robot may enter."""
+        return ClosureReader(self)
 
     def contact_events(self) -> TickReader[ContactEventHeader]:
         """Opens the contacts that begin and end. Records have ``robots``, ``level`` (a :class:`ContactLevel

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, cast, overload
 import numpy as np
 import numpy.typing as npt
 
-from regatta._contract import LAYOUT, OrderHeader, OrderRecord, dtype
+from regatta._contract import LAYOUT, NO_ROBOT, OrderHeader, OrderRecord, dtype
 from regatta._enums import OrderKind
 from regatta._errors import NoEngineError, OrderError
 from regatta._numbers import Number, Numbers, number, numbers
@@ -146,6 +146,22 @@ class Orders(Open):
     def repair(self, robot: Number | Numbers) -> int | TokenArray:
         """Repairs a robot that is broken. Returns the order's token."""
         return self._push(OrderKind.REPAIR, robot=numbers(robot, "robot"))
+
+    @overload
+    def close_edge(self, edge: Number) -> int: ...
+    @overload
+    def close_edge(self, edge: Numbers) -> TokenArray: ...
+    def close_edge(self, edge: Number | Numbers) -> int | TokenArray:
+        """Closes an edge, by its id: no robot enters it any more, and who is on it leaves it. Returns the order's token."""
+        return self._push(OrderKind.CLOSE_EDGE, robot=NO_ROBOT, id=numbers(edge, "edge"))
+
+    @overload
+    def open_edge(self, edge: Number) -> int: ...
+    @overload
+    def open_edge(self, edge: Numbers) -> TokenArray: ...
+    def open_edge(self, edge: Number | Numbers) -> int | TokenArray:
+        """Opens a closed edge again. Returns the order's token."""
+        return self._push(OrderKind.OPEN_EDGE, robot=NO_ROBOT, id=numbers(edge, "edge"))
 
     @overload
     def spawn_at_node(self, robot_type: Number, node: Number) -> int: ...

@@ -23,6 +23,7 @@ OPEN: dict[str, Callable[[regatta.Fleet], Any]] = {
     "tasks": lambda fleet: fleet.tasks(),
     "contacts": lambda fleet: fleet.contacts(),
     "traffic": lambda fleet: fleet.traffic(),
+    "closures": lambda fleet: fleet.closures(),
     "contact_events": lambda fleet: fleet.contact_events(),
 }
 

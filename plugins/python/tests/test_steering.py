@@ -103,6 +103,25 @@ def test_orders_are_accepted_or_refused(engine: Engine) -> None:
     assert set(tokens) | refused.keys() == set(logged)
 
 
+def test_a_closed_edge_is_entered_by_nobody_and_known_to_late_readers(warehouse: regatta.Fleet) -> None:
+    answers, orders, frames = Answers(warehouse), warehouse.orders(), warehouse.frames()
+    edges = warehouse.world().edges["id"]
+    tokens = orders.close_edge([edges[3], edges[5]])
+    orders.send()
+    assert [answers.to(token)["kind"] for token in tokens] == [EventKind.ACCEPTED] * 2
+    closed = answers.wait("an event", lambda record: record["kind"] == EventKind.EDGE_CLOSED)
+    assert (closed["id"], closed["robot"]) == (edges[3], regatta.NO_ROBOT)
+    late = warehouse.closures()
+    eventually("the closed edges", lambda: late.latest() or None)
+    run_id = next_frame(frames).run_id
+    assert list(late.edges(run_id)) == sorted([edges[3], edges[5]]) and len(late.edges(run_id + 1)) == 0
+    token = orders.open_edge(edges[3])
+    orders.send()
+    assert answers.to(token)["kind"] == EventKind.ACCEPTED
+    eventually("the change", lambda: late.latest() or None)
+    assert list(late.edges(run_id)) == [edges[5]]
+
+
 def test_orders_are_checked_before_they_are_sent(warehouse: regatta.Fleet) -> None:
     orders = warehouse.orders()
     for bad in (-1, 2**32):

@@ -1,5 +1,6 @@
 //! A replay: a producer like the engine, whose frames come from a recording.
 
+mod closures;
 mod contact_search;
 mod marks;
 mod options;

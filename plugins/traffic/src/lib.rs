@@ -1,7 +1,7 @@
 //! Traffic: what happens on each edge, for viewers, exporters and studies.
 //!
 //! Each frame is counted once ([`tally`]), summed up over the last minute, the last ten minutes and the run ([`periods`]), and
-//! published once a simulated second ([`plugin`]). In lockstep the figures repeat bit by bit.
+//! published once a simulated second ([`mod@plugin`]). In lockstep the figures repeat bit by bit.
 
 pub mod parquet_file;
 pub mod periods;
@@ -9,4 +9,4 @@ pub mod plugin;
 pub mod report;
 pub mod tally;
 
-pub use plugin::{Cli, run_from};
+pub use plugin::{Cli, plugin, run_from};

@@ -59,6 +59,11 @@ pub fn run_from<A: Into<OsString> + Clone>(args: impl IntoIterator<Item = A>) ->
     }
 }
 
+/// Returns the plugin of a command line, to run it beside others in one process.
+pub fn plugin(cli: Cli) -> impl Plugin {
+    TrafficPlugin::new(cli)
+}
+
 /// The plugin's ports in the fleet.
 struct Ports {
     traffic: TrafficPublisher,

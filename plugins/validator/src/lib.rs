@@ -23,5 +23,5 @@ mod tasks;
 pub use findings::{Finding, Kind};
 pub use judge::{Judge, Settings};
 pub use options::{JudgeError, JudgeOptions};
-pub use plugin::{Cli, run_from};
+pub use plugin::{Cli, plugin, run_from};
 pub use report::{KindReport, Report};

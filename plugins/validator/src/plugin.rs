@@ -40,6 +40,11 @@ pub fn run_from<A: Into<OsString> + Clone>(args: impl IntoIterator<Item = A>) ->
     }
 }
 
+/// Returns the plugin of a command line, to run it beside others in one process.
+pub fn plugin(cli: Cli) -> impl Plugin {
+    Validator::new(cli.judge)
+}
+
 struct Validator {
     options: JudgeOptions,
     judge: Judge,

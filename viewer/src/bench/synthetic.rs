@@ -7,7 +7,6 @@ use regatta_plugin::world::{CurveRecord, EdgeRecord, NodeRecord, WorldData};
 use regatta_plugin::{Frame, Traffic, World};
 
 use crate::camera::Bounds;
-use crate::jams::heat::{Heat, HeatMap};
 
 /// The distance between neighbouring robots, in metres.
 const SPACING: f32 = 2.4;
@@ -65,8 +64,20 @@ impl SyntheticFleet {
     }
 }
 
-/// Returns a heat map in which every edge has a value, and values differ.
-pub fn heat_map(heat: Heat, world: &World<'_>) -> HeatMap {
+/// Figures of the traffic on each edge.
+pub struct SyntheticTraffic {
+    header: TrafficHeader,
+    edges: Vec<EdgeTraffic>,
+}
+
+impl SyntheticTraffic {
+    pub fn view(&self) -> Traffic<'_> {
+        Traffic { header: &self.header, periods: [&self.edges; 3], missed: 0 }
+    }
+}
+
+/// Returns figures of which every edge has some, and which differ.
+pub fn traffic(world: &World<'_>) -> SyntheticTraffic {
     let value = |edge: usize| (edge % 97) as f32 / 97.0;
     let figures = |edge| EdgeTraffic {
         occupancy: 3.0 * value(edge),
@@ -75,9 +86,7 @@ pub fn heat_map(heat: Heat, world: &World<'_>) -> HeatMap {
         waiting_secs: 60.0 * value(edge),
         contact_secs: value(edge),
     };
-    let edges: Vec<_> = (0..world.edges().len()).map(figures).collect();
-    let traffic = Traffic { header: &TrafficHeader::default(), periods: [&edges; 3], missed: 0 };
-    HeatMap::new(heat, &traffic, world)
+    SyntheticTraffic { header: TrafficHeader::default(), edges: (0..world.edges().len()).map(figures).collect() }
 }
 
 /// The number of rows, and of robots in a row.

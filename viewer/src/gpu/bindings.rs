@@ -20,6 +20,8 @@ pub enum Binding {
     Texture,
     /// A filtering sampler.
     Sampler,
+    /// A 2D texture of 8-bit colours that is written.
+    WriteTexture,
 }
 
 /// Creates a bind group layout whose bindings are numbered 0, 1, 2 …
@@ -50,6 +52,11 @@ pub fn numbered_bind_group_layout(
                     view_dimension: wgpu::TextureViewDimension::D2,
                     multisampled: false,
                 },
+                Binding::WriteTexture => BindingType::StorageTexture {
+                    access: wgpu::StorageTextureAccess::WriteOnly,
+                    format: wgpu::TextureFormat::Rgba8Unorm,
+                    view_dimension: wgpu::TextureViewDimension::D2,
+                },
                 Binding::Sampler => BindingType::Sampler(wgpu::SamplerBindingType::Filtering),
             },
             count: None,
@@ -65,5 +72,13 @@ pub fn bind_group(gpu: &Gpu, layout: &BindGroupLayout, buffers: &[(u32, &Buffer)
         .iter()
         .map(|(number, buffer)| BindGroupEntry { binding: *number, resource: buffer.as_entire_binding() })
         .collect();
+    gpu.device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries })
+}
+
+/// Binds a part of a buffer, in bytes, as binding 0.
+pub fn slice_group(gpu: &Gpu, layout: &BindGroupLayout, buffer: &Buffer, offset: usize, bytes: usize) -> BindGroup {
+    let size = wgpu::BufferSize::new(bytes as u64);
+    let slice = wgpu::BufferBinding { buffer, offset: offset as u64, size };
+    let entries = [BindGroupEntry { binding: 0, resource: wgpu::BindingResource::Buffer(slice) }];
     gpu.device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries })
 }

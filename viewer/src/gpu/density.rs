@@ -2,14 +2,14 @@
 
 use glam::UVec2;
 use wgpu::{
-    BindGroup, BindGroupLayout, Buffer, BufferUsages, ComputePass, ComputePipeline, PrimitiveTopology, RenderPass,
-    RenderPipeline, ShaderStages,
+    BindGroup, BindGroupEntry, BindGroupLayout, BindingResource, Buffer, BufferUsages, ComputePass, ComputePipeline,
+    PrimitiveTopology, RenderPass, RenderPipeline, Sampler, ShaderStages, TextureFormat, TextureUsages,
 };
 
-use super::bindings::{Binding, bind_group, bind_group_layout};
+use super::bindings::{Binding, bind_group_layout};
 use super::device::Gpu;
 use super::pipeline::{DepthMode, PipelineDescriptor, TargetConfig, compute_pipeline, render_pipeline};
-use super::resources::buffer;
+use super::resources::{buffer, texture, view_of};
 use super::shaders::shader;
 
 /// Width and height of a cell in pixels; the same as in marks.wgsl.
@@ -21,13 +21,14 @@ const WORKGROUP: u32 = 64;
 #[derive(Debug)]
 pub struct Density {
     /// The first pass without and with splatted marks before the cells.
-    across: [ComputePipeline; 2],
+    pack: [ComputePipeline; 2],
+    across: ComputePipeline,
     down: ComputePipeline,
     draw: RenderPipeline,
     blur_layout: BindGroupLayout,
     draw_layout: BindGroupLayout,
-    /// Sums that are blurred in one direction, and in both.
-    fields: [Buffer; 2],
+    sampler: Sampler,
+    /// For blurring and for drawing.
     groups: Option<[BindGroup; 2]>,
     cells: u32,
     size: UVec2,
@@ -35,9 +36,10 @@ pub struct Density {
 
 impl Density {
     pub fn new(gpu: &Gpu, target: TargetConfig, view: &BindGroupLayout) -> Self {
-        let bindings = [Binding::Read, Binding::Write, Binding::Write];
+        let bindings = [Binding::Read, Binding::Write, Binding::Write, Binding::WriteTexture];
         let blur_layout = bind_group_layout(gpu, "density", ShaderStages::COMPUTE, &bindings);
-        let draw_layout = bind_group_layout(gpu, "field", ShaderStages::FRAGMENT, &[Binding::Read]);
+        let drawn = [Binding::Texture, Binding::Sampler];
+        let draw_layout = bind_group_layout(gpu, "field", ShaderStages::FRAGMENT, &drawn);
         let blur = shader(gpu, "density");
         let pass = |entry, splats| compute_pipeline(gpu, &blur, entry, &[view, &blur_layout], &[("SPLATS", splats)]);
         let descriptor = PipelineDescriptor {
@@ -51,10 +53,15 @@ impl Density {
             blend: true,
         };
         Self {
-            across: [0.0, 1.0].map(|splats| pass("across", splats)),
+            pack: [0.0, 1.0].map(|splats| pass("pack", splats)),
+            across: pass("across", 0.0),
             down: pass("down", 0.0),
             draw: render_pipeline(gpu, target, &descriptor),
-            fields: field_buffers(gpu, 1),
+            sampler: gpu.device.create_sampler(&wgpu::SamplerDescriptor {
+                mag_filter: wgpu::FilterMode::Linear,
+                min_filter: wgpu::FilterMode::Linear,
+                ..wgpu::SamplerDescriptor::default()
+            }),
             blur_layout,
             draw_layout,
             groups: None,
@@ -65,7 +72,8 @@ impl Density {
 
     /// The number of words that the sums take in a picture of `size` pixels.
     pub fn words(size: UVec2) -> u64 {
-        4 * u64::from(size.x.div_ceil(CELL)) * u64::from(size.y.div_ceil(CELL))
+        let cells = cells_of(size);
+        4 * u64::from(cells.x) * u64::from(cells.y)
     }
 
     /// Makes room for a picture of `size` pixels, and binds the buffer with the sums, unless it is bound.
@@ -74,14 +82,24 @@ impl Density {
             return;
         }
         self.size = size;
-        let cells = (Self::words(size) / 4) as u32;
-        if u64::from(cells) * 16 > self.fields[0].size() {
-            self.fields = field_buffers(gpu, cells);
-        }
-        self.cells = cells;
-        let [one, both] = &self.fields;
-        let blur = bind_group(gpu, &self.blur_layout, &[(0, sums), (1, one), (2, both)]);
-        self.groups = Some([blur, bind_group(gpu, &self.draw_layout, &[(0, both)])]);
+        self.cells = cells_of(size).element_product();
+        let [packed, across] = ["packed density", "blurred across"]
+            .map(|label| buffer(gpu, label, self.cells as usize * 2 * size_of::<u32>(), BufferUsages::STORAGE));
+        let usage = TextureUsages::STORAGE_BINDING | TextureUsages::TEXTURE_BINDING;
+        let field = view_of(&texture(gpu, cells_of(size), TextureFormat::Rgba8Unorm, 1, usage));
+        let group = |layout, resources: &[BindingResource<'_>]| {
+            let entries: Vec<_> = (0..)
+                .zip(resources)
+                .map(|(binding, resource)| BindGroupEntry { binding, resource: resource.clone() })
+                .collect();
+            gpu.device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries })
+        };
+        let [sums, packed, across] = [sums, &packed, &across].map(Buffer::as_entire_binding);
+        let shown = || BindingResource::TextureView(&field);
+        self.groups = Some([
+            group(&self.blur_layout, &[sums, packed, across, shown()]),
+            group(&self.draw_layout, &[shown(), BindingResource::Sampler(&self.sampler)]),
+        ]);
     }
 
     /// Forgets the buffer with the sums, which has been replaced.
@@ -93,7 +111,7 @@ impl Density {
     pub fn blur(&self, pass: &mut ComputePass<'_>, are_splats: bool) {
         let Some([blur, _]) = &self.groups else { return };
         pass.set_bind_group(1, blur, &[]);
-        for pipeline in [&self.across[usize::from(are_splats)], &self.down] {
+        for pipeline in [&self.pack[usize::from(are_splats)], &self.across, &self.down] {
             pass.set_pipeline(pipeline);
             pass.dispatch_workgroups(self.cells.div_ceil(WORKGROUP), 1, 1);
         }
@@ -108,6 +126,7 @@ impl Density {
     }
 }
 
-fn field_buffers(gpu: &Gpu, cells: u32) -> [Buffer; 2] {
-    ["blurred across", "blurred"].map(|label| buffer(gpu, label, cells as usize * 16, BufferUsages::STORAGE))
+/// Columns and rows of cells in a picture of `size` pixels.
+fn cells_of(size: UVec2) -> UVec2 {
+    UVec2::new(size.x.div_ceil(CELL), size.y.div_ceil(CELL))
 }

@@ -7,6 +7,7 @@ use wgpu::{BindGroup, Buffer, BufferUsages, CommandEncoder, ShaderStages, Textur
 
 use super::attachments::Attachments;
 use super::bindings::{Binding, bind_group, bind_group_layout};
+use super::closures::ClosedEdges;
 use super::columns::{Columns, RobotTypeUniform};
 use super::device::Gpu;
 use super::floor::Floor;
@@ -18,7 +19,7 @@ use super::pick::{Pick, Picked};
 use super::pipeline::TargetConfig;
 use super::plans::PlanMarks;
 use super::resources::buffer;
-use super::robots::Robots;
+use super::robots::{Dense, Robots, Variant};
 use super::routes::Routes;
 use super::stations::Stations;
 use super::timer::Timer;
@@ -67,6 +68,7 @@ pub struct Renderer {
     floor: Floor,
     graph: Graph,
     heat: HeatRibbons,
+    closed: ClosedEdges,
     routes: Routes,
     stations: Stations,
     marked: MarkedPlace,
@@ -113,6 +115,7 @@ impl Renderer {
             attachments: None,
             floor: Floor::new(gpu, target, &layout),
             heat: HeatRibbons::new(gpu, target, &layout, graph.records_layout()),
+            closed: ClosedEdges::new(gpu, target, &layout, graph.records_layout()),
             routes: Routes::new(gpu, target, &layout, graph.records_layout()),
             stations: Stations::new(gpu, target, &layout),
             marked: MarkedPlace::new(gpu, target, &layout, graph.records_layout()),
@@ -233,6 +236,11 @@ impl Renderer {
         (is_shown && density.z > 0.0).then_some(self.mean_density()? * 1e4)
     }
 
+    /// Replaces the closed edges of the world, by index.
+    pub fn set_closed(&mut self, world: &World<'_>, closed: &[u32]) {
+        self.closed.set(&self.gpu, world, closed, self.level.as_deref());
+    }
+
     /// Replaces the routes of selected robots, which are drawn along the graph.
     pub fn set_routes(&mut self, segments: &[RouteSegment]) {
         self.routes.set(&self.gpu, segments);
@@ -248,6 +256,8 @@ impl Renderer {
     /// Replaces the heat map, or removes it.
     pub fn set_heat(&mut self, map: Option<&HeatMap>) {
         self.heat.set(&self.gpu, map);
+        let hot = map.into_iter().flat_map(|map| map.straight.iter().chain(&map.bent));
+        self.graph.set_hot(&self.gpu, hot.map(|hot| hot.curve));
     }
 
     /// Sets the records of the robot types.
@@ -313,13 +323,12 @@ impl Renderer {
     pub fn draw(&mut self, encoder: &mut CommandEncoder, target: &TextureView, picture: &Picture<'_>) {
         let view = self.view_uniform(picture);
         self.gpu.queue.write_buffer(&self.view, 0, bytemuck::bytes_of(&view));
-        self.heat.prepare(&self.gpu, picture.scene.theme);
         self.floor.prepare(&self.gpu, Vec2::new(view.origin.z, view.origin.w));
         self.drawn = Some((view, picture.scene.layers));
         self.fit_attachments(picture.within.map_or(picture.size, |(_, target)| target));
         let timer = self.timer.as_ref().filter(|timer| timer.is_free());
         self.marked.update(&self.gpu, picture.scene.marked);
-        self.robots.set_dense(picture.scene.layers.robots && view.density.z > 0.0);
+        self.robots.set_variant(self.variant(&view, picture.scene));
         self.robots.sort(&self.gpu, encoder, picture.size, &self.view_group, &mut self.columns, timer);
         let (trails, selected) = (picture.scene.trails, &picture.scene.selected);
         self.highlights.update(&self.gpu, encoder, &self.view_group, &mut self.columns, trails, selected);
@@ -327,6 +336,10 @@ impl Renderer {
         let layers = picture.scene.layers;
         if layers.edges || layers.arrows || layers.nodes {
             self.graph.sort(encoder, &self.view_group);
+        }
+        if let Some(records) = self.graph.records().filter(|_| picture.scene.heat.is_some()) {
+            let (groups, theme) = ((&self.view_group, records), picture.scene.theme);
+            self.heat.sort(&self.gpu, encoder, groups, picture.size, theme);
         }
         let Some(attachments) = &self.attachments else { return };
         let mut pass = attachments.begin_pass(encoder, target, view.sky, timer);
@@ -343,6 +356,7 @@ impl Renderer {
         self.graph.draw(&mut pass, Layers { edges: false, ..layers });
         if let Some(records) = self.graph.records().filter(|_| layers.edges) {
             self.routes.draw(&mut pass, records, layers.plans);
+            self.closed.draw(&mut pass, records);
         }
         if layers.nodes {
             self.stations.draw(&mut pass);
@@ -391,7 +405,6 @@ impl Renderer {
         view.crop = Pick::crop(pixel, Vec2::new(view.viewport.x, view.viewport.y));
         self.gpu.queue.write_buffer(&self.pick_view, 0, bytemuck::bytes_of(&view));
         let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        self.graph.prepare_ids(&mut encoder);
         let mut pass = self.pick.begin_pass(&mut encoder);
         pass.set_bind_group(0, &self.pick_group, &[]);
         self.graph.draw_ids(&mut pass, layers);
@@ -413,9 +426,27 @@ impl Renderer {
         if !picture.camera.is_plan() {
             view.detail.z = room.clamp(view.detail.z, view.detail.z * 3.2);
         }
+        view.heated = u32::from(picture.scene.heat.is_some());
         view.detail.w = self.columns.values() as f32;
         view.filtered = u32::from(self.columns.is_filtered()) * if self.level.is_some() { 2 } else { 1 };
         view
+    }
+
+    /// What is decided for all robots of a picture at once.
+    fn variant(&self, view: &ViewUniform, scene: &Scene) -> Variant {
+        let sizes = self.robot_types.iter().map(RobotTypeUniform::new).map(|size| size.length.max(size.width));
+        let ends = sizes.map(|size| [size; 2]).reduce(|[low, high], [size, _]| [low.min(size), high.max(size)]);
+        let [smallest, largest] = ends.unwrap_or([RobotTypeUniform::default().length; 2]);
+        // The greatest and the least length of a robot in the picture. A body may lean into it whose middle is outside.
+        let [near, far] = view.ground_distances();
+        let [pixels, least] = [1.1 * largest * view.eye.w / near, smallest * view.eye.w / far];
+        let dense = match scene.layers.robots && view.density.z > 0.0 && least < view.density.y {
+            false => Dense::None,
+            true if pixels < view.density.x => Dense::All,
+            true => Dense::Small,
+        };
+        let bodies = pixels >= view.detail.y.max(view.detail.z);
+        Variant { splats: false, dense, source: view.source, filtered: view.filtered, bodies }
     }
 
     /// The ends of the fade in pixels, the reciprocal of the density of half the strength (0 if all robots are marked), and the

@@ -2,26 +2,29 @@
 
 mod mesh_buffers;
 mod pipelines;
+mod sorting;
 
 use bytemuck::{Pod, Zeroable};
 use glam::UVec2;
 use wgpu::{
-    BindGroup, BindGroupLayout, Buffer, BufferUsages, CommandEncoder, ComputePipeline, IndexFormat, RenderPass,
-    RenderPipeline, ShaderStages,
+    BindGroup, BindGroupLayout, Buffer, BufferUsages, CommandEncoder, IndexFormat, RenderPass, RenderPipeline,
+    ShaderStages,
 };
 
 use super::bindings::{Binding, bind_group, bind_group_layout};
 use super::columns::Columns;
 use super::density::Density;
 use super::device::Gpu;
-use super::pipeline::{TargetConfig, compute_pipeline};
+use super::pipeline::TargetConfig;
 use super::resources::buffer;
-use super::shaders::shader;
 use super::splats::Splats;
 use super::timer::Timer;
 use crate::mesh::Mesh;
 use mesh_buffers::{MeshBuffers, init_buffer};
+pub use sorting::{Dense, Variant};
+
 use pipelines::{BODY_BYTES, CORNER_BYTES, Pipelines};
+use sorting::Sorting;
 
 /// The most meshes; the same as in sort.wgsl.
 const MESHES: usize = 8;
@@ -50,9 +53,7 @@ struct DrawArguments {
 /// Draws robots.
 #[derive(Debug)]
 pub struct Robots {
-    /// The sorting shader without and with splats, each without and with the density.
-    sort: [[ComputePipeline; 2]; 2],
-    lists_layout: BindGroupLayout,
+    sorting: Sorting,
     lists: Option<BindGroup>,
     mark_ids_layout: BindGroupLayout,
     mark_ids_group: Option<BindGroup>,
@@ -74,31 +75,20 @@ pub struct Robots {
     splats: Splats,
     /// From this number of robots on, marks are splatted.
     splats_from: u32,
-    /// Whether the marks of the last picture were splatted.
-    are_splats: bool,
     density: Density,
-    /// Whether small robots of the last picture were drawn as their density.
-    is_dense: bool,
+    /// What the last picture was sorted by.
+    variant: Variant,
 }
 
 impl Robots {
     pub fn new(gpu: &Gpu, target: TargetConfig, view: &BindGroupLayout, columns: &Columns) -> Self {
-        let lists_layout = bind_group_layout(gpu, "lists", ShaderStages::COMPUTE, &[Binding::Write; 5]);
         let mark_ids_layout = bind_group_layout(gpu, "mark ids", ShaderStages::VERTEX, &[Binding::Read]);
-        let sorting = shader(gpu, "sort");
         let lists = BufferUsages::STORAGE | BufferUsages::VERTEX;
         let draws = BufferUsages::STORAGE | BufferUsages::INDIRECT | BufferUsages::COPY_SRC;
         let body_bytes = (MESHES * MESH_CAPACITY + 2 * BLOCK_CAPACITY) * BODY_BYTES as usize;
         let draw_bytes = LISTS * size_of::<DrawArguments>();
         let mut robots = Self {
-            sort: [0.0, 1.0].map(|splats| {
-                let groups = [view, columns.layout(), &lists_layout];
-                [0.0, 1.0].map(|density| {
-                    let constants = [("SPLATS", splats), ("DENSITY", density)];
-                    compute_pipeline(gpu, &sorting, "sort", &groups, &constants)
-                })
-            }),
-            lists_layout,
+            sorting: Sorting::new(gpu, view, columns.layout()),
             lists: None,
             mark_ids_group: None,
             bodies: buffer(gpu, "bodies", body_bytes, lists),
@@ -115,9 +105,8 @@ impl Robots {
             any_round: false,
             splats: Splats::new(gpu, target, view),
             splats_from: target.splats_from,
-            are_splats: false,
             density: Density::new(gpu, target, view),
-            is_dense: false,
+            variant: Variant::default(),
         };
         robots.write_draws(gpu);
         robots
@@ -162,18 +151,21 @@ impl Robots {
         let triangle_bytes = 3 * CORNER_BYTES;
         let has_room = (columns.rows() * triangle_bytes) as u64 <= limit;
         let may_splat = columns.robots()[0] >= self.splats_from || !has_room;
-        self.are_splats = may_splat && Splats::fits(size, limit);
-        let mark_bytes = if self.are_splats { CORNER_BYTES } else { triangle_bytes };
+        self.variant.splats = may_splat && Splats::fits(size, limit);
+        let mark_bytes = if self.variant.splats { CORNER_BYTES } else { triangle_bytes };
         let marks = columns.rows().min(limit as usize / mark_bytes);
-        self.is_dense &= Splats::fits(size, limit);
-        let mut is_replaced = self.splats.fit(gpu, size, self.are_splats, self.is_dense);
+        if !Splats::fits(size, limit) {
+            self.variant.dense = Dense::None;
+        }
+        let is_dense = self.variant.dense != Dense::None;
+        let mut is_replaced = self.splats.fit(gpu, size, self.variant.splats, is_dense);
         if is_replaced {
             self.density.unbind();
         }
-        if self.is_dense {
+        if is_dense {
             self.density.fit(gpu, size, self.splats.pixels());
         }
-        let ids = if self.are_splats { 1 } else { marks };
+        let ids = if self.variant.splats { 1 } else { marks };
         let sizes = [marks * mark_bytes, ids * size_of::<u32>()];
         if [self.corners.size(), self.mark_ids.size()] != sizes.map(|bytes| bytes as u64) {
             let corners = BufferUsages::STORAGE | BufferUsages::VERTEX;
@@ -188,9 +180,13 @@ impl Robots {
         }
     }
 
-    /// Sets whether small robots are added to the density.
-    pub fn set_dense(&mut self, is_dense: bool) {
-        self.is_dense = is_dense;
+    /// Sets what the next picture is sorted by, except whether marks are splatted.
+    pub fn set_variant(&mut self, variant: Variant) {
+        self.variant = variant;
+    }
+
+    fn has_marks(&self) -> bool {
+        self.variant.dense != Dense::All
     }
 
     /// Sorts the robots of a picture of `size` pixels into the draw lists.
@@ -204,12 +200,12 @@ impl Robots {
         timer: Option<&Timer>,
     ) {
         self.fit(gpu, columns, size);
-        if self.are_splats || self.is_dense {
-            self.splats.clear(encoder);
+        if self.variant.splats || self.variant.dense != Dense::None {
+            self.splats.clear(encoder, !self.has_marks());
         }
         let (marks, pixels) = (&self.corners, self.splats.pixels());
         let buffers = [(0, &self.bodies), (1, marks), (2, &self.mark_ids), (3, &self.draws), (4, pixels)];
-        let lists = self.lists.get_or_insert_with(|| bind_group(gpu, &self.lists_layout, &buffers)).clone();
+        let lists = self.lists.get_or_insert_with(|| bind_group(gpu, self.sorting.lists_layout(), &buffers)).clone();
         let ids = [(0, &self.mark_ids)];
         self.mark_ids_group.get_or_insert_with(|| bind_group(gpu, &self.mark_ids_layout, &ids));
         let poses = columns.group(gpu);
@@ -218,7 +214,7 @@ impl Robots {
             let timestamp_writes = timer.map(Timer::start);
             let mut pass =
                 encoder.begin_compute_pass(&wgpu::ComputePassDescriptor { label: Some("sort"), timestamp_writes });
-            pass.set_pipeline(&self.sort[usize::from(self.are_splats)][usize::from(self.is_dense)]);
+            pass.set_pipeline(self.sorting.pipeline(gpu, self.variant));
             pass.set_bind_group(0, view, &[]);
             pass.set_bind_group(1, &poses, &[]);
             pass.set_bind_group(2, &lists, &[]);
@@ -226,9 +222,12 @@ impl Robots {
             // WebGPU limits each dimension of a dispatch to 65,535 workgroups.
             let across = needed.clamp(1, 32_768);
             pass.dispatch_workgroups(across, needed.div_ceil(across).max(1), 1);
-            if self.is_dense {
-                self.density.blur(&mut pass, self.are_splats);
+            if self.variant.dense != Dense::None {
+                self.density.blur(&mut pass, self.variant.splats);
             }
+        }
+        if !self.has_marks() {
+            return;
         }
         let stride = size_of::<DrawArguments>() as u64;
         for list in 0..MARKS as u64 {
@@ -239,13 +238,16 @@ impl Robots {
 
     /// Draws the density of small robots over the ground.
     pub fn draw_density(&self, pass: &mut RenderPass<'_>) {
-        if self.is_dense {
+        if self.variant.dense != Dense::None {
             self.density.draw(pass);
         }
     }
 
     /// Draws the shadows of meshes and blocks on the ground.
     pub fn draw_shadows(&self, pass: &mut RenderPass<'_>) {
+        if !self.has_marks() {
+            return;
+        }
         pass.set_pipeline(&self.pipelines.shadow);
         pass.set_index_buffer(self.quad.slice(..), IndexFormat::Uint32);
         for (list, _) in self.body_lists() {
@@ -256,8 +258,11 @@ impl Robots {
 
     /// Draws the robots.
     pub fn draw(&self, pass: &mut RenderPass<'_>) {
+        if !self.has_marks() {
+            return;
+        }
         self.draw_bodies(pass, &self.pipelines.body, &self.pipelines.block);
-        if self.are_splats {
+        if self.variant.splats {
             self.splats.draw(pass, &self.draws, draw_offset(TILES));
         } else {
             self.draw_marks(pass, if self.any_round { &self.pipelines.round_mark } else { &self.pipelines.mark });
@@ -266,8 +271,11 @@ impl Robots {
 
     /// Draws the robots' ids for the lists of the last [`sort`](Self::sort).
     pub fn draw_ids(&self, pass: &mut RenderPass<'_>) {
+        if !self.has_marks() {
+            return;
+        }
         self.draw_bodies(pass, &self.pipelines.body_id, &self.pipelines.body_id);
-        if self.are_splats {
+        if self.variant.splats {
             self.splats.draw_ids(pass, &self.draws, draw_offset(TILES));
         } else {
             self.draw_marks(pass, &self.pipelines.mark_id);

@@ -5,7 +5,7 @@ use wgpu::ShaderModule;
 use super::device::Gpu;
 
 /// The source of each shader by name. Shared parts come before the shader's own part, as WGSL has no imports.
-pub const SHADERS: [(&str, &str); 15] = [
+pub const SHADERS: [(&str, &str); 16] = [
     ("floor", concat!(include_str!("shaders/view.wgsl"), include_str!("shaders/floor.wgsl"))),
     (
         "graph",
@@ -21,6 +21,14 @@ pub const SHADERS: [(&str, &str); 15] = [
             include_str!("shaders/view.wgsl"),
             include_str!("shaders/curves.wgsl"),
             include_str!("shaders/routes.wgsl")
+        ),
+    ),
+    (
+        "closures",
+        concat!(
+            include_str!("shaders/view.wgsl"),
+            include_str!("shaders/curves.wgsl"),
+            include_str!("shaders/closures.wgsl")
         ),
     ),
     (

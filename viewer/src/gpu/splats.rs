@@ -23,8 +23,9 @@ pub struct Splats {
     /// A word per pixel of the picture, row by row; then a flag per tile; then the numbers of the tiles with marks. Then the
     /// sums of the density, if robots are drawn so; without splats there is nothing before these.
     pixels: Buffer,
-    /// Words in use.
+    /// Words in use, and those among them before the sums.
     words: u64,
+    marks: u64,
     layout: BindGroupLayout,
     group: Option<BindGroup>,
     colours: RenderPipeline,
@@ -53,6 +54,7 @@ impl Splats {
             ids: make(TargetConfig::IDS, "splat_id"),
             pixels: words(gpu, 1),
             words: 1,
+            marks: 0,
             group: None,
             layout,
         }
@@ -71,8 +73,8 @@ impl Splats {
     /// Makes room for a picture of `size` pixels: for splatted marks, and for the density. Returns true if the buffer was
     /// replaced.
     pub fn fit(&mut self, gpu: &Gpu, size: UVec2, marks: bool, density: bool) -> bool {
-        let marks = if marks { words_of(size) } else { 0 };
-        self.words = (marks + if density { Density::words(size) } else { 0 }).max(1);
+        self.marks = if marks { words_of(size) } else { 0 };
+        self.words = (self.marks + if density { Density::words(size) } else { 0 }).max(1);
         let grows = self.words * size_of::<u32>() as u64 > self.pixels.size();
         if grows {
             self.pixels = words(gpu, self.words);
@@ -85,9 +87,11 @@ impl Splats {
         self.group = Some(bind_group(gpu, &self.layout, &[(0, &self.pixels), (1, marks)]));
     }
 
-    /// Clears all marks and sums before a picture.
-    pub fn clear(&self, encoder: &mut CommandEncoder) {
-        encoder.clear_buffer(&self.pixels, 0, Some(self.words * size_of::<u32>() as u64));
+    /// Clears all marks and sums before a picture, or the sums only.
+    pub fn clear(&self, encoder: &mut CommandEncoder, only_sums: bool) {
+        let bytes = |words: u64| words * size_of::<u32>() as u64;
+        let from = if only_sums { self.marks } else { 0 };
+        encoder.clear_buffer(&self.pixels, bytes(from), Some(bytes(self.words - from)));
     }
 
     /// Draws the marks. The indirect arguments at offset `at` of `draws` hold the number of tiles with marks.

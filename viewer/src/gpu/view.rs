@@ -48,11 +48,15 @@ pub struct ViewUniform {
     pub ring: Vec4,
     pub density: Vec4,
     pub filtered: u32,
-    pub reserved: [u32; 3],
-    pub palette: [Vec4; 16],
+    pub heated: u32,
+    pub reserved: [u32; 2],
+    pub palette: [u32; SHADES],
     pub lights: [[Vec4; 2]; MAX_LIGHTS],
 }
 
+/// The number of colours in the palette; the steps between two colours of a ramp. The same as in poses.wgsl.
+const SHADES: usize = 64;
+const STEPS: usize = 4;
 /// Direction towards the sun, not normalized.
 const SUN: Vec3 = Vec3::new(-0.45, -0.35, 0.85);
 /// The least distance between two lines of the grid, in pixels.
@@ -67,6 +71,16 @@ impl ViewUniform {
         view.set_lights(camera, scene);
         view.set_colours(scene, legend);
         view
+    }
+
+    /// The least and the greatest distance along the view direction of ground in the picture, in metres; infinity where there is
+    /// none.
+    pub fn ground_distances(&self) -> [f32; 2] {
+        let (right, up) = (self.right.truncate() * self.right.w, self.up.truncate() * self.up.w);
+        let corners = [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)];
+        let rays = corners.map(|(x, y)| self.forward.truncate() + right * x + up * y);
+        let distances = rays.map(|ray| if ray.z < 0.0 { self.eye.z / -ray.z } else { f32::INFINITY });
+        [distances.into_iter().fold(f32::INFINITY, f32::min), distances.into_iter().fold(0.0, f32::max)]
     }
 
     fn set_camera(&mut self, camera: &Camera, scene: &Scene, size: Vec2) {
@@ -133,7 +147,7 @@ impl ViewUniform {
         self.waiting = solid(colours.waiting);
         self.ring = solid(colours.ring);
         self.unknown = solid(colours.unknown);
-        self.palette = legend.scale.colours(scene.theme).map(solid);
+        self.palette = palette(&legend.scale, scene.theme);
         self.source = match scene.colouring {
             Colouring::State => 1,
             Colouring::Type => 2,
@@ -143,5 +157,48 @@ impl ViewUniform {
             Scale::Categories(names) => (0.0, 1.0 / names.len().saturating_sub(1).max(1) as f32, 1),
             Scale::Ramp { low, high, .. } => (*low, 1.0 / (high - low).max(1e-6), 0),
         };
+    }
+}
+
+/// Returns the colours of categories by index, or a ramp, as linear red, green and blue of 8 bits each.
+fn palette(scale: &Scale, theme: Theme) -> [u32; SHADES] {
+    let colours = scale.colours(theme).map(Rgb::linear);
+    let last = colours.len() - 1;
+    std::array::from_fn(|shade| {
+        let colour = match scale {
+            Scale::Categories(_) => colours[shade.min(last)],
+            Scale::Ramp { .. } => {
+                let below = (shade / STEPS).min(last);
+                colours[below].lerp(colours[(below + 1).min(last)], (shade % STEPS) as f32 / STEPS as f32)
+            }
+        };
+        let [red, green, blue] = (colour * 255.0).round().as_uvec3().to_array();
+        red | green << 8 | blue << 16
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_nearest_ground_is_at_the_lower_border_of_the_picture_and_the_farthest_at_the_upper_one() {
+        let (scene, size) = (Scene::default(), UVec2::new(320, 200));
+        let legend = Colouring::State.legend(Theme::Dark, &[], None);
+        let distances = |pitch| {
+            let camera = Camera { pitch, distance: 100.0, ..Camera::default() };
+            (camera, ViewUniform::new(&camera, &scene, &legend, size).ground_distances())
+        };
+        let (camera, [near, far]) = distances(std::f32::consts::FRAC_PI_2);
+        let height = camera.eye().z;
+        assert!(
+            (near - height).abs() < 0.1 && (far - height).abs() < 0.1,
+            "everywhere the same from above: {near} {far}"
+        );
+        let (camera, [flat, horizon]) = distances(0.4);
+        assert!(horizon > 2.0 * flat, "{horizon}");
+        let lower = camera.unproject(Vec2::new(160.0, 200.0), size.as_vec2()).expect("ground");
+        let depth = (lower.extend(0.0) - camera.eye()).dot(camera.forward());
+        assert!((flat - depth).abs() < 0.1 && flat < 90.0, "{flat} instead of {depth}");
     }
 }

@@ -49,6 +49,8 @@ pub enum Command {
     Collisions,
     /// Open or close the hot spots panel.
     Spots,
+    /// Open or close the log panel.
+    Log,
     /// Show or hide the figures over time.
     Plots,
     /// Open or close the selection panel.
@@ -140,6 +142,7 @@ const SHORTCUTS: &[Shortcut] = &[
     shortcut(NONE, Key::Num6, Command::Connection, "connection panel"),
     shortcut(NONE, Key::Num7, Command::Spots, "hot spots panel"),
     shortcut(NONE, Key::Num8, Command::Plots, "figures over time"),
+    shortcut(NONE, Key::Num9, Command::Log, "log and alarms"),
     shortcut(NONE, Key::PageUp, Command::PageUp, "list: page up"),
     shortcut(NONE, Key::PageDown, Command::PageDown, "list: page down"),
     shortcut(NONE, Key::C, Command::Colour, "next colouring"),
@@ -185,6 +188,7 @@ pub const POINTER_GESTURES: &[(&str, &str)] = &[
     ("click", "select a robot, edge or node"),
     ("Ctrl or Cmd click", "add a robot to the selection, or remove it"),
     ("Enter in the search", "select it; with Ctrl or Cmd, add it"),
+    ("right click", "menu: hold, break, send, close an edge"),
     ("double click", "fly there"),
     ("left drag in a plan", "pan"),
     ("click while measuring", "one end, then the other: robots or places"),

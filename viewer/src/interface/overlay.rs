@@ -43,6 +43,7 @@ impl Interface {
                 facts: model.plans,
                 heat,
                 density: model.density,
+                closed: if self.settings.edges { model.closed.len() as u32 } else { 0 },
             };
             legend(context, visible, theme, model.legend, &symbols, None);
             self.draw_mark(context, picture);

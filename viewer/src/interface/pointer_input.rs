@@ -30,11 +30,13 @@ impl Interface {
             self.wheel(ui, picture, size);
         }
         if let Some(at) = response.interact_pointer_pos() {
-            let at = glam(at - picture.min);
+            let (window, at) = (glam(at.to_vec2()), glam(at - picture.min));
             if response.double_clicked() && self.measuring.is_none() {
                 if let Some(place) = self.camera_controller.camera().unproject(at, size) {
                     self.camera_controller.fly_to(place);
                 }
+            } else if response.secondary_clicked() {
+                actions.push(Action::Menu { at, window });
             } else if response.clicked() && self.measuring.is_some() {
                 actions.push(Action::Measure { at });
             } else if response.clicked() {

@@ -12,15 +12,15 @@ use super::history::{PLOTS, SPAN};
 use super::places::value_text;
 use super::state::Interface;
 use super::style::{self, heading, line, status_dot};
-use super::view_model::{Item, ViewModel};
+use super::view_model::{Action, Item, ViewModel};
 use super::work;
 use crate::route::Remaining;
 
 impl Interface {
-    pub(super) fn selection(&mut self, ui: &mut Ui, model: &ViewModel<'_>) {
+    pub(super) fn selection(&mut self, ui: &mut Ui, model: &ViewModel<'_>, actions: &mut Vec<Action>) {
         match self.selected {
-            Some(Item::Robot(id)) => self.robot(ui, model, id),
-            Some(Item::Edge(index)) => self.edge(ui, model, index),
+            Some(Item::Robot(id)) => self.robot(ui, model, id, actions),
+            Some(Item::Edge(index)) => self.edge(ui, model, index, actions),
             Some(Item::Node(index)) => self.node(ui, model, index),
             None => {
                 ui.label(style::faint(ui, self.settings.theme(), "Click a robot, an edge or a node."));
@@ -28,7 +28,7 @@ impl Interface {
         }
     }
 
-    fn robot(&mut self, ui: &mut Ui, model: &ViewModel<'_>, id: u32) {
+    fn robot(&mut self, ui: &mut Ui, model: &ViewModel<'_>, id: u32, actions: &mut Vec<Action>) {
         let (theme, colours) = (self.settings.theme(), self.colours());
         ui.label(RichText::new(format!("Robot {id}")).size(20.0));
         self.other_robots(ui);
@@ -45,6 +45,7 @@ impl Interface {
             ui.label(style::faint(ui, theme, robot_type.map_or("", |robot_type| robot_type.name())));
         });
         self.robot_buttons(ui, model, id);
+        self.order_buttons(ui, Item::Robot(id), model, actions);
         self.work(ui, model);
         heading(ui, theme, "pose");
         let offset = self.settings.offset;
@@ -185,7 +186,7 @@ impl Interface {
             });
     }
 
-    fn edge(&mut self, ui: &mut Ui, model: &ViewModel<'_>, index: u32) {
+    fn edge(&mut self, ui: &mut Ui, model: &ViewModel<'_>, index: u32, actions: &mut Vec<Action>) {
         let theme = self.settings.theme();
         let Some(edge) = model.world.edges().get(index as usize) else {
             ui.label(style::faint(ui, theme, "this edge no longer exists"));
@@ -193,6 +194,10 @@ impl Interface {
         };
         ui.label(RichText::new(format!("Edge {}", edge.id)).size(20.0));
         self.texts(ui, model, [edge.name, edge.level, edge.zone]);
+        if model.closed.binary_search(&index).is_ok() {
+            ui.label(RichText::new("closed: no robot may enter it").color(self.colours().bad));
+        }
+        self.order_buttons(ui, Item::Edge(index), model, actions);
         line(ui, theme, "length", format!("{:.3} m", edge.length));
         line(ui, theme, "forward", format!("{:.2} m/s", edge.velocity_forward));
         let backwards = edge.velocity_backwards;

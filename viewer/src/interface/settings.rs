@@ -85,6 +85,8 @@ pub enum LeftPanel {
     Collisions,
     /// Places where robots lose time.
     Spots,
+    /// What happened, and alarms.
+    Log,
 }
 
 /// A panel on the right.

@@ -50,6 +50,7 @@ impl Interface {
             Command::Fleet => toggle(&mut self.settings.left, LeftPanel::Fleet),
             Command::Collisions => toggle(&mut self.settings.left, LeftPanel::Collisions),
             Command::Spots => toggle(&mut self.settings.left, LeftPanel::Spots),
+            Command::Log => toggle(&mut self.settings.left, LeftPanel::Log),
             Command::Plots => self.settings.plots = !self.settings.plots,
             Command::Selection => toggle(&mut self.settings.right, RightPanel::Selection),
             Command::View => toggle(&mut self.settings.right, RightPanel::View),
@@ -83,6 +84,7 @@ impl Interface {
             Some(LeftPanel::Fleet) => self.fleet_list.list.page(pages),
             Some(LeftPanel::Collisions) => self.collision_list.page(pages),
             Some(LeftPanel::Spots) => self.spot_list.page(pages),
+            Some(LeftPanel::Log) => self.log_panel.list.page(pages),
             None => {}
         }
     }
@@ -95,6 +97,9 @@ impl Interface {
     }
 
     fn deselect(&mut self) {
+        if self.close_menu() {
+            return;
+        }
         if self.help {
             self.help = false;
         } else if self.measuring.is_some() {

@@ -6,7 +6,9 @@ use glam::Vec2;
 
 use super::camera_controller::CameraController;
 use super::history::{History, Recorder};
+use super::log_panel::LogPanel;
 use super::measure::Measuring;
+use super::menu::Menu;
 use super::minimap::Minimap;
 use super::rows::{RowQuery, Rows};
 use super::settings::{RightPanel, RobotMesh, Settings};
@@ -70,6 +72,8 @@ pub struct Interface {
     pub bookmarks: Vec<Bookmark>,
     /// The ends of what is measured; `None` while nothing is.
     pub(super) measuring: Option<Measuring>,
+    pub(super) menu: Option<Menu>,
+    pub(super) log_panel: LogPanel,
     pub(super) messages: Vec<Message>,
     /// Theme and scale that the egui context has.
     pub(super) applied_style: Option<(Theme, f32)>,
@@ -164,6 +168,8 @@ impl Interface {
             is_refiltered: false,
             bookmarks: Vec::new(),
             measuring: None,
+            menu: None,
+            log_panel: LogPanel::default(),
             messages: Vec::new(),
             applied_style: None,
         }

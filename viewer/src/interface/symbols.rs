@@ -5,7 +5,7 @@ use egui::{Color32, Painter, Pos2, Rect, Sense, Shape, Stroke, Ui, pos2, vec2};
 use super::heat::HeatLegend;
 use super::ramp;
 use super::style::{self, color32, thousands};
-use crate::palette::Theme;
+use crate::palette::{CLOSED, Theme};
 use crate::plans::PlanFacts;
 use crate::scene::Layers;
 
@@ -23,6 +23,8 @@ pub struct Symbols {
     pub facts: PlanFacts,
     /// The density of half the strength in robots per hectare, if robots are drawn as their density.
     pub density: Option<f32>,
+    /// Number of closed edges; none if edges aren't shown.
+    pub closed: u32,
     /// The heat map, if it is shown.
     pub heat: Option<HeatLegend>,
 }
@@ -35,6 +37,7 @@ enum Symbol {
     Pin,
     Arrow,
     RingArrow,
+    NoEntry,
 }
 
 impl Symbols {
@@ -54,6 +57,10 @@ impl Symbols {
             let [waiting, in_rings] = self.facts.waiting.unwrap_or_default().map(|count| thousands(count.into()));
             list.push((Symbol::Arrow, format!("waits for ({waiting})")));
             list.push((Symbol::RingArrow, format!("ring of waiting ({in_rings})")));
+        }
+        match self.closed {
+            0 => {}
+            closed => list.push((Symbol::NoEntry, format!("closed ({})", thousands(closed.into())))),
         }
         list
     }
@@ -77,7 +84,7 @@ impl Symbols {
     /// Shows the symbols with their texts; nothing if no layer of plans is shown.
     pub fn show(&self, ui: &mut Ui, theme: Theme) {
         let colours = style::colours(theme);
-        if self.plans || self.waits {
+        if self.plans || self.waits || self.closed > 0 {
             ui.add_space(3.0);
         }
         for (symbol, text) in self.list() {
@@ -123,7 +130,15 @@ fn draw(painter: &Painter, symbol: Symbol, place: Rect, theme: Theme) {
         Symbol::Pin => pin(painter, place.center(), route),
         Symbol::Arrow => arrow(painter, [left, right], 1.6, color32(colours.waiting)),
         Symbol::RingArrow => arrow(painter, [left, right], 3.2, color32(colours.ring)),
+        Symbol::NoEntry => no_entry(painter, [left, right]),
     }
+}
+
+fn no_entry(painter: &Painter, ends: [Pos2; 2]) {
+    let (red, centre) = (color32(CLOSED), ends[0].lerp(ends[1], 0.5));
+    painter.extend(Shape::dashed_line(&ends, Stroke::new(2.5, red), 4.0, 3.0));
+    painter.circle(centre, 5.5, red, Stroke::new(1.0, Color32::WHITE));
+    painter.rect_filled(Rect::from_center_size(centre, vec2(7.0, 2.2)), 0.0, Color32::WHITE);
 }
 
 fn pin(painter: &Painter, centre: Pos2, colour: Color32) {

@@ -9,7 +9,7 @@ use super::style::status_dot;
 use super::view_model::ViewModel;
 
 /// The least width of the window for all tabs and buttons side by side, in points; a narrower one has menus.
-const WIDE: f32 = 1080.0;
+const WIDE: f32 = 1150.0;
 /// The least width at which the state of the engine is a text; below, it is a tooltip.
 const WITH_STATE: f32 = 560.0;
 
@@ -54,7 +54,8 @@ impl Interface {
     fn menus(&mut self, ui: &mut Ui, model: &ViewModel<'_>) {
         let touching = model.contacts.map_or(0, |contacts| contacts.header.touching);
         let name = RichText::new("Panels");
-        let name = if touching > 0 { name.color(self.colours().bad) } else { name };
+        let name =
+            if touching > 0 || self.log_panel.log.unacknowledged() > 0 { name.color(self.colours().bad) } else { name };
         ui.menu_button(name, |ui| {
             self.left_tabs(ui, model);
             self.right_tabs(ui, false);
@@ -76,6 +77,14 @@ impl Interface {
         tab(ui, &mut self.settings.left, LeftPanel::Collisions, collisions, text);
         let text = "The places that have cost the most time (7)";
         tab(ui, &mut self.settings.left, LeftPanel::Spots, "Hot spots".into(), text);
+        let alarms = self.log_panel.log.unacknowledged();
+        let is_open = self.settings.left == Some(LeftPanel::Log);
+        let log = match (alarms, is_open) {
+            (0, _) => "Log".into(),
+            (_, true) => RichText::new(format!("Alarms {alarms}")),
+            (_, false) => RichText::new(format!("Alarms {alarms}")).color(self.colours().bad),
+        };
+        tab(ui, &mut self.settings.left, LeftPanel::Log, log, "What happened, and alarms (9)");
         let plots = Button::selectable(self.settings.plots, "Plots");
         if ui.add(plots).on_hover_text("Figures over time (8)").clicked() {
             self.settings.plots = !self.settings.plots;

@@ -16,6 +16,7 @@ use crate::feed::Counts;
 use crate::filter::Filter;
 use crate::gpu::pick::Picked;
 use crate::jams::JamFacts;
+use crate::orders::UserOrder;
 use crate::palette::Legend;
 use crate::plans::PlanFacts;
 use crate::route::Remaining;
@@ -68,6 +69,8 @@ pub struct ViewModel<'a> {
     pub route: Option<Remaining>,
     /// How much of the plans of all robots is known.
     pub plans: PlanFacts,
+    /// The indices of closed edges, sorted.
+    pub closed: &'a [u32],
     /// The density of half the strength in robots per hectare, if robots are drawn as their density.
     pub density: Option<f32>,
     /// What is known of where it jams.
@@ -185,6 +188,15 @@ pub enum Action {
         /// Whether to add to the selection instead of replacing it.
         extend: bool,
     },
+    /// Open the menu of the item at a point of the picture.
+    Menu {
+        /// Points from the top left corner of the picture.
+        at: Vec2,
+        /// Points from the top left corner of the window.
+        window: Vec2,
+    },
+    /// Send an order to the fleet.
+    Order(UserOrder),
     /// Show a live run as it was at a simulated time in nanoseconds, or again as it is.
     LookBack(Option<u64>),
     /// Take the robot or the place at a point of the picture as an end of what is measured.

@@ -183,16 +183,19 @@ impl HeatMap {
         let edges = || world.edges().iter().zip(traffic.periods[period]);
         let values: Vec<f32> = edges().filter_map(|(_, figures)| heat.figure.value(figures)).collect();
         let (ends, is_exceeded) = scale(heat.figure, &values);
+        // Heat and curve in one number, which is sorted faster than pairs.
         let mut all = Vec::with_capacity(values.len());
         for (edge, figures) in edges() {
             let Some(value) = heat.figure.value(figures) else { continue };
-            let level = ((value - ends[0]) / (ends[1] - ends[0])).clamp(0.0, 1.0);
+            // Not a negative zero, whose bits are not those of the least number.
+            let level = ((value - ends[0]) / (ends[1] - ends[0])).clamp(0.0, 1.0) + 0.0;
             let curves = edge.first_curve..edge.first_curve + world.curves(edge).len() as u32;
-            all.extend(curves.map(|curve| HotCurve { curve, level }));
+            all.extend(curves.map(|curve| u64::from(level.to_bits()) << 32 | u64::from(curve)));
         }
-        all.sort_by(|a, b| a.level.total_cmp(&b.level));
+        all.sort_unstable();
+        let hot = all.into_iter().map(|key| HotCurve { curve: key as u32, level: f32::from_bits((key >> 32) as u32) });
         let is_straight = |hot: &HotCurve| world.all_curves().get(hot.curve as usize).is_some_and(is_straight);
-        let (straight, bent) = all.into_iter().partition(is_straight);
+        let (straight, bent) = hot.partition(is_straight);
         let facts = HeatFacts {
             heat,
             ends,
@@ -218,12 +221,11 @@ fn scale(figure: Figure, values: &[f32]) -> ([f32; 2], bool) {
     if figure == Figure::Speed {
         return ([100.0, 0.0], false);
     }
-    let mut sorted = values.to_vec();
-    sorted.sort_by(f32::total_cmp);
-    let beyond = (sorted.len() as f32 * BEYOND) as usize;
-    let typical = sorted.len().checked_sub(1 + beyond).map_or(0.0, |index| sorted[index]);
-    let hot = round_up(typical);
-    ([0.0, hot], sorted.last().is_some_and(|most| *most > hot))
+    let mut values = values.to_vec();
+    let beyond = (values.len() as f32 * BEYOND) as usize;
+    let index = values.len().checked_sub(1 + beyond);
+    let hot = round_up(index.map_or(0.0, |index| *values.select_nth_unstable_by(index, f32::total_cmp).1));
+    ([0.0, hot], values.iter().any(|value| *value > hot))
 }
 
 /// Returns the next of 1, 2, 5, 10 … that is not below a value.

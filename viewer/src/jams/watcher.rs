@@ -14,6 +14,7 @@ use super::heat::HeatMap;
 use super::series::{Sample, Series};
 use super::spots::{Spot, Spots};
 use super::{EdgeFacts, JamReport, Watch};
+use crate::watching::Watched;
 
 /// The time between two looks, unless they take long.
 const LOOK_EVERY: Duration = Duration::from_millis(200);

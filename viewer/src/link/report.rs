@@ -7,6 +7,7 @@ use regatta_plugin::{ColumnName, ControlError};
 use crate::filter::{Filter, Matches};
 use crate::interface::rows::Rows;
 use crate::jams::JamReport;
+use crate::log::LogReport;
 use crate::plans::PlanReport;
 use crate::tasks::RobotTask;
 
@@ -25,6 +26,8 @@ pub enum Report {
     Plans(Box<PlanReport>),
     /// What is watched of where it jams.
     Jams(Box<JamReport>),
+    /// What happened.
+    Log(Box<LogReport>),
 }
 
 /// New data of the fleet.

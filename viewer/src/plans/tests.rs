@@ -5,8 +5,8 @@ use regatta_plugin::route::RouteResponse;
 use regatta_plugin::world::{CurveRecord, EdgeRecord, NodeRecord, WorldData};
 use regatta_plugin::{FleetName, ProducerPorts, RouteServer};
 
-use super::inbox::PlanInbox;
 use super::*;
+use crate::watching::Inbox;
 
 /// Two edges of ten metres in a row, and their nodes.
 fn world() -> WorldData {
@@ -41,7 +41,7 @@ fn routes_goals_and_waits_of_a_fleet_are_collected() {
     let mut routes = RouteServer::open_on(producer.participant()).expect("routes");
     producer.publish_world(&world()).expect("a world");
     let run = producer.run_id();
-    let inbox = PlanInbox::open(&fleet, Watch { plans: true, waits: true, selected: Vec::new() });
+    let inbox = Inbox::open(&fleet, Watch { plans: true, waits: true, selected: Vec::new() });
     let inbox = inbox.expect("a thread").expect("something to watch");
     let (deadline, mut asked) = (Instant::now() + Duration::from_secs(60), Vec::new());
     let report = (1..).find_map(|tick| {
@@ -74,5 +74,5 @@ fn routes_goals_and_waits_of_a_fleet_are_collected() {
 #[test]
 fn nothing_is_watched_without_a_wish() {
     let fleet: FleetName = format!("unit-viewer-no-plans-{}", std::process::id()).parse().expect("a name");
-    assert!(PlanInbox::open(&fleet, Watch::default()).expect("no thread").is_none());
+    assert!(Inbox::open(&fleet, Watch::default()).expect("no thread").is_none());
 }

@@ -230,6 +230,10 @@ impl ViewerWindow {
                     true
                 }
                 Report::Jams(jams) => self.stage.set_jams(*jams),
+                Report::Log(log) => {
+                    self.interface.log().take(*log);
+                    true
+                }
                 Report::Matches(filter, matches) if filter == self.fleet_state.filter => {
                     self.fleet_state.matches = Some(matches.counts);
                     self.stage.renderer.set_matches(Some(&matches.bits));

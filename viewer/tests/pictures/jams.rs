@@ -1,21 +1,27 @@
 //! Tests of the layers that show where it jams: the heat map and the density from afar; and of colours at all levels of detail.
 
 use glam::{Vec2, Vec3};
-use image::RgbaImage;
+use image::{DynamicImage, RgbaImage};
 use regatta_plugin::Traffic;
 use regatta_plugin::traffic::{EdgeTraffic, TrafficHeader};
+use regatta_plugin::world::{CurveRecord, EdgeRecord, NodeRecord, WorldData};
 use regatta_viewer::camera::{Bounds, Camera};
+use regatta_viewer::gpu::TargetConfig;
 use regatta_viewer::gpu::device::Gpu;
+use regatta_viewer::gpu::pick::Picked;
 use regatta_viewer::jams::heat::HeatMap;
 use regatta_viewer::palette::{Colouring, Rgb, Scale, Theme};
+use regatta_viewer::picture::FORMAT;
 use regatta_viewer::scene::Scene;
 
 use crate::Test;
 use crate::fleet::{Robot, SIZE, TestRenderer, camera, graph, robots};
-use crate::references::{assert_like, coloured, loop_renderer};
+use crate::references::{TOLERANCE, assert_like, coloured, difference, loop_renderer};
 
 pub const TESTS: &[(&str, Test)] = &[
     ("heat", heat),
+    ("ribbons_in_pixels_are_like_triangles", ribbons_in_pixels_are_like_triangles),
+    ("edges_are_picked_under_their_ribbons", edges_are_picked_under_their_ribbons),
     ("density", density),
     ("a_crowd_keeps_its_hue_from_near_to_far", a_crowd_keeps_its_hue_from_near_to_far),
     ("robots_have_the_colours_of_the_legend", robots_have_the_colours_of_the_legend),
@@ -34,6 +40,70 @@ fn heat(gpu: &Gpu) {
     scene.theme = Theme::Light;
     assert_like("heat_light", &renderer.render(&camera(), &scene, 1.0));
     assert_like("robots_by_state", &renderer.render(&camera(), &coloured(Colouring::State), 1.0));
+}
+
+/// A town of straight and bent streets in all directions, with more of them than from where ribbons may be drawn into pixels.
+fn town() -> WorldData {
+    let mut world = WorldData::default();
+    for i in 0..2_500 {
+        let (x, y) = ((i % 50) as f32 * 9.0, (i / 50) as f32 * 9.0);
+        world.nodes.push(NodeRecord { id: i, x, y, ..NodeRecord::default() });
+        let turned = |along: f32, across: f32| {
+            let (sin, cos) = (i as f32 * 0.37).sin_cos();
+            [x + along * cos - across * sin, y + along * sin + across * cos]
+        };
+        let bend = if i % 3 == 0 { 3.0 } else { 0.0 };
+        let curve = [turned(-4.0, 0.0), turned(-1.5, bend), turned(1.5, bend), turned(4.0, 0.0)];
+        world.add_edge(
+            EdgeRecord { id: i, length: 8.0, ..EdgeRecord::default() },
+            [CurveRecord { control_points: curve }],
+        );
+    }
+    world
+}
+
+/// The heat map of a town from afar and near the ground, where some ribbons are short and others long.
+fn ribbons_in_pixels_are_like_triangles(gpu: &Gpu) {
+    let (world, heat) = (town(), "waiting:run".parse().expect("a heat map"));
+    let waiting = |edge: usize| EdgeTraffic { waiting_secs: (edge * 31 % 97) as f32, ..EdgeTraffic::default() };
+    let edges: Vec<_> = (0..world.edges.len()).map(waiting).collect();
+    let traffic = Traffic { header: &TrafficHeader::default(), periods: [&edges; 3], missed: 0 };
+    let map = HeatMap::new(heat, &traffic, &world.view(1, 1));
+    let far = Camera { target: Vec3::new(220.0, 220.0, 0.0), distance: 150.0, pitch: 1.0, ..Camera::default() };
+    let low = Camera { distance: 25.0, pitch: 0.3, ..far };
+    for camera in [far, low] {
+        let [triangles, pixels] = [u32::MAX, 0].map(|splats_from| {
+            let target = TargetConfig { splats_from, ..TargetConfig::new(gpu, FORMAT, 1) };
+            let mut renderer = TestRenderer::with_target(gpu, target);
+            renderer.push(&[]);
+            renderer.inner.set_graph(&world.view(1, 1));
+            renderer.inner.set_heat(Some(&map));
+            let scene = Scene { heat: Some(heat), ..coloured(Colouring::State) };
+            DynamicImage::from(renderer.render(&camera, &scene, 1.0)).into_rgb8()
+        });
+        let share = difference(&triangles, &pixels);
+        // Ends are smoothed in pixels only, and there are thousands of them.
+        assert!(share <= 10.0 * TOLERANCE, "{share} of the pixels differ");
+        let hot = pixels.pixels().filter(|pixel| pixel.0[0] > 120).count();
+        assert!(hot > pixels.pixels().len() / 20, "there are ribbons");
+    }
+}
+
+fn edges_are_picked_under_their_ribbons(gpu: &Gpu) {
+    let mut renderer = loop_renderer(gpu);
+    let edges = [EdgeTraffic { waiting_secs: 9.0, ..EdgeTraffic::default() }; 4];
+    let traffic = Traffic { header: &TrafficHeader::default(), periods: [&edges; 3], missed: 0 };
+    let heat = "waiting:run".parse().expect("a heat map");
+    renderer.inner.set_heat(Some(&HeatMap::new(heat, &traffic, &graph().view(1, 1))));
+    renderer.push(&[]);
+    for distance in [20.0, 60.0] {
+        let camera = Camera { target: Vec3::new(4.0, 2.0, 0.0), distance, pitch: 1.57, ..Camera::default() };
+        renderer.render(&camera, &Scene { heat: Some(heat), ..coloured(Colouring::State) }, 1.0);
+        for (index, middle) in [[3.4, 0.0], [10.25, 2.0], [4.6, 4.0], [-2.25, 2.0]].into_iter().enumerate() {
+            let at = camera.project(Vec3::new(middle[0], middle[1], 0.0), SIZE.as_vec2()).expect("in the picture");
+            assert_eq!(renderer.inner.pick(at), Some(Picked::Edge(index as u32)), "{distance} m away");
+        }
+    }
 }
 
 /// A crowd on streets, with two that are jammed. One in ten robots waits; in the jams all do.

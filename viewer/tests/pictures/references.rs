@@ -42,6 +42,7 @@ pub const TESTS: &[(&str, Test)] = &[
     ("lamps", lamps),
     ("meshes_of_files_keep_the_data_colour", meshes_of_files),
     ("marked_edge", marked_edge),
+    ("closed_edges", closed_edges),
     ("marked_node", marked_node),
     ("one_level", one_level),
     ("a_plan_has_footprints_of_true_size", plan_footprints),
@@ -50,7 +51,7 @@ pub const TESTS: &[(&str, Test)] = &[
 
 /// The largest share of pixels that may differ from the reference. Versions of the adapter differ in how they rasterize
 /// edges. A test checks that the tolerance still distinguishes references that differ by a ring or a few robots' colours.
-const TOLERANCE: f64 = 0.003;
+pub const TOLERANCE: f64 = 0.003;
 /// The difference of a channel, of 255, above which a pixel differs.
 const DIFFERENCE: u8 = 20;
 /// The standard deviation in pixels by which pictures are blurred before the comparison, as eyes blur thin lines.
@@ -61,7 +62,7 @@ fn path_of(name: &str) -> PathBuf {
 }
 
 /// Returns the share of pixels that differ.
-fn difference(one: &RgbImage, other: &RgbImage) -> f64 {
+pub fn difference(one: &RgbImage, other: &RgbImage) -> f64 {
     assert_eq!(one.dimensions(), other.dimensions());
     let [one, other] = [one, other].map(|picture| image::imageops::blur(picture, BLUR));
     let differs = |(a, b): (&Rgb<u8>, &Rgb<u8>)| a.0.iter().zip(b.0).any(|(a, b)| a.abs_diff(b) > DIFFERENCE);
@@ -80,6 +81,7 @@ pub fn references_are_told_apart() {
         ("robots_by_state", "lamps"),
         ("graph", "stations"),
         ("robots_by_state", "marked_edge"),
+        ("robots_by_state", "closed_edges"),
         ("robots_by_state", "plans"),
         ("robots_by_state", "waits"),
         ("robots_by_state", "filter"),
@@ -339,6 +341,19 @@ fn meshes_of_files(gpu: &Gpu) {
 fn marked_edge(gpu: &Gpu) {
     let scene = Scene { marked: Some(Marked::Edge(1)), ..coloured(Colouring::State) };
     assert_like("marked_edge", &loop_renderer(gpu).render(&camera(), &scene, 1.0));
+}
+
+/// Closed edges are dashed, and have a sign; a closed edge of another level isn't shown.
+fn closed_edges(gpu: &Gpu) {
+    let mut renderer = loop_renderer(gpu);
+    let mut world = graph();
+    renderer.inner.set_closed(&world.view(1, 1), &[0, 3]);
+    assert_like("closed_edges", &renderer.render(&camera(), &coloured(Colouring::State), 1.0));
+    let level = world.texts.add("ground");
+    world.edges[1].level = level;
+    renderer.inner.set_level(Some("ground"));
+    renderer.inner.set_closed(&world.view(1, 1), &[0, 3]);
+    assert_like("robots_by_state", &renderer.render(&camera(), &coloured(Colouring::State), 1.0));
 }
 
 fn marked_node(gpu: &Gpu) {

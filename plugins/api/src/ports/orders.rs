@@ -6,6 +6,7 @@ use super::slices::SliceSender;
 use crate::process::join::Participant;
 use crate::records::name::FleetName;
 use crate::records::order::{OrderHeader, OrderKind, OrderRecord, RouteLeg};
+use crate::records::task::NO_ROBOT;
 
 /// The error of sending orders. They are kept, to be sent again.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -128,6 +129,16 @@ impl Orders {
     /// Repairs a robot that is broken. Returns the order's token.
     pub fn repair(&mut self, robot: u32) -> u64 {
         self.push(OrderKind::Repair, OrderRecord { robot, ..OrderRecord::default() })
+    }
+
+    /// Closes an edge, by its id: no robot enters it any more. Returns the order's token.
+    pub fn close_edge(&mut self, edge: u32) -> u64 {
+        self.push(OrderKind::CloseEdge, OrderRecord { robot: NO_ROBOT, id: edge, ..OrderRecord::default() })
+    }
+
+    /// Opens a closed edge again, by its id. Returns the order's token.
+    pub fn open_edge(&mut self, edge: u32) -> u64 {
+        self.push(OrderKind::OpenEdge, OrderRecord { robot: NO_ROBOT, id: edge, ..OrderRecord::default() })
     }
 
     /// Adds a robot on a node, by the node's id. Returns the order's token; the `Spawned` event has the

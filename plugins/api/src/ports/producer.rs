@@ -20,6 +20,7 @@ use super::slices::{SliceSender, send};
 use crate::process::health;
 use crate::process::join::Participant;
 use crate::process::termination::Termination;
+use crate::records::closure::{ClosedEdge, ClosureHeader};
 use crate::records::control::{ControlRequest, ControlResponse};
 use crate::records::event::{EventHeader, EventRecord};
 use crate::records::frame::{BYTES_PER_LINE, FrameHeader, Line, frame_lines, stride_lines};
@@ -63,6 +64,7 @@ pub struct ProducerPorts {
     world: SliceSender<Line, WorldHeader>,
     events: SliceSender<EventRecord, EventHeader>,
     order_log: SliceSender<OrderRecord, OrderLogHeader>,
+    closures: SliceSender<ClosedEdge, ClosureHeader>,
     columns: BTreeMap<ColumnName, ColumnPublisher>,
     orders: OrderInbox,
     requests: RequestInbox,
@@ -102,6 +104,7 @@ impl ProducerPorts {
             world: SliceSender::open(services::world(node, fleet)?, "the world", 1, 1)?,
             events: SliceSender::open(services::events(node, fleet)?, "events", few, 1)?,
             order_log: SliceSender::open(services::order_log(node, fleet)?, "the order log", few, 1)?,
+            closures: SliceSender::open(services::closures(node, fleet)?, "closures", few, 1)?,
             columns: BTreeMap::new(),
             orders: OrderInbox::open(&participant)?,
             requests: RequestInbox::open(&participant)?,
@@ -236,11 +239,21 @@ impl ProducerPorts {
         self.order_log.send(OrderLogHeader { run_id: self.run_id, tick, sequence }, orders).map(drop)
     }
 
-    /// Connects readers that have joined since, and gives them the newest frame, world and columns. To be called every
+    /// Publishes the edges that are closed from a tick on, sorted by id, in place of those before.
+    ///
+    /// # Errors
+    /// [`PublishError`] when shared memory is full.
+    pub fn publish_closures(&mut self, tick: u64, edges: &[ClosedEdge]) -> Result<(), PublishError> {
+        let sequence = self.closures.sequence().next(self.run_id);
+        self.closures.send(ClosureHeader { run_id: self.run_id, tick, sequence }, edges).map(drop)
+    }
+
+    /// Connects readers that have joined since, and gives them the newest frame, world, columns and closures. To be called every
     /// tick, and every now and then while the clock is paused. Cheap if no reader has joined.
     pub fn update(&self) {
         self.columns.values().for_each(ColumnPublisher::update);
         self.order_log.update();
+        self.closures.update();
         self.world.update();
         self.frames.update();
         self.events.update();

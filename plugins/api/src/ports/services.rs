@@ -14,6 +14,7 @@
 //! | columns, each | 64 | 1 or 8 | 2 | 1 | 1 | 642 | 4.0 MB |
 //! | contacts | 64 | 1 or 8 | 2 | 1 | 1 | 642 | 48 B a pair, 64 pairs to begin with: 2.0 MB |
 //! | traffic | 64 | 1 | 2 | 1 | 1 | 194 | 20 B an edge and period: 6.0 MB at 100 k edges |
+//! | closures | 64 | 1 | 2 | 1 | 1 | 194 | 4 B an edge, 64 edges to begin with: 50 kB |
 //! | recording | 64 | 1 | 2 | 1 | 1 | 194 | 24 B a mark, 64 marks to begin with, 65,536 at most: 1.6 MB |
 //! | contact events, order log, tasks | 64 | 64 | 1 | 0 | 1 | 4161 | 56, 40 and 40 B each, 64 to begin with: 15, 11 and 11 MB |
 //! | done, per reader | 64 | 1 | 1 | 1 | 1 | 130 | 80 B |
@@ -36,6 +37,7 @@ use iceoryx2::service::port_factory::{event, publish_subscribe, request_response
 use super::error::OpenError;
 use super::full_memory::{FULL, guarded};
 use super::places::{MayBeFull, participants, place};
+use crate::records::closure::{ClosedEdge, ClosureHeader};
 use crate::records::column::ColumnHeader;
 use crate::records::contact::{ContactEvent, ContactEventHeader, ContactHeader, ContactRecord};
 use crate::records::control::{ControlRequest, ControlResponse};
@@ -102,6 +104,7 @@ pub(crate) type ContactEvents = publish_subscribe::PortFactory<Ipc, [ContactEven
 pub(crate) type OrderLogs = publish_subscribe::PortFactory<Ipc, [OrderRecord], OrderLogHeader>;
 pub(crate) type Tasks = publish_subscribe::PortFactory<Ipc, [TaskRecord], TaskHeader>;
 pub(crate) type Traffic = publish_subscribe::PortFactory<Ipc, [EdgeTraffic], TrafficHeader>;
+pub(crate) type Closures = publish_subscribe::PortFactory<Ipc, [ClosedEdge], ClosureHeader>;
 pub(crate) type Recording = publish_subscribe::PortFactory<Ipc, [RecordingMark], RecordingHeader>;
 pub(crate) type Dones = publish_subscribe::PortFactory<Ipc, Done, ()>;
 pub(crate) type Control = request_response::PortFactory<Ipc, ControlRequest, (), ControlResponse, ()>;
@@ -181,6 +184,14 @@ pub(crate) fn tasks(node: &Node<Ipc>, fleet: &FleetName) -> Result<Tasks, OpenEr
 pub(crate) fn traffic(node: &Node<Ipc>, fleet: &FleetName) -> Result<Traffic, OpenError> {
     open(node, fleet, "traffic", MessagingPattern::PublishSubscribe, |builder, version| {
         newest_only(builder.publish_subscribe::<[EdgeTraffic]>().user_header::<TrafficHeader>(), 1)
+            .open_or_create_with_attributes(version)
+    })
+}
+
+/// Opens the closed edges. They aren't part of the world, because a new world makes every reader begin anew.
+pub(crate) fn closures(node: &Node<Ipc>, fleet: &FleetName) -> Result<Closures, OpenError> {
+    open(node, fleet, "closures", MessagingPattern::PublishSubscribe, |builder, version| {
+        newest_only(builder.publish_subscribe::<[ClosedEdge]>().user_header::<ClosureHeader>(), 1)
             .open_or_create_with_attributes(version)
     })
 }

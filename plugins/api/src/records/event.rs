@@ -29,9 +29,9 @@ pub struct EventRecord {
     pub token: u64,
     /// An [`EventKind`].
     pub kind: u32,
-    /// The robot, by id.
+    /// The robot, by id; [`NO_ROBOT`](super::task::NO_ROBOT) for events of edges and the answers to their orders.
     pub robot: u32,
-    /// `ReachedNode`: the node's id. `Refused`: the id that the order named.
+    /// `ReachedNode`: the node's id. `EdgeClosed`, `EdgeOpened`: the edge's. `Refused`: the id that the order named.
     pub id: u32,
     /// `Refused`: a [`Refusal`]. `BrokenDown`: a [`BreakdownCause`].
     pub detail: u32,
@@ -45,7 +45,7 @@ pub enum EventKind {
     ReachedNode = 1,
     /// A robot reached the end of its route.
     RouteDone = 2,
-    /// A robot reached the end of its released base and waits for a release.
+    /// A robot reached the end of its released base and waits for a release, or comes to a closed edge and waits for it.
     WaitingForRelease = 3,
     /// A held robot has come to a stop.
     Held = 4,
@@ -69,6 +69,10 @@ pub enum EventKind {
     BrokenDown = 13,
     /// A robot is no longer broken.
     Repaired = 14,
+    /// An edge is closed: no robot enters it.
+    EdgeClosed = 15,
+    /// An edge is open again.
+    EdgeOpened = 16,
 }
 
 /// The cause of a breakdown.
@@ -110,6 +114,8 @@ pub enum Refusal {
     NotSteerable = 11,
     /// The leg to release is not at or after the end of the robot's base.
     NotAhead = 12,
+    /// A leg of the route is along a closed edge.
+    EdgeClosed = 13,
 }
 
 impl Sequenced for EventHeader {
@@ -141,6 +147,8 @@ impl EventRecord {
             Recovered,
             BrokenDown,
             Repaired,
+            EdgeClosed,
+            EdgeOpened,
         ]
         .into_iter()
         .find(|kind| *kind as u32 == self.kind)

@@ -22,11 +22,11 @@ pub struct OrderRecord {
     pub token: u64,
     /// An [`OrderKind`].
     pub kind: u32,
-    /// The robot, by id (all kinds but `Spawn` and `Leg`).
+    /// The robot, by id; [`NO_ROBOT`](super::task::NO_ROBOT) for `CloseEdge` and `OpenEdge`, no meaning for spawns and `Leg`.
     pub robot: u32,
     /// `Assign`, `Extend`: the number of `Leg` records that follow this one.
     pub legs: u32,
-    /// `Leg`, `Release`, `SpawnOnEdge`: id of the edge in the route graph. `SpawnAtNode`: id of the node.
+    /// `Leg`, `Release`, `SpawnOnEdge`, `CloseEdge`, `OpenEdge`: id of the edge in the route graph. `SpawnAtNode`: id of the node.
     pub id: u32,
     /// `Leg`, `Release`: 1 to drive the edge from destination to origin in reverse gear, else 0.
     pub reverse: u32,
@@ -75,6 +75,11 @@ pub enum OrderKind {
     Break = 10,
     /// Repair a robot that is broken. It goes on with its route, unless it is held.
     Repair = 11,
+    /// Close an edge in both gears: from now on no robot enters it, whatever its route, and no new route may lead along it.
+    /// Who is on it leaves it. Who comes to it waits at the node before it, and brakes harder than usual if need be.
+    CloseEdge = 12,
+    /// Open a closed edge again. Who waits before it drives on.
+    OpenEdge = 13,
 }
 
 /// One edge of a route in an order.

@@ -1,5 +1,8 @@
 //! The manager against a model of a fleet.
 
+use regatta_plugin::closure::ClosedEdge;
+use regatta_plugin::world::EdgeRecord;
+
 use crate::model::managed::Managed;
 use crate::model::worlds;
 
@@ -23,5 +26,42 @@ fn breakdowns_that_are_repaired_only_delay_orders() {
         let open = fleet.manager.tasks().figures(8_400.0).orders;
         assert_eq!(open.unroutable, 0, "{created:?} {open:?}");
         assert!(open.waiting < 10, "{created:?} {open:?}");
+    }
+}
+
+/// Closes an edge by order: the only one that leads to the goal of all orders, or one that can be driven round.
+#[test]
+fn nobody_enters_an_edge_that_is_closed_by_order() {
+    let world = worlds::streets(6, 6.0, true);
+    let leading_to = |node: u32| world.edges.iter().filter(move |edge| edge.destination == node);
+    let leaving = |node: u32| world.edges.iter().filter(move |edge| edge.origin == node);
+    let is_detour = |edge: &&EdgeRecord| leading_to(edge.destination).count() > 1 && leaving(edge.origin).count() > 1;
+    let detour = world.edges.iter().find(is_detour).expect("an edge with another way round it");
+    let only = leading_to(23).next().expect("an edge");
+    assert_eq!(leading_to(23).count(), 1);
+    for (edge, is_only) in [(detour, false), (only, true)] {
+        let closed = &[ClosedEdge { edge: edge.id }];
+        let mut fleet = Managed::new(&world, 12, 1, LOAD);
+        fleet.run(6_000, 0, 0);
+        let finished = |fleet: &Managed, secs: f64| fleet.manager.tasks().figures(secs).orders.finished;
+        let before = finished(&fleet, 600.0);
+        fleet.manager.close_edges(closed);
+        // The robots of the model drive on to the end of their bases, where the engine's would stop before the edge.
+        fleet.run(100, 0, 0);
+        let mut edges = fleet.edges();
+        for _ in 0..12_000 {
+            fleet.run(1, 0, 0);
+            for (now, before) in fleet.edges().into_iter().zip(&edges).filter(|(now, before)| now != *before) {
+                assert!(!closed.iter().any(|edge| edge.edge == now), "from edge {before} to the closed edge {now}");
+            }
+            edges = fleet.edges();
+        }
+        let during = finished(&fleet, 1_800.0) - before;
+        assert_eq!(during > 10, !is_only, "{during} orders, {closed:?} closed");
+        fleet.manager.close_edges(&[]);
+        fleet.run(24_000, 0, 0);
+        let figures = fleet.manager.tasks().figures(4_200.0).orders;
+        assert!(figures.unroutable == 0 && figures.failed == 0 && figures.waiting < 10, "{figures:?}");
+        assert!(figures.finished > 80, "{figures:?}");
     }
 }

@@ -48,6 +48,12 @@ impl Managed {
         }
     }
 
+    /// The ids of the edges that robots are on.
+    pub fn edges(&self) -> Vec<u32> {
+        let seen = self.bodies.iter().map(|body| body.seen(&self.outlines, &self.roads));
+        seen.map(|seen| seen.edge.map_or(u32::MAX, |edge| self.roads.edge(edge).id)).collect()
+    }
+
     /// Drives for some ticks. Of a million robots, `breakdowns` break down in a tick, and are repaired after `repair` ticks.
     pub fn run(&mut self, ticks: u32, breakdowns: u32, repair: u32) {
         for _ in 0..ticks {

@@ -1,4 +1,6 @@
-//! Closures: what robots that can't drive block, and where nobody would come out again.
+//! Closures: what robots that can't drive block, what is closed by order, and where nobody would come out again.
+
+use regatta_plugin::closure::ClosedEdge;
 
 use super::Steering;
 use crate::claims::Claims;
@@ -23,9 +25,36 @@ impl Steering {
         self.out_of_reach.get(node as usize).is_some_and(|out_of_reach| *out_of_reach)
     }
 
-    /// Whether any roads are closed.
+    /// Whether any roads are closed, or were until now: robots whose ways are open again have no routes yet.
     pub fn has_closures(&self) -> bool {
-        !self.blockers.is_empty()
+        !self.blockers.is_empty() || !self.closed_edges.is_empty() || self.is_closed_anew
+    }
+
+    /// Takes the edges that the engine keeps closed, sorted by id. Robots enter none of them any more: those whose bases
+    /// lead there are stopped before it, and get another route.
+    pub fn close_edges(&mut self, closed: &[ClosedEdge]) {
+        if self.closed_by_order == closed {
+            return;
+        }
+        self.closed_by_order = closed.to_vec();
+        let is_closed = |id: u32| closed.binary_search(&ClosedEdge { edge: id }).is_ok();
+        let edges = (0..self.roads.edges().len() as u32).filter(|edge| is_closed(self.roads.edge(*edge).id));
+        self.closed_edges = edges.collect();
+        self.next_check = self.now;
+        self.is_closed_anew = true;
+        for robot in 0..self.robots.len() as u32 {
+            let ahead = self.claims.of(robot).iter().skip(1).filter_map(|stretch| stretch.leg);
+            if ahead.into_iter().any(|leg| self.closed_edges.binary_search(&leg.edge()).is_ok()) {
+                self.adopt(robot);
+            }
+        }
+        for state in self.robots.iter_mut().flatten() {
+            // If no other way leads to its goal, it would keep this one: nobody who is broken stands there and stops it.
+            if state.horizon.iter().any(|leg| self.closed_edges.binary_search(&leg.edge()).is_ok()) {
+                state.horizon.clear();
+                state.needs_route |= state.goal.is_some();
+            }
+        }
     }
 
     /// How often legs were closed or opened again.
@@ -39,12 +68,13 @@ impl Steering {
             .filter(|robot| self.is_out_of_service(*robot))
             .map(|robot| (robot, self.claims.version(robot)))
             .collect();
-        if blockers == self.blockers {
+        if blockers == self.blockers && !std::mem::take(&mut self.is_closed_anew) {
             return;
         }
         let robots: Vec<u32> = blockers.iter().map(|(robot, _)| *robot).collect();
         self.blockers = blockers;
-        let Closures { legs, cut_off, out_of_reach } = Closures::of(&self.roads, &self.claims, &robots);
+        let Closures { legs, cut_off, out_of_reach } =
+            Closures::of(&self.roads, &self.claims, &robots, &self.closed_edges);
         if legs != self.closed {
             (self.closed, self.cut_off, self.out_of_reach) = (legs, cut_off, out_of_reach);
             self.closures += 1;
@@ -63,9 +93,9 @@ impl Steering {
     }
 }
 
-/// What some robots close.
+/// What some robots close, and orders.
 struct Closures {
-    /// By leg: whether a robot on it would touch one of them, or no way leads back from it that had led back before.
+    /// By leg: whether it is closed by order, a robot on it would touch one of them, or no way leads back from it that had led back before.
     legs: Vec<bool>,
     /// By node: whether robots there can't come back.
     cut_off: Vec<bool>,
@@ -74,9 +104,9 @@ struct Closures {
 }
 
 impl Closures {
-    fn of(roads: &Roads, claims: &Claims, blockers: &[u32]) -> Self {
+    fn of(roads: &Roads, claims: &Claims, blockers: &[u32], edges: &[u32]) -> Self {
         let mut legs = vec![false; 2 * roads.edges().len()];
-        if blockers.is_empty() {
+        if blockers.is_empty() && edges.is_empty() {
             return Self { legs, cut_off: Vec::new(), out_of_reach: Vec::new() };
         }
         let open = Main::of(roads, &legs);
@@ -84,6 +114,9 @@ impl Closures {
             for leg in [Leg::new(track, false), Leg::new(track, true)] {
                 legs[leg.index()] = !claims.lets_pass(roads, leg, blockers);
             }
+        }
+        for leg in edges.iter().flat_map(|edge| [Leg::new(*edge, false), Leg::new(*edge, true)]) {
+            legs[leg.index()] = true;
         }
         let main = Main::of(roads, &legs);
         let lost =
@@ -205,11 +238,14 @@ mod tests {
             Stretch { track: edge, leg: Some(Leg::new(edge, false)), from: middle, to: middle }
         };
         claims.seize(&roads, 7, 0, stand(4));
-        let closures = Closures::of(&roads, &claims, &[7]);
+        let closures = Closures::of(&roads, &claims, &[7], &[]);
         let closed: Vec<u32> = (0..5).filter(|edge| closures.legs[Leg::new(*edge, false).index()]).collect();
         assert_eq!((closed.as_slice(), closures.cut_off.as_slice()), (&[3, 4][..], &[false, false, false, true][..]));
-        let none = Closures::of(&roads, &claims, &[]);
+        let none = Closures::of(&roads, &claims, &[], &[]);
         assert!(none.legs.iter().all(|closed| !closed));
+        let ordered = Closures::of(&roads, &claims, &[], &[4]);
+        assert_eq!(ordered.cut_off, closures.cut_off, "an edge that is closed by order cuts off the same nodes");
+        assert!(ordered.legs[Leg::new(3, false).index()] && ordered.legs[Leg::new(4, true).index()]);
     }
 
     #[test]
@@ -224,7 +260,7 @@ mod tests {
             let middle = 0.5 * roads.edge(edge).length;
             let stand = Stretch { track: edge, leg: Some(Leg::new(edge, false)), from: middle, to: middle };
             claims.seize(&roads, 7, 0, stand);
-            let Closures { legs, cut_off, out_of_reach } = Closures::of(&roads, &claims, &[7]);
+            let Closures { legs, cut_off, out_of_reach } = Closures::of(&roads, &claims, &[7], &[]);
             let closed: Vec<u32> = (0..5).filter(|edge| legs[Leg::new(*edge, false).index()]).collect();
             (closed, cut_off[3], out_of_reach[3])
         };

@@ -214,9 +214,10 @@ pub struct Event {
     pub token: u64,
     #[prost(enumeration = "EventKind", tag = "2")]
     pub kind: i32,
+    /// 4294967295 for events of edges.
     #[prost(uint32, tag = "3")]
     pub robot: u32,
-    /// REACHED_NODE: the node's id. REFUSED: the id in the order.
+    /// REACHED_NODE: the node's id. EDGE_CLOSED, EDGE_OPENED: the edge's. REFUSED: the id in the order.
     #[prost(uint32, tag = "4")]
     pub id: u32,
     /// REFUSED: the reason.
@@ -663,6 +664,8 @@ pub enum EventKind {
     Recovered = 12,
     BrokenDown = 13,
     Repaired = 14,
+    EdgeClosed = 15,
+    EdgeOpened = 16,
 }
 impl EventKind {
     /// String value of the enum field names used in the ProtoBuf definition.
@@ -686,6 +689,8 @@ impl EventKind {
             Self::Recovered => "RECOVERED",
             Self::BrokenDown => "BROKEN_DOWN",
             Self::Repaired => "REPAIRED",
+            Self::EdgeClosed => "EDGE_CLOSED",
+            Self::EdgeOpened => "EDGE_OPENED",
         }
     }
     /// Creates an enum from field names used in the ProtoBuf definition.
@@ -706,6 +711,8 @@ impl EventKind {
             "RECOVERED" => Some(Self::Recovered),
             "BROKEN_DOWN" => Some(Self::BrokenDown),
             "REPAIRED" => Some(Self::Repaired),
+            "EDGE_CLOSED" => Some(Self::EdgeClosed),
+            "EDGE_OPENED" => Some(Self::EdgeOpened),
             _ => None,
         }
     }
@@ -726,6 +733,7 @@ pub enum Refusal {
     MalformedOrder = 10,
     NotSteerable = 11,
     NotAhead = 12,
+    EdgeIsClosed = 13,
 }
 impl Refusal {
     /// String value of the enum field names used in the ProtoBuf definition.
@@ -747,6 +755,7 @@ impl Refusal {
             Self::MalformedOrder => "MALFORMED_ORDER",
             Self::NotSteerable => "NOT_STEERABLE",
             Self::NotAhead => "NOT_AHEAD",
+            Self::EdgeIsClosed => "EDGE_IS_CLOSED",
         }
     }
     /// Creates an enum from field names used in the ProtoBuf definition.
@@ -765,6 +774,7 @@ impl Refusal {
             "MALFORMED_ORDER" => Some(Self::MalformedOrder),
             "NOT_STEERABLE" => Some(Self::NotSteerable),
             "NOT_AHEAD" => Some(Self::NotAhead),
+            "EDGE_IS_CLOSED" => Some(Self::EdgeIsClosed),
             _ => None,
         }
     }
@@ -784,6 +794,8 @@ pub enum OrderKind {
     Release = 9,
     Break = 10,
     Repair = 11,
+    CloseEdge = 12,
+    OpenEdge = 13,
 }
 impl OrderKind {
     /// String value of the enum field names used in the ProtoBuf definition.
@@ -804,6 +816,8 @@ impl OrderKind {
             Self::Release => "RELEASE",
             Self::Break => "BREAK",
             Self::Repair => "REPAIR",
+            Self::CloseEdge => "CLOSE_EDGE",
+            Self::OpenEdge => "OPEN_EDGE",
         }
     }
     /// Creates an enum from field names used in the ProtoBuf definition.
@@ -821,6 +835,8 @@ impl OrderKind {
             "RELEASE" => Some(Self::Release),
             "BREAK" => Some(Self::Break),
             "REPAIR" => Some(Self::Repair),
+            "CLOSE_EDGE" => Some(Self::CloseEdge),
+            "OPEN_EDGE" => Some(Self::OpenEdge),
             _ => None,
         }
     }

@@ -9,6 +9,7 @@ use regatta_plugin::contact::{ContactChange, ContactLevel};
 use regatta_plugin::event::EventKind;
 use regatta_plugin::recording::{MarkKind, RecordingMark};
 
+use super::closures::ClosureChange;
 use crate::decode::{self, MessageError};
 use crate::reading::{ReadingError, Recording, Selection};
 use crate::schema::Topic;
@@ -23,9 +24,14 @@ const TELL_EVERY: Duration = Duration::from_millis(250);
 pub(super) struct Found {
     /// In the order of time.
     pub marks: Vec<RecordingMark>,
+    /// Edges that were closed and opened.
+    pub closures: Vec<ClosureChange>,
     /// Everything up to this time has been searched.
     pub until: u64,
 }
+
+/// What one message tells.
+type Searched = (Vec<RecordingMark>, Vec<ClosureChange>);
 
 /// Starts a search. The thread ends with the recording, at its first damaged message, or when the receiver is dropped.
 pub(super) fn search(path: &Path) -> std::io::Result<Receiver<Found>> {
@@ -46,8 +52,10 @@ fn run(path: &Path, found: &Sender<Found>) -> Result<(), ReadingError> {
     let (mut batch, mut told) = (Found::default(), Instant::now());
     while let Some(entry) = reader.next()? {
         batch.until = entry.log_time;
-        let marks = marks_of(entry.topic, entry.log_time, entry.message);
-        batch.marks.extend(marks.map_err(|reason| recording.malformed(entry.topic, entry.log_time, reason))?);
+        let searched = search_message(entry.topic, entry.log_time, entry.message);
+        let (marks, closures) = searched.map_err(|reason| recording.malformed(entry.topic, entry.log_time, reason))?;
+        batch.marks.extend(marks);
+        batch.closures.extend(closures);
         if told.elapsed() > TELL_EVERY {
             told = Instant::now();
             if found.send(std::mem::take(&mut batch)).is_err() {
@@ -61,9 +69,9 @@ fn run(path: &Path, found: &Sender<Found>) -> Result<(), ReadingError> {
     Ok(())
 }
 
-/// Returns the marks of a message: at most one of each kind, which counts what happened in its tick.
-fn marks_of(topic: &Topic, time: u64, message: &[u8]) -> Result<Vec<RecordingMark>, MessageError> {
-    let mut marks: Vec<RecordingMark> = Vec::new();
+/// Returns the marks of a message (at most one of each kind, which counts what happened in its tick), and its closures.
+fn search_message(topic: &Topic, time: u64, message: &[u8]) -> Result<Searched, MessageError> {
+    let (mut marks, mut closures) = (Vec::<RecordingMark>::new(), Vec::new());
     let mut add = |kind: MarkKind, robot: u32| match marks.iter_mut().find(|mark| mark.kind == kind as u32) {
         Some(mark) => mark.count += 1,
         None => marks.push(RecordingMark { time_nanos: time, kind: kind as u32, robot, count: 1, reserved: 0 }),
@@ -75,7 +83,9 @@ fn marks_of(topic: &Topic, time: u64, message: &[u8]) -> Result<Vec<RecordingMar
             }
         }
     } else {
-        for event in decode::events(message)?.1 {
+        let (header, events) = decode::events(message)?;
+        for event in events {
+            closures.extend(ClosureChange::of(header.run_id, time, &event));
             match event.kind() {
                 Some(EventKind::Faulted | EventKind::BrokenDown) => add(MarkKind::Fault, event.robot),
                 Some(EventKind::Held | EventKind::Stalled) => add(MarkKind::Stop, event.robot),
@@ -83,7 +93,7 @@ fn marks_of(topic: &Topic, time: u64, message: &[u8]) -> Result<Vec<RecordingMar
             }
         }
     }
-    Ok(marks)
+    Ok((marks, closures))
 }
 
 /// The notes of a recording: time on its clock in nanoseconds, and text.

@@ -43,6 +43,7 @@ impl Producer for Replay<'_> {
 
     fn between_ticks(&mut self, session: &mut Session) -> Result<(), ReplayError> {
         self.stage.update()?;
+        self.stage.publish_closures(session)?;
         if let Some(contacts) = self.contact_search.as_mut().and_then(|search| search.poll(self.time)) {
             self.stage.take_contacts(session, contacts)?;
         }

@@ -8,6 +8,7 @@ use regatta_plugin::producer::Session;
 use regatta_plugin::{ColumnName, ContactPublisher, ProducerPorts, PublishError, TaskPublisher};
 
 use super::ReplayError;
+use super::closures::ClosureChange;
 use super::teller::Teller;
 use crate::contacts::ContactDecoder;
 use crate::decode::{self, MessageError, RecordedWorld};
@@ -123,6 +124,7 @@ impl Stage {
     pub fn begin_run(&mut self, session: &mut Session) -> Result<(), PublishError> {
         session.ports().begin_run();
         self.shown.clear();
+        self.teller.closures.begin_run();
         self.publish_world(session)
     }
 
@@ -140,6 +142,8 @@ impl Stage {
             }
             Topic::Events if session.ports().has_event_readers() => {
                 let (header, events) = decode::events(message)?;
+                let changes = events.iter().filter_map(|event| ClosureChange::of(header.run_id, self.time, event));
+                self.teller.closures.take(changes);
                 session.ports().publish_events(header.tick, header.dropped, &events)?;
             }
             Topic::Orders if session.ports().has_order_log_readers() => {
@@ -164,6 +168,7 @@ impl Stage {
         self.follow_run(session, frame.header.run_id)?;
         self.teller.before_frame(session.run_id(), self.time, frame.header.sim_time_nanos)?;
         session.set_tick(frame.header.tick);
+        self.publish_closures(session)?;
         let mut loan = session.loan(frame.len())?;
         let header = loan.header_mut();
         // What the frame says about the recording rather than about the replay.
@@ -180,6 +185,14 @@ impl Stage {
         self.states.clear();
         self.states.extend_from_slice(frame.states());
         Ok(())
+    }
+
+    /// Publishes the edges that are closed at the shown time, if that has changed: the search may learn it after the frame.
+    pub fn publish_closures(&mut self, session: &mut Session) -> Result<(), PublishError> {
+        let Some(run) = self.recorded_run else { return Ok(()) };
+        let Some(closed) = self.teller.closures.news(run, self.time) else { return Ok(()) };
+        let tick = session.tick();
+        session.ports().publish_closures(tick, closed)
     }
 
     fn take_world(&mut self, session: &mut Session, world: RecordedWorld) -> Result<(), StageError> {

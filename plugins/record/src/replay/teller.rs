@@ -6,6 +6,7 @@ use std::sync::mpsc::Receiver;
 use regatta_plugin::recording::{MarkKind, RecordingHeader, RecordingMark};
 use regatta_plugin::{OpenError, Participant, PublishError, RecordingPublisher};
 
+use super::closures::Closures;
 use super::marks::{self, Found, MAX_MARKS, Notes};
 use crate::reading::Recording;
 
@@ -19,6 +20,8 @@ pub(super) struct Teller {
     search: Option<Receiver<Found>>,
     /// Whether something has changed since it was told.
     is_news: bool,
+    /// The closed edges.
+    pub closures: Closures,
 }
 
 impl Teller {
@@ -40,7 +43,15 @@ impl Teller {
         };
         let search = search(path);
         let marks = notes.iter().map(mark).collect();
-        Ok(Self { publisher: RecordingPublisher::open_on(participant)?, header, marks, notes, search, is_news: true })
+        Ok(Self {
+            publisher: RecordingPublisher::open_on(participant)?,
+            header,
+            marks,
+            notes,
+            search,
+            is_news: true,
+            closures: Closures::default(),
+        })
     }
 
     /// Tells what is new before a frame is shown: another run, or another clock of its frames.
@@ -74,6 +85,7 @@ impl Teller {
             self.search = None;
         }
         self.header.searched_nanos = found.until;
+        self.closures.take(found.closures);
         let room = MAX_MARKS.saturating_sub(self.marks.len()).min(found.marks.len());
         self.header.left_out += (found.marks.len() - room) as u64;
         self.marks.extend(&found.marks[..room]);

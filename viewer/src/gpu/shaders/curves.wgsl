@@ -60,3 +60,20 @@ fn beside(spine: Spine, pixels: f32) -> vec4f {
     let offset = spine.across * pixels * 2.0 * view.viewport.zw * spine.clip.w;
     return cropped(vec4f(spine.clip.xy + offset, spine.clip.zw));
 }
+
+// The greatest distance of a control point from the curve's chord, in metres.
+fn bend_of(curve: Curve) -> f32 {
+    let chord = normalize(curve.end - curve.start + vec2f(1e-9, 0.0));
+    let aside_a = curve.control_a - curve.start;
+    let aside_b = curve.control_b - curve.start;
+    return max(abs(chord.x * aside_a.y - chord.y * aside_a.x), abs(chord.x * aside_b.y - chord.y * aside_b.x));
+}
+
+// Whether a circle on the ground intersects the view frustum.
+fn inside(local: vec2f, radius: f32) -> bool {
+    var all_inside = true;
+    for (var side = 0; side < 4; side++) {
+        all_inside = all_inside && dot(view.planes[side].xyz, vec3f(local, 0.0) - view.eye.xyz) > -radius;
+    }
+    return all_inside;
+}

@@ -8,32 +8,60 @@ const NODE_METRES = 0.11;
 // The least and the greatest width of edges in pixels.
 const EDGE_PIXELS = vec2f(1.2, 5.0);
 
-// Whether a circle on the ground intersects the view frustum.
-fn inside(local: vec2f, radius: f32) -> bool {
-    var all_inside = true;
-    for (var side = 0; side < 4; side++) {
-        all_inside = all_inside && dot(view.planes[side].xyz, vec3f(local, 0.0) - view.eye.xyz) > -radius;
-    }
-    return all_inside;
-}
-
 // --- Sorting into draw lists.
 
 struct Draw {
     vertices: u32,
-    instances: atomic<u32>,
+    instances: u32,
     first_vertex: u32,
     first_instance: u32,
 }
 
-@group(2) @binding(0) var<storage, read_write> lists: array<u32>;
-@group(2) @binding(1) var<storage, read_write> draws: array<Draw, 7>;
+// The draw lists; the same as in graph.rs. Curves that are ribbons of the heat map are drawn for picking only.
+const FAR = 0u;
+const STRAIGHT = 1u;
+const ARROWS = 5u;
+const NODES = 6u;
+const HOT_FAR = 7u;
+const HOT_NEAR = 8u;
+const LISTS = 9u;
+// The vertices of an entry of each list, in pictures and for picking: a line; a quad; strips of 9, 33 and 129 points; two
+// triangles; a quad.
+const VERTICES = array<u32, 9>(2, 6, 18, 66, 258, 6, 6, 0, 0);
+const PICK_VERTICES = array<u32, 9>(6, 6, 66, 66, 66, 6, 6, 6, 66);
 
-// Appends a curve or a node to a list. The lists are: far curves, straight ones, then bent ones in three levels of
-// curvature, arrows, nodes. Each list has room for all curves, the last one for all nodes.
+@group(2) @binding(0) var<storage, read_write> lists: array<u32>;
+@group(2) @binding(1) var<storage, read_write> counts: array<atomic<u32>, 9>;
+// Of pictures, then of picking.
+@group(2) @binding(2) var<storage, read_write> draws: array<Draw, 18>;
+// A bit per curve: whether it is a ribbon of the heat map.
+@group(2) @binding(3) var<storage, read> hot: array<u32>;
+
+// The room of each list: for all curves; for all nodes in theirs. The same as in graph.rs: lists are bound one by one.
+fn list_room() -> u32 {
+    return (max(arrayLength(&curves), arrayLength(&nodes)) + 63u) / 64u * 64u;
+}
+
+// Appends a curve or a node to a list.
 fn append(list: u32, index: u32) {
-    let slot = atomicAdd(&draws[list].instances, 1u);
-    lists[list * arrayLength(&curves) + slot] = index;
+    let slot = atomicAdd(&counts[list], 1u);
+    lists[list * list_room() + slot] = index;
+}
+
+// Draws a list. Entries of few vertices are all of one instance.
+fn draw_of(count: u32, vertices: u32) -> Draw {
+    let is_flat = vertices <= 6u;
+    return Draw(vertices * select(1u, count, is_flat), select(count, 1u, is_flat), 0u, 0u);
+}
+
+// Turns the lengths of the lists into the arguments of draws.
+@compute @workgroup_size(9)
+fn count_draws(@builtin(local_invocation_index) list: u32) {
+    var vertices = VERTICES;
+    var pick_vertices = PICK_VERTICES;
+    let count = atomicLoad(&counts[list]);
+    draws[list] = draw_of(count, vertices[list]);
+    draws[LISTS + list] = draw_of(count, pick_vertices[list]);
 }
 
 @compute @workgroup_size(64)
@@ -52,21 +80,19 @@ fn sort_curves(@builtin(global_invocation_id) at: vec3u, @builtin(num_workgroups
     }
     let nearest = max(dot(vec3f(middle, 0.0) - view.eye.xyz, view.forward.xyz) - radius, 0.05);
     let pixels = curve.length * view.eye.w / nearest;
-    let chord = normalize(curve.end - curve.start + vec2f(1e-9, 0.0));
-    let aside_a = curve.control_a - curve.start;
-    let aside_b = curve.control_b - curve.start;
-    let bend = max(abs(chord.x * aside_a.y - chord.y * aside_a.x), abs(chord.x * aside_b.y - chord.y * aside_b.x));
-    let bent = bend * view.eye.w / nearest;
+    let bent = bend_of(curve) * view.eye.w / nearest;
     // Of the whole edge: an edge of many short curves is visible from as far away as one of a single curve.
     let edge_pixels = curve.edge_length * view.eye.w / nearest;
     if edge_pixels > 0.4 {
         let near = 1u + u32(bent >= 0.5) + u32(bent >= 12.0) + u32(bent >= 120.0);
         // Straight curves are thin lines up to a greater length.
-        let thin = pixels < select(min(view.spacing.w, 8.0), view.spacing.w, near == 1u);
-        append(select(near, 0u, thin), i);
+        let thin = pixels < select(min(view.spacing.w, 8.0), view.spacing.w, near == STRAIGHT);
+        // Its ribbon covers it.
+        let is_hot = (extractBits(hot[i / 32u], i % 32u, 1u) & view.heated) == 1u;
+        append(select(select(near, FAR, thin), select(HOT_NEAR, HOT_FAR, thin | (near == STRAIGHT)), is_hot), i);
     }
     if edge_pixels > 36.0 && curve.arrow >= 0.0 {
-        append(5u, i);
+        append(ARROWS, i);
     }
 }
 
@@ -78,11 +104,14 @@ fn sort_nodes(@builtin(global_invocation_id) at: vec3u, @builtin(num_workgroups)
     }
     let local = vec2f(nodes[i].x, nodes[i].y) - view.origin.xy;
     if inside(local, 1.0) && metres_per_pixel(vec3f(local, 0.0)) < NODE_METRES {
-        append(6u, i);
+        append(NODES, i);
     }
 }
 
 // --- Drawing.
+
+// The list that is drawn.
+@group(2) @binding(0) var<storage, read> shown: array<u32>;
 
 fn edge_colour(curve: Curve) -> vec3f {
     return select(view.edge.rgb, view.two_way.rgb, curve.backwards > 0.0);
@@ -115,32 +144,32 @@ fn ribbon(index: u32, vertex: u32, points: u32, least: f32) -> Ribbon {
 }
 
 @vertex
-fn edge_far(@location(0) index: u32, @builtin(vertex_index) vertex: u32) -> Ribbon {
-    let curve = curves[index];
-    let local = select(curve.start, curve.end, vertex == 1u) - view.origin.xy;
+fn edge_far(@builtin(vertex_index) vertex: u32) -> Ribbon {
+    let curve = curves[shown[vertex / 2u]];
+    let local = select(curve.start, curve.end, vertex % 2u == 1u) - view.origin.xy;
     let clip = clip_from(vec3f(local, 0.0));
     // A line has no antialiased border and looks stronger than a ribbon, so it is fainter.
     return Ribbon(cropped(clip), vec4f(edge_colour(curve), edge_alpha(local) * 0.8), 0.0, 0.5, curve.edge);
 }
 
 @vertex
-fn edge_straight(@location(0) index: u32, @builtin(vertex_index) vertex: u32) -> Ribbon {
-    return ribbon(index, vertex, 2u, 0.0);
+fn edge_straight(@builtin(vertex_index) vertex: u32) -> Ribbon {
+    return ribbon(shown[vertex / 6u], quad_corner(vertex), 2u, 0.0);
 }
 
 @vertex
-fn edge_bent(@location(0) index: u32, @builtin(vertex_index) vertex: u32) -> Ribbon {
-    return ribbon(index, vertex, 9u, 0.0);
+fn edge_bent(@builtin(instance_index) entry: u32, @builtin(vertex_index) vertex: u32) -> Ribbon {
+    return ribbon(shown[entry], vertex, 9u, 0.0);
 }
 
 @vertex
-fn edge_curved(@location(0) index: u32, @builtin(vertex_index) vertex: u32) -> Ribbon {
-    return ribbon(index, vertex, 33u, 0.0);
+fn edge_curved(@builtin(instance_index) entry: u32, @builtin(vertex_index) vertex: u32) -> Ribbon {
+    return ribbon(shown[entry], vertex, 33u, 0.0);
 }
 
 @vertex
-fn edge_near(@location(0) index: u32, @builtin(vertex_index) vertex: u32) -> Ribbon {
-    return ribbon(index, vertex, 129u, 0.0);
+fn edge_near(@builtin(instance_index) entry: u32, @builtin(vertex_index) vertex: u32) -> Ribbon {
+    return ribbon(shown[entry], vertex, 129u, 0.0);
 }
 
 @fragment
@@ -151,13 +180,13 @@ fn ribbon_fill(in: Ribbon) -> @location(0) vec4f {
 
 // Picking draws wider ribbons, which are easier to hit.
 @vertex
-fn edge_id(@location(0) index: u32, @builtin(vertex_index) vertex: u32) -> Ribbon {
-    return ribbon(index, vertex, 33u, 7.0);
+fn edge_id(@builtin(instance_index) entry: u32, @builtin(vertex_index) vertex: u32) -> Ribbon {
+    return ribbon(shown[entry], vertex, 33u, 7.0);
 }
 
 @vertex
-fn edge_id_straight(@location(0) index: u32, @builtin(vertex_index) vertex: u32) -> Ribbon {
-    return ribbon(index, vertex, 2u, 7.0);
+fn edge_id_straight(@builtin(vertex_index) vertex: u32) -> Ribbon {
+    return ribbon(shown[vertex / 6u], quad_corner(vertex), 2u, 7.0);
 }
 
 @fragment
@@ -174,10 +203,11 @@ struct Flat {
 
 // Draws an arrow in the edge's direction, and a second one in the opposite direction on two-way edges.
 @vertex
-fn arrow(@location(0) index: u32, @builtin(vertex_index) vertex: u32) -> Flat {
+fn arrow(@builtin(vertex_index) vertex: u32) -> Flat {
+    let index = shown[vertex / 6u];
     let curve = curves[index];
     let both = curve.backwards > 0.0;
-    let back = vertex >= 3u;
+    let back = vertex % 6u >= 3u;
     // Two arrows are apart by an eighth of the edge, of which the curve may be a part.
     let apart = min(0.06 * curve.edge_length / max(curve.length, 1e-6), 0.5);
     let at = clamp(curve.arrow + select(0.0, select(apart, -apart, back), both), 0.0, 1.0);
@@ -211,8 +241,8 @@ fn disc(index: u32, corner: u32, least: f32) -> Flat {
 }
 
 @vertex
-fn node(@location(0) index: u32, @builtin(vertex_index) corner: u32) -> Flat {
-    return disc(index, corner, 0.0);
+fn node(@builtin(vertex_index) vertex: u32) -> Flat {
+    return disc(shown[vertex / 6u], quad_corner(vertex), 0.0);
 }
 
 @fragment
@@ -225,8 +255,8 @@ fn disc_fill(in: Flat) -> @location(0) vec4f {
 }
 
 @vertex
-fn node_id(@location(0) index: u32, @builtin(vertex_index) corner: u32) -> Flat {
-    return disc(index, corner, 5.0);
+fn node_id(@builtin(vertex_index) vertex: u32) -> Flat {
+    return disc(shown[vertex / 6u], quad_corner(vertex), 5.0);
 }
 
 @fragment

@@ -1,7 +1,7 @@
 // The output of the sorting shader for marks.
 
 // A corner of a mark's triangle in final coordinates: instances of three vertices would leave a GPU's lanes idle, and
-// cost a software adapter time. For splats the entry is the mark's centre, at the robot's index.
+// cost a software adapter time. For splats the entry has the mark's depth and colour only, at the robot's index.
 struct Corner {
     // Normalized device coordinates and depth.
     x: f32,
@@ -43,7 +43,7 @@ fn id_of_key(key: u32) -> u32 {
 // Width and height of a cell of the density, in pixels.
 const CELL = 4u;
 // Colours are added up in so many steps of each channel.
-const COLOUR_STEPS = 1023.0;
+const COLOUR_STEPS = 255.0;
 
 // Columns and rows of cells.
 fn cells() -> vec2u {

@@ -68,13 +68,14 @@ fn colour_of(i: u32) -> vec3f {
 fn undimmed_colour_of(i: u32) -> vec3f {
     let by_state = view.source == 1u;
     let by_type = view.source == 2u;
-    if !(by_state | by_type | (i < u32(view.detail.w))) {
-        return view.unknown.rgb;
-    }
     let at = select(select(value_of(i), f32(state_of(i)), by_state), f32(robot_type_of(i) % 16u), by_type);
-    let category = view.palette[u32(clamp(at, 0.0, 15.0))].rgb;
-    let index = clamp((at - view.low) * view.per_span, 0.0, 1.0) * 15.0;
-    let below = min(u32(index), 14u);
-    let ramp = mix(view.palette[below].rgb, view.palette[below + 1u].rgb, index - f32(below));
-    return select(ramp, category, view.categories == 1u);
+    return select(view.unknown.rgb, shade_of(at), by_state | by_type | (i < u32(view.detail.w)));
+}
+
+// The colour of a value or of a category.
+fn shade_of(at: f32) -> vec3f {
+    // Four steps between two colours of a ramp, of which there are 16.
+    let step = clamp((at - view.low) * view.per_span, 0.0, 1.0) * 60.0 + 0.5;
+    let shade = min(u32(select(step, clamp(at, 0.0, 15.0), view.categories == 1u)), 63u);
+    return unpack4x8unorm(view.palette[shade / 4u][shade % 4u]).rgb;
 }

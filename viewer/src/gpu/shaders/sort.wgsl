@@ -45,6 +45,14 @@ override SPLATS = false;
 // Whether robots that are small in the picture are added to the density rather than marked.
 override DENSITY = false;
 
+// What would else be decided for each robot anew. A software adapter carries all branches out, and loads are dear there.
+// What robots are coloured by: as `view.source`.
+override SOURCE = 0u;
+// Whether robots that don't match a filter are dimmed (1) or hidden (2).
+override FILTERED = 0u;
+// Whether a robot may be large enough for a block or a mesh.
+override BODIES = true;
+
 // A mark in the picture, in pixels.
 struct Mark {
     middle: vec2f,
@@ -115,7 +123,10 @@ fn reserve(list: u32, capacity: u32) -> u32 {
 // Emits the flat mark of a robot: a dart with its tip ahead, or a circle.
 fn mark(i: u32, at: vec2f, heading: vec2f, robot_type: RobotType, depth: f32, colour: u32) {
     // Each robot has its own height, so that overlapping marks don't flicker. Higher categories are above lower ones.
-    let rank = select(0.0, clamp((value_of(i) - view.low) * view.per_span, 0.0, 1.0), view.categories == 1u);
+    var rank = 0.0;
+    if SOURCE == 0u {
+        rank = select(0.0, clamp((value_of(i) - view.low) * view.per_span, 0.0, 1.0), view.categories == 1u);
+    }
     let own = fract(f32(i) * 0.6180339887);
     let layer = robot_type.height * (0.2 + 0.3 * own + 0.5 * rank);
     let clip = clip_from(vec3f(at, layer));
@@ -138,7 +149,8 @@ fn mark(i: u32, at: vec2f, heading: vec2f, robot_type: RobotType, depth: f32, co
         return;
     }
     if i < arrayLength(&corners) {
-        corners[i] = Corner(ndc.x, ndc.y, ndc.z, colour);
+        corners[i].depth = ndc.z;
+        corners[i].colour = colour;
         let middle = (ndc.xy * vec2f(0.5, -0.5) + 0.5) * view.viewport.xy;
         let down = vec2f(1.0, -1.0);
         splat(Mark(middle, axis * down, side * down, is_round), key_of(depth, layer, i));
@@ -187,13 +199,38 @@ fn add(local: vec3f, colour: vec3f) {
     atomicAdd(&pixels[first + 3u], 1u);
 }
 
+// The colour of a robot, as `colour_of`.
+fn own_colour_of(i: u32, state: u32) -> vec3f {
+    var at = f32(state);
+    if SOURCE == 0u {
+        at = value_of(i);
+    }
+    if SOURCE == 2u {
+        at = f32(robot_type_of(i) % 16u);
+    }
+    let colour = select(view.unknown.rgb, shade_of(at), (SOURCE != 0u) | (i < u32(view.detail.w)));
+    if FILTERED == 1u {
+        return select(mix(view.floor.rgb, colour, DIMMED), colour, matches(i));
+    }
+    return colour;
+}
+
+// Whether a robot is drawn, as far as its place doesn't matter.
+fn is_shown(i: u32, state: u32) -> bool {
+    if FILTERED == 2u {
+        return state != ABSENT && matches(i);
+    }
+    return state != ABSENT;
+}
+
 @compute @workgroup_size(64)
 fn sort(@builtin(global_invocation_id) at: vec3u, @builtin(num_workgroups) groups: vec3u) {
     let i = at.x + at.y * groups.x * 64u;
     if i >= view.robots {
         return;
     }
-    if state_of(i) == ABSENT || (view.filtered == 2u && !matches(i)) {
+    let state = state_of(i);
+    if !is_shown(i, state) {
         return;
     }
     let pose = pose_of(i);
@@ -211,7 +248,7 @@ fn sort(@builtin(global_invocation_id) at: vec3u, @builtin(num_workgroups) group
             return;
         }
     }
-    let own_colour = colour_of(i);
+    let own_colour = own_colour_of(i, state);
     if DENSITY {
         if is_in_field(i, pixels) && depth >= 0.05 {
             add(local, own_colour);
@@ -220,7 +257,7 @@ fn sort(@builtin(global_invocation_id) at: vec3u, @builtin(num_workgroups) group
     }
     let colour = pack4x8unorm(vec4f(own_colour, 0.0));
 
-    if pixels >= max(view.detail.y, view.detail.z) {
+    if BODIES && pixels >= max(view.detail.y, view.detail.z) {
         var body = Body(local.x, local.y, pack2x16snorm(heading), colour, 0u, 0u, i);
         if pixels >= view.detail.x {
             let mesh = min(robot_type.flags >> 8u, MESHES - 1u);
@@ -244,5 +281,22 @@ fn sort(@builtin(global_invocation_id) at: vec3u, @builtin(num_workgroups) group
     }
     if depth >= 0.05 {
         mark(i, local.xy, heading, robot_type, depth, colour);
+    }
+}
+
+// In place of `sort` if every robot in sight is part of the density: without marks, blocks and meshes.
+@compute @workgroup_size(64)
+fn add_all(@builtin(global_invocation_id) at: vec3u, @builtin(num_workgroups) groups: vec3u) {
+    let i = at.x + at.y * groups.x * 64u;
+    if i >= view.robots {
+        return;
+    }
+    let state = state_of(i);
+    if !is_shown(i, state) {
+        return;
+    }
+    let local = vec3f(pose_of(i).xy, 0.0);
+    if dot(local - view.eye.xyz, view.forward.xyz) >= 0.05 {
+        add(local, own_colour_of(i, state));
     }
 }

@@ -16,8 +16,7 @@ fn tile(@builtin(vertex_index) vertex: u32) -> Tile {
     let size = vec2u(view.viewport.xy);
     let tiles = (size + TILE - 1u) / TILE;
     let number = pixels[size.x * size.y + tiles.x * tiles.y + vertex / 6u];
-    // The corners of two triangles, two bits each.
-    let corner = (0xda4u >> ((vertex % 6u) * 2u)) & 3u;
+    let corner = quad_corner(vertex);
     let tile_corner = vec2u(number % tiles.x, number / tiles.x) + vec2u(corner & 1u, corner >> 1u);
     let at = vec2f(tile_corner * TILE);
     return Tile(cropped(vec4f((at * view.viewport.zw * 2.0 - 1.0) * vec2f(1.0, -1.0), 0.0, 1.0)), at);

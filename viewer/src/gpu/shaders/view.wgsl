@@ -65,7 +65,10 @@ struct View {
     density: vec4f,
     // Whether robots that don't match a filter are dimmed (1) or hidden (2).
     filtered: u32,
-    palette: array<vec4f, 16>,
+    // 1 if there is a heat map.
+    heated: u32,
+    // The colours of categories by index, or a ramp: red, green, blue (linear), 8 bits each.
+    palette: array<vec4u, 16>,
     lights: array<Light, 8>,
 }
 
@@ -78,6 +81,12 @@ fn clip_from(local: vec3f) -> vec4f {
 // Crops clip coordinates for picking, as the last step of every vertex shader.
 fn cropped(clip: vec4f) -> vec4f {
     return vec4f(clip.xy * view.crop.xy + view.crop.zw * clip.w, clip.zw);
+}
+
+// The corner of a quad, numbered row by row, at a vertex of its two triangles. A quad of six vertices rather than an instance of
+// four: small instances leave a GPU's lanes idle, and a software adapter works on them one by one.
+fn quad_corner(vertex: u32) -> u32 {
+    return (0xda4u >> ((vertex % 6u) * 2u)) & 3u;
 }
 
 // The size of a pixel at a point, in metres.

@@ -60,6 +60,7 @@ impl ViewerWindow {
                 _ => None,
             },
             plans: self.stage.plan_facts(),
+            closed: self.stage.closed(),
             jams: self.stage.jam_facts(),
             density: self.stage.shown_density(&self.interface.camera_controller.camera(), size_of(&self.window)),
             rows: self.fleet_state.rows.as_ref(),
@@ -96,6 +97,11 @@ impl ViewerWindow {
                         self.interface.toggle_selected(item);
                     }
                 }
+                Action::Menu { at, window } => {
+                    let item = self.stage.renderer.pick(at * pixels_per_point).map(Item::from);
+                    self.interface.open_menu(item, egui::pos2(window.x, window.y));
+                }
+                Action::Order(order) => self.link.order(order),
                 Action::LookBack(time) => self.stage.look_back(time),
                 Action::WriteSvg => self.write_svg(),
                 Action::Measure { at } => self.measure(at, pixels_per_point),

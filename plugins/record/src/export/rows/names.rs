@@ -3,7 +3,7 @@
 use super::super::value::Value;
 
 /// The names of events, by number.
-pub(super) const EVENTS: [&str; 15] = [
+pub(super) const EVENTS: [&str; 17] = [
     "unknown",
     "reached_node",
     "route_done",
@@ -19,10 +19,12 @@ pub(super) const EVENTS: [&str; 15] = [
     "recovered",
     "broken_down",
     "repaired",
+    "edge_closed",
+    "edge_opened",
 ];
 
 /// The names of the reasons of refusals, by number.
-pub(super) const REFUSALS: [&str; 13] = [
+pub(super) const REFUSALS: [&str; 14] = [
     "none",
     "unknown_robot",
     "unknown_edge",
@@ -36,10 +38,11 @@ pub(super) const REFUSALS: [&str; 13] = [
     "malformed_order",
     "not_steerable",
     "not_ahead",
+    "edge_is_closed",
 ];
 
 /// The names of orders, by number.
-pub(super) const ORDERS: [&str; 12] = [
+pub(super) const ORDERS: [&str; 14] = [
     "leg",
     "assign",
     "extend",
@@ -52,6 +55,8 @@ pub(super) const ORDERS: [&str; 12] = [
     "release",
     "break",
     "repair",
+    "close_edge",
+    "open_edge",
 ];
 
 /// The names of what happened to a task, by number.

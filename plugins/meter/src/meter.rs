@@ -1,0 +1,181 @@
+//! The meter: orders and effort by period.
+
+use regatta_plugin::frame::{Columns, RobotState};
+use regatta_plugin::task::TaskRecord;
+use serde::{Deserialize, Serialize};
+
+use crate::orders::{Finished, Orders};
+
+/// The length of a period, in simulated seconds.
+pub const PERIOD_SECS: f64 = 10.0;
+
+/// What all robots spend in a period.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Effort {
+    /// Robot seconds.
+    pub robot_secs: f64,
+    /// Robot seconds with an order.
+    pub ordered_secs: f64,
+    /// Robot seconds in which robots stand and wait for room to drive on.
+    pub waiting_secs: f64,
+    /// Metres driven with a load.
+    pub loaded_metres: f64,
+    /// Metres driven without a load.
+    pub empty_metres: f64,
+}
+
+/// The figures of a run.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Figures {
+    /// Simulated time of the last frame, in seconds.
+    pub secs: f64,
+    /// Robots in the last frame.
+    pub robots: u64,
+    /// The length of a period, in simulated seconds.
+    pub period_secs: f64,
+    /// By period.
+    pub effort: Vec<Effort>,
+    /// Finished orders, in the order in which they were finished.
+    pub finished: Vec<Finished>,
+    /// Orders that aren't over.
+    pub open: u64,
+    /// Orders that the fleet manager has given up.
+    pub failed: u64,
+    /// Orders that were cancelled.
+    pub cancelled: u64,
+    /// Samples of the task log that the meter didn't get: then orders are missing.
+    pub samples_missed: u64,
+}
+
+/// Measures a run.
+#[derive(Clone, Debug, Default)]
+pub struct Meter {
+    run_id: u64,
+    secs: f64,
+    robots: u64,
+    effort: Vec<Effort>,
+    orders: Orders,
+    samples_missed: u64,
+    /// Whether a sample of the task log has come.
+    has_begun: bool,
+}
+
+impl Meter {
+    /// Begins a run, unless it is the present one.
+    pub fn begin(&mut self, run_id: u64) {
+        if self.run_id != run_id {
+            *self = Self { run_id, ..Self::default() };
+        }
+    }
+
+    /// Takes the records of a tick at a simulated time in seconds, and the number of samples that are missing before them.
+    /// `sequence` is the number of the sample in the run, from 1.
+    pub fn take_tasks(&mut self, records: &[TaskRecord], sequence: u64, missed: u64, now_secs: f64) {
+        // What was published before the meter joined the log isn't counted as missing, but isn't known either.
+        let joined_late = !std::mem::replace(&mut self.has_begun, true) && missed == 0;
+        self.samples_missed += if joined_late { sequence.saturating_sub(1) } else { missed };
+        records.iter().for_each(|record| self.orders.take(record, now_secs));
+    }
+
+    /// Takes a frame at a simulated time in seconds. It stands for the time since the frame before.
+    pub fn take_frame(&mut self, columns: &Columns<'_>, now_secs: f64) {
+        let secs = (now_secs - std::mem::replace(&mut self.secs, now_secs)).max(0.0);
+        let mut effort = Effort::default();
+        let mut robots = 0;
+        for (robot, (&state, &speed)) in (0..).zip(columns.state.iter().zip(columns.speed)) {
+            if state == RobotState::Absent as u8 {
+                continue;
+            }
+            robots += 1;
+            let [has_order, is_loaded] = self.orders.of_robot(robot);
+            effort.ordered_secs += if has_order { secs } else { 0.0 };
+            effort.waiting_secs += if state == RobotState::Waiting as u8 { secs } else { 0.0 };
+            let metres = f64::from(speed.abs()) * secs;
+            *(if is_loaded { &mut effort.loaded_metres } else { &mut effort.empty_metres }) += metres;
+        }
+        self.robots = robots;
+        effort.robot_secs = robots as f64 * secs;
+        self.add(&effort, now_secs);
+    }
+
+    /// Adds what was spent before a time to the period that it ends in.
+    fn add(&mut self, effort: &Effort, now_secs: f64) {
+        // A frame at the end of a period belongs to it.
+        let period = ((now_secs / PERIOD_SECS).ceil() as usize).saturating_sub(1);
+        self.effort.resize(self.effort.len().max(period + 1), Effort::default());
+        let sum = &mut self.effort[period];
+        sum.robot_secs += effort.robot_secs;
+        sum.ordered_secs += effort.ordered_secs;
+        sum.waiting_secs += effort.waiting_secs;
+        sum.loaded_metres += effort.loaded_metres;
+        sum.empty_metres += effort.empty_metres;
+    }
+
+    /// The figures so far.
+    pub fn figures(&self) -> Figures {
+        let Orders { finished, failed, cancelled, .. } = &self.orders;
+        Figures {
+            secs: self.secs,
+            robots: self.robots,
+            period_secs: PERIOD_SECS,
+            effort: self.effort.clone(),
+            finished: finished.clone(),
+            open: self.orders.open() as u64,
+            failed: *failed,
+            cancelled: *cancelled,
+            samples_missed: self.samples_missed,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use regatta_plugin::task::{StopAction, TaskKind};
+
+    use super::*;
+
+    fn columns<'a>(speed: &'a [f32], state: &'a [u8]) -> Columns<'a> {
+        Columns { x: speed, y: speed, theta: speed, speed, s: speed, edge: &[], state }
+    }
+
+    #[test]
+    fn effort_is_kept_by_period_and_by_load() {
+        let mut meter = Meter::default();
+        meter.begin(1);
+        let states = [RobotState::Driving as u8, RobotState::Waiting as u8, RobotState::Absent as u8];
+        let speeds = [2.0, 0.0, 9.0];
+        meter.take_frame(&columns(&speeds, &states), 0.0);
+        let of = |kind| TaskRecord::new(1, kind).of_robot(0);
+        meter.take_tasks(&[of(TaskKind::Created), of(TaskKind::Assigned)], 1, 0, 0.0);
+        meter.take_frame(&columns(&speeds, &states), 5.0);
+        meter.take_tasks(&[of(TaskKind::Handled).at_stop(0, 1, StopAction::Pick)], 2, 0, 5.0);
+        meter.take_frame(&columns(&speeds, &states), 10.0);
+        meter.take_frame(&columns(&speeds, &states), 12.0);
+        let first = Effort {
+            robot_secs: 20.0,
+            ordered_secs: 10.0,
+            waiting_secs: 10.0,
+            loaded_metres: 10.0,
+            empty_metres: 10.0,
+        };
+        let second =
+            Effort { robot_secs: 4.0, ordered_secs: 2.0, waiting_secs: 2.0, loaded_metres: 4.0, empty_metres: 0.0 };
+        let figures = meter.figures();
+        assert_eq!(figures.effort, [first, second]);
+        assert_eq!((figures.robots, figures.open, figures.secs), (2, 1, 12.0));
+        assert_eq!(figures.samples_missed, 0);
+        meter.begin(2);
+        assert_eq!(meter.figures().effort, []);
+        meter.take_tasks(&[of(TaskKind::Assigned)], 4, 0, 1.0);
+        assert_eq!(meter.figures().samples_missed, 3, "it came too late for three");
+    }
+
+    #[test]
+    fn figures_are_the_same_after_a_file() {
+        let finished = vec![Finished { at_secs: 1.1, service_secs: 0.3, stops: 1 }];
+        let figures =
+            Figures { finished, effort: vec![Effort { robot_secs: 0.1, ..Effort::default() }], ..Figures::default() };
+        let text = serde_json::to_string(&figures).expect("JSON");
+        assert_eq!(serde_json::from_str::<Figures>(&text).expect("figures"), figures);
+    }
+}

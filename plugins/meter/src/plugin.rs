@@ -1,0 +1,82 @@
+//! The plugin: frames and the task log in, a file with figures out.
+
+use std::ffi::OsString;
+use std::path::PathBuf;
+
+use clap::Parser;
+use regatta_plugin::{Error, Frame, Options, Participant, Plugin, ReadError, Result, TaskReader, usage_line};
+
+use crate::meter::Meter;
+
+/// The command line of `regatta plugin meter`.
+#[derive(Clone, Debug, Parser)]
+#[command(about = "Measures what a fleet carries over time: orders, their times, and what robots spend on them")]
+pub struct Cli {
+    /// At the end, write the figures to this file as JSON
+    #[arg(long, value_name = "FILE.json")]
+    pub json: PathBuf,
+    /// Options of every plugin.
+    #[command(flatten)]
+    pub options: Options,
+}
+
+/// Runs the plugin with a command line, whose first argument is the name of the program.
+///
+/// # Errors
+/// If an option is invalid, the file can't be written, or as [`regatta_plugin::run`] does.
+pub fn run_from<A: Into<OsString> + Clone>(args: impl IntoIterator<Item = A>) -> Result {
+    match Cli::try_parse_from(args) {
+        Ok(cli) => cli.options.clone().run(plugin(cli), "meter"),
+        Err(error) if !error.use_stderr() => Ok(error.print()?),
+        Err(error) => Err(Error::new(format_args!("{}; --help lists the options", usage_line(&error)))),
+    }
+}
+
+/// Returns the plugin of a command line, to run it beside others in one process.
+pub fn plugin(cli: Cli) -> impl Plugin {
+    MeterPlugin { cli, tasks: None, meter: Meter::default() }
+}
+
+struct MeterPlugin {
+    cli: Cli,
+    tasks: Option<TaskReader>,
+    meter: Meter,
+}
+
+impl MeterPlugin {
+    /// Takes what has come of the task log. `tick_secs` is the simulated time of a tick.
+    fn take_tasks(&mut self, tick_secs: f64) -> Result {
+        let Some(tasks) = &mut self.tasks else { return Ok(()) };
+        tasks.take(|tasks| {
+            let header = tasks.header;
+            self.meter.take_tasks(tasks.records, header.sequence, tasks.missed, header.tick as f64 * tick_secs);
+            Ok::<_, ReadError>(())
+        })?;
+        Ok(())
+    }
+}
+
+impl Plugin for MeterPlugin {
+    fn on_start(&mut self, fleet: &Participant) -> Result {
+        self.tasks = Some(TaskReader::open_on(fleet)?);
+        Ok(())
+    }
+
+    fn on_frame(&mut self, frame: &Frame<'_>) -> Result {
+        let header = frame.header();
+        self.meter.begin(header.run_id);
+        self.meter.take_frame(&frame.columns(), frame.sim_time().as_secs_f64());
+        self.take_tasks(header.tick_period_nanos as f64 * 1e-9)
+    }
+
+    fn on_stop(&mut self) -> Result {
+        let figures = serde_json::to_vec(&self.meter.figures()).map_err(|error| self.unwritable(&error))?;
+        std::fs::write(&self.cli.json, figures).map_err(|error| self.unwritable(&error))
+    }
+}
+
+impl MeterPlugin {
+    fn unwritable(&self, error: &dyn std::fmt::Display) -> Error {
+        Error::new(format_args!("can't write {} ({error}); choose another file", self.cli.json.display()))
+    }
+}

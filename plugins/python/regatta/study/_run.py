@@ -1,0 +1,156 @@
+"""A run of a study on a worker: its files are written, the wheel's program does it, its result is read."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import shutil
+import socket
+import subprocess
+import sysconfig
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple, TypedDict
+
+PROGRAM_VARIABLE = "REGATTA_PROGRAM"
+"""The environment variable with the program ``regatta`` that a worker is to use instead of the wheel's."""
+
+PARENT_VARIABLE = "REGATTA_PARENT"
+"""The program ends when the process with this id does."""
+
+UNWRITABLE = 74
+"""The exit code of a run whose result can't be written."""
+
+CHECK_SECS = 0.5
+"""The time between two checks whether a run is still wanted."""
+
+END_SECS = 10.0
+"""The longest time that a run may take to end when it is asked to."""
+
+
+class Ended(TypedDict, total=False):
+    """How a run has ended: with a result and its hash; or with the reason why there is none."""
+
+    result: bytes
+    hash: str
+    failure: str
+    """The run fails wherever it runs."""
+    lost: str
+    """It was ended from outside, and may succeed elsewhere."""
+    unfit: str
+    """No run can succeed on this worker."""
+
+
+class Exit(NamedTuple):
+    """The exit code of a program, and the last line on its standard error."""
+
+    code: int
+    line: str
+
+
+def content_hash(content: bytes) -> str:
+    """Returns the hash by which a result is checked when it has come back."""
+    return hashlib.sha256(content).hexdigest()
+
+
+def run_in_dask(job: bytes, layout: bytes, layout_name: str, version: str) -> Ended:
+    """Does a run on a worker of Dask."""
+    from distributed import get_worker
+
+    worker = get_worker()
+    key = worker.get_current_task()
+
+    def is_wanted() -> bool:
+        # Dask can't stop a thread. It only notes that nobody wants the task any more, or that the scheduler is gone.
+        task = worker.state.tasks.get(key)
+        return task is not None and task.state == "executing" and worker.status.name not in ("closing", "closed", "failed")
+
+    # What a killed worker leaves in its folder is removed by the next worker.
+    return run(job, layout, layout_name, version, worker.local_directory, is_wanted)
+
+
+def run_in_ray(job: bytes, layout: bytes, layout_name: str, version: str) -> Ended:
+    """Does a run on a worker of Ray, which stops it by an exception."""
+    return run(job, layout, layout_name, version, None, lambda: True)
+
+
+def run(
+    job: bytes, layout: bytes, layout_name: str, version: str, parent: str | None, is_wanted: Callable[[], bool]
+) -> Ended:
+    """Does a run with the program of a version, in a temporary folder."""
+    program = shutil.which(os.environ.get(PROGRAM_VARIABLE, "regatta"), path=_search_path())
+    if program is None:
+        return {"unfit": f"worker {_host()} has no program regatta: install the same wheel there"}
+    if (found := _version(program)) != version:
+        return {"unfit": f"worker {_host()} has Regatta {found}, and this is {version}: install the same wheel there"}
+    try:
+        with tempfile.TemporaryDirectory(prefix="regatta-study-", dir=parent) as folder:
+            return _run_in(Path(folder), program, job, layout, layout_name, is_wanted)
+    except OSError as error:
+        return {"unfit": f"worker {_host()}: {error}"}
+
+
+def _search_path() -> str:
+    """The wheel's programs are beside the interpreter, which need not be on the ``PATH``."""
+    return os.pathsep.join([sysconfig.get_path("scripts"), os.environ.get("PATH", os.defpath)])
+
+
+def _host() -> str:
+    return socket.gethostname()
+
+
+def _version(program: str) -> str:
+    said = subprocess.run([program, "--version"], capture_output=True, text=True, check=False).stdout
+    return said.partition("\n")[0].removeprefix("regatta ")
+
+
+def _run_in(
+    folder: Path, program: str, job: bytes, layout: bytes, layout_name: str, is_wanted: Callable[[], bool]
+) -> Ended:
+    job_file, layout_file, result_file = folder / "job.json", folder / layout_name, folder / "result.json"
+    job_file.write_bytes(job)
+    layout_file.write_bytes(layout)
+    arguments = [program, "study-run", job_file, "--layout", layout_file, "--output", result_file]
+    exited = _exit([str(argument) for argument in arguments], is_wanted)
+    if exited is None:
+        return {"lost": "it was cancelled"}
+    if exited.code == 0:
+        result = result_file.read_bytes()
+        return {"result": result, "hash": content_hash(result)}
+    if exited.code == UNWRITABLE:
+        return {"unfit": f"worker {_host()}: {exited.line}"}
+    # Slurm asks all processes of a job to end, this one and the worker alike.
+    if exited.code < 0 or exited.line == "interrupted":
+        return {"lost": f"it was ended on {_host()}"}
+    return {"failure": exited.line or "it ended without a word"}
+
+
+def _exit(command: list[str], is_wanted: Callable[[], bool]) -> Exit | None:
+    """Runs a program to its end. Returns ``None`` if it isn't wanted any more."""
+    environment = os.environ | {PARENT_VARIABLE: str(os.getpid())}
+    child = subprocess.Popen(
+        command, env=environment, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE
+    )
+    try:
+        while is_wanted():
+            try:
+                errors = child.communicate(timeout=CHECK_SECS)[1].decode(errors="replace")
+            except subprocess.TimeoutExpired:
+                continue
+            lines = [line for line in errors.splitlines() if line.strip()]
+            return Exit(child.returncode, lines[-1].removeprefix("regatta: ") if lines else "")
+        return None
+    finally:
+        _end(child)
+
+
+def _end(child: subprocess.Popen[bytes]) -> None:
+    """Asks a program to end, so that it removes what it has in shared memory."""
+    if child.poll() is None:
+        child.terminate()
+        try:
+            child.wait(END_SECS)
+        except subprocess.TimeoutExpired:
+            child.kill()
+            child.wait()

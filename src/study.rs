@@ -1,0 +1,142 @@
+//! `regatta study`: how many robots does a plant hold? Many runs, here or on a cluster, and a page with the answer.
+
+mod export;
+mod observers;
+mod output;
+mod request;
+mod single_run;
+mod watch;
+
+use std::path::PathBuf;
+use std::process::{Command, ExitCode};
+
+use clap::Args;
+use regatta_plugin::Termination;
+use regatta_study::answer::Answer;
+use regatta_study::conduct::{Conductor, StudyError, Watcher};
+use regatta_study::plan::{Axis, Plan, Robots};
+use regatta_study::store::Store;
+use regatta_study::workers::{Adapter, Local, Workers, WorkersError};
+
+pub use self::observers::{ObserverArgs, run as run_observers};
+pub use self::single_run::{StudyRunArgs, run as run_single};
+use self::watch::Terminal;
+use crate::arguments::{LayoutArgs, Time};
+use crate::failure::{Failure, plugin_failure};
+use crate::version;
+
+/// Exit code of a study that found contacts.
+const TOUCHED: u8 = 1;
+
+#[derive(Args)]
+pub struct StudyArgs {
+    /// Layout of any format, scenario, or study file (YAML with the key `plant`)
+    #[arg(value_name = "PLANT", value_hint = clap::ValueHint::FilePath)]
+    plant: PathBuf,
+    /// Numbers of robots: a range, doubled and then refined round the knee, or a list [default: 1..1000]
+    #[arg(long, value_name = "FROM..TO")]
+    robots: Option<Robots>,
+    /// Simulated time of a run [default: 30min]
+    #[arg(long, value_name = "TIME")]
+    duration: Option<Time>,
+    /// Least and largest number of seeds of a point [default: 3..10]
+    #[arg(long, value_name = "LEAST..MOST", value_parser = parse_seeds)]
+    seeds: Option<(u64, u64)>,
+    /// A setting and the values to compare, such as max_speed=1,1.5 or layout=a.yaml,b.yaml; may be repeated
+    #[arg(long, value_name = "NAME=VALUES")]
+    vary: Vec<Axis>,
+    /// A manager of your own instead of ours: a command, which finds the fleet in --fleet; compared with ours and the bound
+    #[arg(long, value_name = "COMMAND")]
+    manager: Option<String>,
+    /// Add the bound: the same robots, which drive through each other
+    #[arg(long)]
+    bound: bool,
+    /// Number of bottlenecks whose relief is tried [default: 3]
+    #[arg(long, value_name = "N")]
+    reliefs: Option<usize>,
+    /// Ticks and frames per simulated second
+    #[arg(long, value_name = "HZ", default_value_t = 10, value_parser = clap::value_parser!(u32).range(10..=1000))]
+    rate: u32,
+    /// Folder of the study; a study that was interrupted goes on there [default: study-NAME]
+    #[arg(short, long, value_name = "FOLDER")]
+    output: Option<PathBuf>,
+    /// Runs side by side on this machine [default: the number of cores]
+    #[arg(short, long, value_name = "N", conflicts_with = "on")]
+    jobs: Option<usize>,
+    /// Cluster that does the runs: tcp://HOST:PORT of a Dask scheduler, or ray://HOST:PORT
+    #[arg(long, value_name = "ADDRESS", value_parser = parse_address)]
+    on: Option<String>,
+    /// Only write the first runs as a job array to this folder, for Slurm or a shell
+    #[arg(long, value_name = "FOLDER", conflicts_with_all = ["on", "jobs", "output"])]
+    export_jobs: Option<PathBuf>,
+    /// Record one run of the first variant at its knee
+    #[arg(long)]
+    record: bool,
+    #[command(flatten)]
+    layout: LayoutArgs,
+}
+
+fn parse_seeds(text: &str) -> Result<(u64, u64), String> {
+    let error = || format!("invalid seeds '{text}': give a range such as 3..10, from at least 2");
+    let number = |text: &str| text.trim().parse::<u64>().map_err(|_| error());
+    let (least, most) = match text.split_once("..") {
+        Some((least, most)) => (number(least)?, number(most)?),
+        None => (number(text)?, number(text)?),
+    };
+    if (2..=most).contains(&least) && most <= 1000 { Ok((least, most)) } else { Err(error()) }
+}
+
+fn parse_address(text: &str) -> Result<String, String> {
+    let is_known = ["tcp://", "tls://", "ray://"].iter().any(|scheme| text.starts_with(scheme));
+    match is_known {
+        true => Ok(text.to_owned()),
+        false => Err("give tcp://HOST:PORT of a Dask scheduler, or ray://HOST:PORT".to_owned()),
+    }
+}
+
+/// Runs `regatta study`.
+///
+/// # Errors
+/// Returns an error if the plant can't be studied, or if no run can be done. Finished runs are kept.
+pub fn run(args: &StudyArgs) -> Result<ExitCode, Failure> {
+    let termination = Termination::watch().map_err(plugin_failure)?;
+    let plan = request::plan(args)?;
+    if let Some(folder) = &args.export_jobs {
+        return export::export(&plan, folder).map(|()| ExitCode::SUCCESS);
+    }
+    let folder = args.output.clone().unwrap_or_else(|| PathBuf::from(format!("study-{}", plan.title)));
+    let store = Store::open(&folder)?;
+    let watcher = Terminal::new(termination);
+    let mut workers = workers(args, &watcher)?;
+    let answer = conduct(&plan, &store, &mut *workers, &watcher)?;
+    drop(watcher);
+    output::write(&answer, &plan.variants[0], &folder)?;
+    if args.record {
+        output::record(&plan, &store, &answer)?;
+    }
+    let contacts: u64 = answer.variants.iter().map(|variant| variant.contacts).sum();
+    Ok(if contacts == 0 { ExitCode::SUCCESS } else { ExitCode::from(TOUCHED) })
+}
+
+fn conduct(plan: &Plan, store: &Store, workers: &mut dyn Workers, watcher: &Terminal) -> Result<Answer, Failure> {
+    match Conductor::new(plan, store, workers, watcher).conduct() {
+        Ok(answer) => Ok(answer),
+        Err(StudyError::Workers(WorkersError::Interrupted)) => {
+            let finished = watcher.finished();
+            Err(format!("interrupted after {finished} runs; they are kept, and the same command goes on").into())
+        }
+        Err(error) => Err(error.into()),
+    }
+}
+
+fn workers(args: &StudyArgs, watcher: &Terminal) -> Result<Box<dyn Workers>, Failure> {
+    let Some(address) = &args.on else {
+        let cores = std::thread::available_parallelism().map_or(1, usize::from);
+        return Ok(Box::new(Local::new(std::env::current_exe()?, args.jobs.unwrap_or(cores))));
+    };
+    let python = std::env::var_os("REGATTA_PYTHON").unwrap_or_else(|| "python3".into());
+    let mut command = Command::new(python);
+    command.args(["-m", "regatta.study", address]).env("REGATTA_STUDY_VERSION", version::short());
+    let adapter = Adapter::start(command, &|| watcher.is_interrupted())?;
+    Ok(Box::new(adapter))
+}

@@ -1,0 +1,49 @@
+//! Studies as job arrays, for those who have only Slurm or a shell.
+
+use std::path::Path;
+
+use regatta_study::plan::Plan;
+use regatta_study::store::Store;
+
+use crate::failure::Failure;
+use crate::output::{Force, unwritable, write_file};
+
+/// Writes the runs of the first round as a job array: they are what any answer needs.
+pub fn export(plan: &Plan, folder: &Path) -> Result<(), Failure> {
+    let store = Store::open(folder)?;
+    let mut ids = Vec::new();
+    for variant in &plan.variants {
+        let layout = store.keep_layout(&variant.layout_text())?;
+        for robots in plan.robots.grid().into_iter().rev() {
+            for seed in 1..=plan.precision.least_seeds {
+                let job = variant.job(&layout, robots, seed, (plan.secs, plan.rate_hz), &plan.program);
+                store.keep_job(&job)?;
+                ids.push(job.id().to_string());
+            }
+        }
+    }
+    let list = folder.join("jobs.txt");
+    write_file(&list, (ids.join("\n") + "\n").as_bytes(), Force { force: true })?;
+    let script = include_str!("job-array.sh").replace("@COUNT@", &ids.len().to_string());
+    let path = folder.join("run.sh");
+    write_file(&path, script.as_bytes(), Force { force: true })?;
+    make_executable(&path).map_err(|error| unwritable(&path, &error))?;
+    let folder = folder.display();
+    println!(
+        "{folder}: {} jobs. `cd {folder} && sbatch run.sh`, or `{folder}/run.sh` in a shell, does them all;",
+        ids.len()
+    );
+    println!("then the same `regatta study` with `--output {folder}` instead of `--export-jobs` goes on from there.");
+    Ok(())
+}
+
+#[cfg(unix)]
+fn make_executable(path: &Path) -> std::io::Result<()> {
+    use std::os::unix::fs::PermissionsExt;
+    std::fs::set_permissions(path, std::fs::Permissions::from_mode(0o755))
+}
+
+#[cfg(not(unix))]
+fn make_executable(_path: &Path) -> std::io::Result<()> {
+    Ok(())
+}

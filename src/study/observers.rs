@@ -1,0 +1,94 @@
+//! `regatta study-observe`: the readers of a study's run in one process. In lockstep each process more costs some wake-ups a tick, and
+//! with small fleets these would cost more than what the readers do.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::{Args, Parser};
+use regatta_plugin::{Events, Frame, Options, Participant, Plugin, Rate, Result, World};
+use regatta_validator::Kind;
+
+use crate::failure::{Failure, plugin_failure};
+
+#[derive(Args)]
+pub struct ObserverArgs {
+    /// File for the traffic on edges, as JSON
+    #[arg(long, value_name = "FILE")]
+    traffic: PathBuf,
+    /// File for what the fleet carries, as JSON
+    #[arg(long, value_name = "FILE")]
+    meter: PathBuf,
+    /// File for what the validator finds, as JSON; without it, nothing is judged
+    #[arg(long, value_name = "FILE")]
+    validator: Option<PathBuf>,
+    /// File that is made when all are ready to read
+    #[arg(long, value_name = "FILE")]
+    ready: PathBuf,
+    #[command(flatten)]
+    options: Options,
+}
+
+/// Runs `regatta study-observe`.
+pub fn run(args: &ObserverArgs) -> Result<ExitCode, Failure> {
+    let mut readers: Vec<Box<dyn Plugin>> = Vec::new();
+    let with_json = |name: &str, file: &PathBuf| [name.into(), "--json".into(), file.clone().into_os_string()];
+    let traffic = regatta_traffic::Cli::try_parse_from(with_json("traffic", &args.traffic))?;
+    readers.push(Box::new(regatta_traffic::plugin(traffic)));
+    let meter = regatta_meter::Cli::try_parse_from(with_json("meter", &args.meter))?;
+    readers.push(Box::new(regatta_meter::plugin(meter)));
+    if let Some(file) = &args.validator {
+        // Findings are figures here, and no failure.
+        let kinds = Kind::ALL.map(Kind::name).join(",");
+        let words = with_json("validator", file).into_iter().chain(["--allow".into(), kinds.into()]);
+        readers.push(Box::new(regatta_validator::plugin(regatta_validator::Cli::try_parse_from(words)?)));
+    }
+    let observers = Observers { readers, ready: args.ready.clone() };
+    args.options.run(observers, "observers").map_err(plugin_failure)?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Plugins that are called one after the other.
+struct Observers {
+    readers: Vec<Box<dyn Plugin>>,
+    /// The file that says that all are ready.
+    ready: PathBuf,
+}
+
+impl Plugin for Observers {
+    fn on_start(&mut self, fleet: &Participant) -> Result {
+        self.readers.iter_mut().try_for_each(|reader| reader.on_start(fleet))?;
+        // From now on, nothing that a manager writes is lost.
+        Ok(std::fs::write(&self.ready, "")?)
+    }
+
+    fn on_world(&mut self, world: &World<'_>) -> Result {
+        self.readers.iter_mut().try_for_each(|reader| reader.on_world(world))
+    }
+
+    fn on_frame(&mut self, frame: &Frame<'_>) -> Result {
+        self.readers.iter_mut().try_for_each(|reader| reader.on_frame(frame))
+    }
+
+    fn on_idle(&mut self, has_producer: bool) -> Result {
+        self.readers.iter_mut().try_for_each(|reader| reader.on_idle(has_producer))
+    }
+
+    fn wants_events(&self) -> bool {
+        self.readers.iter().any(|reader| reader.wants_events())
+    }
+
+    fn on_events(&mut self, events: &Events<'_>) -> Result {
+        let mut wanting = self.readers.iter_mut().filter(|reader| reader.wants_events());
+        wanting.try_for_each(|reader| reader.on_events(events))
+    }
+
+    fn rate(&self) -> Rate {
+        Rate::EveryFrame
+    }
+
+    fn on_stop(&mut self) -> Result {
+        // Each writes its figures, whatever becomes of the others.
+        let ends: Vec<Result> = self.readers.iter_mut().map(|reader| reader.on_stop()).collect();
+        ends.into_iter().collect()
+    }
+}

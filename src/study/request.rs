@@ -1,0 +1,112 @@
+//! What a command line asks: the plan of a study.
+
+use std::fs;
+use std::path::Path;
+
+use regatta_engine::graph::ReadOptions;
+use regatta_engine::scenario::document;
+use regatta_study::plan::{Axis, Plan, Precision, Robots, Setting, StudyFile, Variant, is_study};
+use serde_json::Value;
+
+use super::StudyArgs;
+use crate::arguments::Time;
+use crate::failure::Failure;
+use crate::version;
+
+/// The shortest and the longest run, in seconds.
+const RUN_SECS: std::ops::RangeInclusive<u64> = 120..=7 * 24 * 3600;
+const DEFAULT_SECS: u64 = 1800;
+const DEFAULT_RELIEFS: usize = 3;
+
+/// Makes the plan of the command line, and of the study file if there is one.
+pub fn plan(args: &StudyArgs) -> Result<Plan, Failure> {
+    let path = &args.plant;
+    let text = fs::read(path).map_err(|error| format!("{}: can't read: {error}; check the path", path.display()))?;
+    let text = String::from_utf8_lossy(&text);
+    let file: Option<StudyFile> = if is_study(&text) { Some(document(&text, path)?) } else { None };
+    let plant = match &file {
+        Some(file) => path.parent().unwrap_or(Path::new("")).join(&file.plant),
+        None => path.clone(),
+    };
+    let options = args.layout.options();
+    let mut precision = file.as_ref().map_or_else(|| Ok(Precision::default()), StudyFile::precision)?;
+    if let Some((least, most)) = args.seeds {
+        (precision.least_seeds, precision.most_seeds) = (least, most);
+    }
+    let title = file.as_ref().and_then(|file| file.title.clone()).unwrap_or_else(|| title(&plant));
+    let robots = args.robots.clone().or_else(|| file.as_ref()?.robots.clone());
+    let reliefs = args.reliefs.or_else(|| file.as_ref()?.reliefs).unwrap_or(DEFAULT_RELIEFS);
+    let mut axes = file.as_ref().map_or_else(|| Ok(Vec::new()), StudyFile::axes)?;
+    axes.extend(args.vary.iter().cloned());
+    Ok(Plan {
+        title,
+        robots: robots.unwrap_or(Robots::Range(1, 1000)),
+        precision,
+        secs: secs(args, file.as_ref())?,
+        rate_hz: args.rate,
+        reliefs,
+        program: version::short(),
+        variants: variants(&plant, &axes, args, &options)?,
+    })
+}
+
+fn title(plant: &Path) -> String {
+    let name = plant.file_name().unwrap_or_default().to_string_lossy();
+    name.split('.').next().filter(|stem| !stem.is_empty()).unwrap_or("plant").to_owned()
+}
+
+fn secs(args: &StudyArgs, file: Option<&StudyFile>) -> Result<u64, Failure> {
+    let of_file = file.and_then(|file| file.duration.as_ref()).map(|duration| match duration {
+        Value::String(text) => text.parse::<Time>().map_err(|error| format!("duration: {error}")),
+        other => other.to_string().parse::<Time>().map_err(|error| format!("duration: {error}")),
+    });
+    let time = args.duration.map(Ok).or(of_file).transpose()?;
+    let secs = time.map_or(DEFAULT_SECS, |time| time.0.as_secs());
+    if RUN_SECS.contains(&secs) { Ok(secs) } else { Err("the duration of a run: give 2 minutes to 7 days".into()) }
+}
+
+/// Returns every combination of the axes' values, then those of a manager and the bound.
+fn variants(plant: &Path, axes: &[Axis], args: &StudyArgs, options: &ReadOptions) -> Result<Vec<Variant>, Failure> {
+    let mut variants = vec![Variant::read(plant, options)?];
+    for Axis { setting, values } in axes {
+        let mut combined = Vec::new();
+        for variant in &variants {
+            for value in values {
+                let mut with = variant.clone().with(*setting, value, options)?;
+                let separator = if variant.name.is_empty() { "" } else { ", " };
+                with.name = format!("{}{separator}{}", variant.name, words(*setting, value));
+                combined.push(with);
+            }
+        }
+        variants = combined;
+    }
+    if let Some(command) = &args.manager {
+        let mut own = variants[0].clone().with(Setting::Manager, &command.as_str().into(), options)?;
+        own.name = name_of(command);
+        variants[0].name = if variants[0].name.is_empty() { "ours".into() } else { variants[0].name.clone() };
+        variants.push(own);
+    }
+    if args.bound || args.manager.is_some() {
+        let mut bound = variants[0].clone().bound();
+        bound.name = "bound".to_owned();
+        variants[0].name = if variants[0].name.is_empty() { "as it is".into() } else { variants[0].name.clone() };
+        variants.push(bound);
+    }
+    Ok(variants)
+}
+
+/// The value of a setting in words.
+fn words(setting: Setting, value: &Value) -> String {
+    let value = value.as_str().map_or_else(|| value.to_string(), str::to_owned);
+    match setting {
+        Setting::Layout => title(Path::new(&value)),
+        _ => format!("{} {value}", setting.name().replace('_', " ")),
+    }
+}
+
+/// The last word of a command that isn't an option: the program, or the script that it runs.
+fn name_of(command: &str) -> String {
+    let words = command.split_whitespace().take_while(|word| !word.starts_with('-'));
+    let word = words.last().unwrap_or(command);
+    Path::new(word).file_name().map_or_else(|| word.to_owned(), |name| name.to_string_lossy().into_owned())
+}

@@ -1,0 +1,115 @@
+//! What a user sees of a study under way: runs done, running and left, and the time to go.
+
+use std::cell::Cell;
+use std::io::IsTerminal;
+use std::time::{Duration, Instant};
+
+use indicatif::{ProgressBar, ProgressStyle};
+use regatta_plugin::Termination;
+use regatta_study::conduct::Watcher;
+
+/// The time between two lines where standard error isn't a terminal.
+const LINE_TIME: Duration = Duration::from_secs(15);
+
+/// Shows a study on standard error.
+pub struct Terminal {
+    termination: Termination,
+    bar: Option<ProgressBar>,
+    started: Instant,
+    /// When the last line was written.
+    told: Cell<Instant>,
+    round: Cell<u64>,
+    round_started: Cell<Instant>,
+    /// Runs of this round: how many there are, and how many are done.
+    runs: Cell<[u64; 2]>,
+    finished: Cell<u64>,
+    side_by_side: Cell<u64>,
+}
+
+impl Terminal {
+    /// Begins to watch. The study is interrupted when this process is asked to end.
+    pub fn new(termination: Termination) -> Self {
+        let bar = std::io::stderr().is_terminal().then(|| {
+            let bar = ProgressBar::new(0);
+            let template = "{spinner} [{bar:24}] {msg}, {pos} of {len} runs done, {elapsed}, {eta} to go in this round";
+            bar.set_style(ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar()));
+            bar.enable_steady_tick(Duration::from_millis(200));
+            bar
+        });
+        let now = Instant::now();
+        Self {
+            termination,
+            bar,
+            started: now,
+            told: Cell::new(now),
+            round: Cell::new(0),
+            round_started: Cell::new(now),
+            runs: Cell::new([0; 2]),
+            finished: Cell::new(0),
+            side_by_side: Cell::new(1),
+        }
+    }
+
+    /// Returns the number of runs that ended.
+    pub fn finished(&self) -> u64 {
+        self.finished.get()
+    }
+
+    fn tell(&self) {
+        let ([runs, done], round) = (self.runs.get(), self.round.get());
+        let running = (runs - done).min(self.side_by_side.get());
+        if let Some(bar) = &self.bar {
+            bar.set_length(runs);
+            bar.set_position(done);
+            bar.set_message(format!("round {round}, {running} running"));
+            return;
+        }
+        if done == 0 || self.told.get().elapsed() >= LINE_TIME {
+            self.told.set(Instant::now());
+            let secs = self.started.elapsed().as_secs();
+            let of_round = self.round_started.get().elapsed().as_secs_f64();
+            let left = |done: u64| of_round / done as f64 * (runs - done) as f64;
+            let to_go = if done > 0 { format!(", {:.0} s to go in this round", left(done)) } else { String::new() };
+            regatta_plugin::tell!(
+                "round {round}: {done} of {runs} runs done, {running} running, {secs} s so far{to_go}"
+            );
+        }
+    }
+}
+
+impl Watcher for Terminal {
+    fn is_interrupted(&self) -> bool {
+        self.termination.requested()
+    }
+
+    fn begin(&self, runs: usize, side_by_side: usize) {
+        self.side_by_side.set(side_by_side as u64);
+        self.round.set(self.round.get() + 1);
+        self.runs.set([runs as u64, 0]);
+        self.round_started.set(Instant::now());
+        if let Some(bar) = &self.bar {
+            bar.reset_eta();
+        }
+        self.tell();
+    }
+
+    fn end(&self) {
+        let [runs, done] = self.runs.get();
+        self.runs.set([runs, done + 1]);
+        self.finished.set(self.finished.get() + 1);
+        self.tell();
+    }
+
+    fn fail(&self, what: &str, failure: &str) {
+        match &self.bar {
+            Some(bar) => bar.suspend(|| regatta_plugin::tell!("{what} failed: {failure}")),
+            None => regatta_plugin::tell!("{what} failed: {failure}"),
+        }
+    }
+}
+
+impl Drop for Terminal {
+    fn drop(&mut self) {
+        self.bar.iter().for_each(ProgressBar::finish_and_clear);
+    }
+}

@@ -1,0 +1,131 @@
+//! Bottlenecks: where robots wait, and what it brings to relieve them.
+
+use std::collections::BTreeMap;
+
+use regatta_engine::graph::{EdgeChange, NodeIndex, RouteGraph};
+use serde::Serialize;
+
+use super::comparison::Difference;
+use crate::outcome::EdgeOutcome;
+use crate::plan::Variant;
+use crate::sweep::Known;
+
+/// The number of bottlenecks in an answer.
+const LISTED: usize = 10;
+/// The factor of the speed on edges whose speed is raised.
+const FASTER: f64 = 1.5;
+/// The room beside a robot on a doubled edge, in metres: then robots on both don't touch in their middles.
+const CLEARANCE: f64 = 0.6;
+
+/// A place before which robots wait: a node.
+#[derive(Clone, Debug, Serialize)]
+pub struct Bottleneck {
+    /// The node's id.
+    pub node: u32,
+    /// Its name, if it has one.
+    pub name: Option<String>,
+    /// Metres east and north.
+    pub position: [f64; 2],
+    /// The edges on which they wait, by id: those that end at the node, the worst first.
+    pub edges: Vec<u32>,
+    /// Robot hours lost there in an hour.
+    pub robots_waiting: f64,
+    /// The part of all waiting, from 0 to 1.
+    pub share: f64,
+    /// What is changed to relieve it.
+    pub remedy: Option<Remedy>,
+    /// What that brings, if it was tried.
+    pub relief: Option<Relief>,
+}
+
+/// A change of the layout that may relieve a bottleneck.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Remedy {
+    /// The speed limits of these edges are raised by half.
+    Faster(Vec<u32>),
+    /// There is a second edge beside this one.
+    Second(u32),
+}
+
+/// What a relief brings.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Relief {
+    /// The difference at the knee.
+    pub difference: Difference,
+}
+
+impl Relief {
+    /// Compares runs with and without it.
+    pub fn of(base: &Known, relieved: &Known, robots: u32) -> Option<Self> {
+        Difference::of(base, relieved, robots).map(|difference| Self { difference })
+    }
+}
+
+/// Returns the places where robots wait the most. `edges` are figures of runs of so many simulated seconds.
+pub fn bottlenecks(variant: &Variant, edges: &[EdgeOutcome], secs: u64) -> Vec<Bottleneck> {
+    let graph = &variant.graph;
+    let total: f64 = edges.iter().map(|edge| edge.waiting_secs).sum();
+    let mut by_node: BTreeMap<NodeIndex, Vec<EdgeOutcome>> = BTreeMap::new();
+    for edge in edges.iter().filter(|edge| edge.waiting_secs > 0.0) {
+        if let Some(index) = graph.edge_by_id(edge.edge) {
+            by_node.entry(graph.edge(index).destination).or_default().push(*edge);
+        }
+    }
+    let mut found: Vec<Bottleneck> = by_node
+        .into_iter()
+        .map(|(node, mut waited)| {
+            waited.sort_by(|a, b| b.waiting_secs.total_cmp(&a.waiting_secs));
+            let sum: f64 = waited.iter().map(|edge| edge.waiting_secs).sum();
+            let place = graph.node(node);
+            Bottleneck {
+                node: place.id,
+                name: place.name().map(str::to_owned),
+                position: [place.position.x, place.position.y],
+                edges: waited.iter().map(|edge| edge.edge).collect(),
+                robots_waiting: sum / secs as f64,
+                share: sum / total,
+                remedy: remedy(variant, node, edges),
+                relief: None,
+            }
+        })
+        .collect();
+    found.sort_by(|a, b| b.robots_waiting.total_cmp(&a.robots_waiting));
+    found.truncate(LISTED);
+    found
+}
+
+/// Returns what may relieve a node: faster edges, if robots can drive faster than these allow, or else a second edge beside
+/// the one that most robots leave it by.
+fn remedy(variant: &Variant, node: NodeIndex, edges: &[EdgeOutcome]) -> Option<Remedy> {
+    let graph: &RouteGraph = &variant.graph;
+    let (max_speed, _) = variant.robot_limits();
+    let at_node = graph.edges().iter().filter(|edge| edge.origin == node || edge.destination == node);
+    let slow: Vec<u32> = at_node.filter(|edge| edge.velocity_forward < 0.95 * max_speed).map(|edge| edge.id).collect();
+    if !slow.is_empty() {
+        return Some(Remedy::Faster(slow));
+    }
+    let entered = |id: u32| edges.iter().find(|edge| edge.edge == id).map_or(0.0, |edge| edge.entered_per_hour);
+    let leaving = graph.edges().iter().filter(|edge| edge.origin == node && edge.path.single().is_some());
+    let busiest = leaving.max_by(|a, b| entered(a.id).total_cmp(&entered(b.id)))?;
+    Some(Remedy::Second(busiest.id))
+}
+
+impl Bottleneck {
+    /// Returns a variant in which it is relieved; `None` if there is no remedy.
+    pub fn relieved(&self, variant: &Variant) -> Option<Variant> {
+        let mut relieved = variant.clone();
+        let (_, width) = variant.robot_limits();
+        let changed = match self.remedy.as_ref()? {
+            Remedy::Faster(edges) => relieved.change(edges, EdgeChange::Speed(FASTER)),
+            Remedy::Second(edge) => relieved.change(&[*edge], EdgeChange::Double(width + CLEARANCE)),
+        };
+        relieved.name = format!("relief of node {}", self.node);
+        changed.is_ok().then_some(relieved)
+    }
+
+    /// Returns the place in words.
+    pub fn place(&self) -> String {
+        self.name.clone().unwrap_or_else(|| format!("node {}", self.node))
+    }
+}

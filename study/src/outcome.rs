@@ -1,0 +1,176 @@
+//! What came of a job, and the figures that a study takes from it.
+
+use std::collections::BTreeMap;
+
+use regatta_meter::Figures;
+use regatta_meter::meter::Effort;
+use serde::{Deserialize, Serialize};
+
+use crate::job::JobId;
+use crate::statistics::{percentile, warm_up};
+
+/// The result file of a job.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Outcome {
+    /// The job.
+    pub job: JobId,
+    /// The engine's digest of all frames, 32 hexadecimal digits: equal wherever the job runs.
+    pub digest: String,
+    /// What the fleet carried, as the meter measured it.
+    pub figures: Figures,
+    /// What the validator found, by kind; kinds without findings are left out.
+    pub findings: BTreeMap<String, u64>,
+    /// The edges where robots waited.
+    pub edges: Vec<EdgeOutcome>,
+    /// How long the run took on the machine where it ran, in seconds.
+    pub wall_secs: f64,
+}
+
+/// An edge of a run.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct EdgeOutcome {
+    /// The id in the layout.
+    pub edge: u32,
+    /// Robot seconds in which robots stood there and waited to drive on.
+    pub waiting_secs: f64,
+    /// Robots that entered it, an hour.
+    pub entered_per_hour: f64,
+}
+
+/// The figures of a run after its warm-up.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Measured {
+    /// The engine's digest.
+    pub digest: String,
+    /// Simulated seconds that were cut off at the beginning (MSER-5).
+    pub warm_up_secs: f64,
+    /// Simulated seconds after that.
+    pub secs: f64,
+    /// Finished orders an hour.
+    pub orders_per_hour: f64,
+    /// Finished stops an hour.
+    pub stops_per_hour: f64,
+    /// The mean time from an order's creation to its end, in seconds; of orders that were finished after the warm-up.
+    pub service_mean_secs: Option<f64>,
+    /// The median of it.
+    pub service_p50_secs: Option<f64>,
+    /// The 99th percentile of it.
+    pub service_p99_secs: Option<f64>,
+    /// The part of the robots' time with an order, from 0 to 1.
+    pub utilisation: f64,
+    /// The part of the robots' time in which they stood and waited for room, from 0 to 1.
+    pub waiting: f64,
+    /// The part of the way that was driven without a load, from 0 to 1; `None` if no robot had one.
+    pub empty: Option<f64>,
+    /// Contacts that the validator found.
+    pub contacts: u64,
+    /// Its other findings.
+    pub other_findings: u64,
+    /// Orders that the manager gave up.
+    pub failed_orders: u64,
+    /// How long the run took, in seconds.
+    pub wall_secs: f64,
+}
+
+/// The validator's name for contacts.
+const CONTACT: &str = "contact";
+
+impl Outcome {
+    /// Returns the figures after the warm-up, which is where the series of finished orders says.
+    pub fn measured(&self) -> Measured {
+        let Figures { secs, period_secs, effort, finished, failed, .. } = &self.figures;
+        // A period that isn't over would look like a slow one.
+        let periods = (secs / period_secs).floor() as usize;
+        let mut series = vec![0.0; periods];
+        for order in finished {
+            // The orders of an instant between two periods belong to the first one, as in the meter.
+            let period = ((order.at_secs / period_secs).ceil() as usize).saturating_sub(1);
+            series.get_mut(period).into_iter().for_each(|count| *count += 1.0);
+        }
+        let cut = warm_up(&series);
+        let warm_up_secs = cut as f64 * period_secs;
+        let end_secs = periods as f64 * period_secs;
+        let counted = || finished.iter().filter(|order| order.at_secs > warm_up_secs && order.at_secs <= end_secs);
+        let service: Vec<f64> = counted().map(|order| order.service_secs).collect();
+        let hours = (end_secs - warm_up_secs) / 3600.0;
+        let per_hour = |count: f64| if hours > 0.0 { count / hours } else { 0.0 };
+        let effort = sum(effort.get(cut..periods.min(effort.len())).unwrap_or_default());
+        let metres = effort.loaded_metres + effort.empty_metres;
+        Measured {
+            digest: self.digest.clone(),
+            warm_up_secs,
+            secs: end_secs - warm_up_secs,
+            orders_per_hour: per_hour(service.len() as f64),
+            stops_per_hour: per_hour(counted().map(|order| f64::from(order.stops)).sum()),
+            service_mean_secs: (!service.is_empty()).then(|| service.iter().sum::<f64>() / service.len() as f64),
+            service_p50_secs: percentile(&service, 50),
+            service_p99_secs: percentile(&service, 99),
+            utilisation: ratio(effort.ordered_secs, effort.robot_secs),
+            waiting: ratio(effort.waiting_secs, effort.robot_secs),
+            empty: (effort.loaded_metres > 0.0).then(|| effort.empty_metres / metres),
+            contacts: self.findings.get(CONTACT).copied().unwrap_or(0),
+            other_findings: self.findings.iter().filter(|(kind, _)| *kind != CONTACT).map(|(_, count)| count).sum(),
+            failed_orders: *failed,
+            wall_secs: self.wall_secs,
+        }
+    }
+}
+
+fn ratio(part: f64, whole: f64) -> f64 {
+    if whole > 0.0 { part / whole } else { 0.0 }
+}
+
+fn sum(periods: &[Effort]) -> Effort {
+    periods.iter().fold(Effort::default(), |sum, effort| Effort {
+        robot_secs: sum.robot_secs + effort.robot_secs,
+        ordered_secs: sum.ordered_secs + effort.ordered_secs,
+        waiting_secs: sum.waiting_secs + effort.waiting_secs,
+        loaded_metres: sum.loaded_metres + effort.loaded_metres,
+        empty_metres: sum.empty_metres + effort.empty_metres,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use regatta_meter::orders::Finished;
+
+    use super::*;
+
+    /// An outcome whose first 200 s carry nothing and whose other 800 s finish an order every 2 s.
+    fn outcome() -> Outcome {
+        let finished = (101..=500).map(|index| Finished {
+            at_secs: f64::from(index) * 2.0,
+            service_secs: f64::from(index % 100),
+            stops: 2,
+        });
+        let effort =
+            Effort { robot_secs: 40.0, ordered_secs: 30.0, waiting_secs: 10.0, loaded_metres: 6.0, empty_metres: 2.0 };
+        let figures = Figures {
+            secs: 1000.0,
+            period_secs: 10.0,
+            effort: vec![effort; 100],
+            finished: finished.collect(),
+            ..Figures::default()
+        };
+        let findings = BTreeMap::from([("contact".to_owned(), 2), ("idle".to_owned(), 1)]);
+        let job = serde_json::from_str("\"00\"").expect("an id");
+        Outcome { job, digest: "d".to_owned(), figures, findings, edges: Vec::new(), wall_secs: 1.5 }
+    }
+
+    #[test]
+    fn figures_begin_after_the_warm_up() {
+        let measured = outcome().measured();
+        assert_eq!((measured.warm_up_secs, measured.secs), (200.0, 800.0));
+        assert_eq!((measured.orders_per_hour, measured.stops_per_hour), (1800.0, 3600.0));
+        assert_eq!((measured.service_p50_secs, measured.service_p99_secs), (Some(49.0), Some(98.0)));
+        assert_eq!((measured.utilisation, measured.waiting, measured.empty), (0.75, 0.25, Some(0.25)));
+        assert_eq!((measured.contacts, measured.other_findings), (2, 1));
+    }
+
+    #[test]
+    fn a_run_without_orders_has_figures() {
+        let figures = Figures { secs: 4.0, period_secs: 10.0, ..Figures::default() };
+        let measured = Outcome { figures, ..outcome() }.measured();
+        assert_eq!((measured.orders_per_hour, measured.service_p50_secs, measured.empty), (0.0, None, None));
+    }
+}

@@ -1,0 +1,122 @@
+//! Charts over the number of robots, as SVG.
+
+use std::ops::Range;
+
+use plotters::prelude::*;
+
+/// Colours that colour-blind people can distinguish (Okabe and Ito).
+const COLOURS: [RGBColor; 7] = [
+    RGBColor(0, 114, 178),
+    RGBColor(213, 94, 0),
+    RGBColor(0, 158, 115),
+    RGBColor(204, 121, 167),
+    RGBColor(230, 159, 0),
+    RGBColor(86, 180, 233),
+    RGBColor(0, 0, 0),
+];
+/// The size of a chart in pixels.
+const SIZE: (u32, u32) = (900, 420);
+const FONT: (&str, i32) = ("sans-serif", 16);
+
+/// A chart over the number of robots.
+pub struct Chart<'a> {
+    /// What is along y.
+    pub y: &'a str,
+    /// The lines.
+    pub series: Vec<Series>,
+    /// The number of robots at the knee, which gets a line.
+    pub knee: Option<f64>,
+}
+
+/// A line with error bars.
+pub struct Series {
+    /// Its name.
+    pub name: String,
+    /// Robots, the mean, and half of its interval.
+    pub points: Vec<(f64, f64, f64)>,
+}
+
+/// Returns the chart as SVG.
+pub fn chart(chart: &Chart<'_>) -> String {
+    let mut svg = String::new();
+    // Drawing into a text fails only if the chart has no room, which its size is made for.
+    let _ = draw(chart, &mut svg);
+    svg
+}
+
+type DrawResult = Result<(), Box<dyn std::error::Error>>;
+
+fn draw(chart: &Chart<'_>, svg: &mut String) -> DrawResult {
+    let root = SVGBackend::with_string(svg, SIZE).into_drawing_area();
+    root.fill(&WHITE)?;
+    let points = || chart.series.iter().flat_map(|series| &series.points);
+    let xs = range(points().map(|point| point.0));
+    let ys = range(points().map(|point| point.1 + point.2));
+    let mut area = ChartBuilder::on(&root)
+        .margin(12)
+        .x_label_area_size(44)
+        .y_label_area_size(70)
+        .build_cartesian_2d(xs, ys.clone())?;
+    area.configure_mesh()
+        .x_desc("robots")
+        .y_desc(chart.y)
+        .label_style(FONT)
+        .axis_desc_style(FONT)
+        .light_line_style(WHITE)
+        .bold_line_style(RGBColor(225, 230, 236))
+        .x_label_formatter(&|x| format!("{x:.0}"))
+        .y_label_formatter(&|y| label(*y))
+        .draw()?;
+    if let Some(knee) = chart.knee {
+        let style = RGBColor(90, 104, 117).stroke_width(1);
+        area.draw_series(DashedLineSeries::new([(knee, ys.start), (knee, ys.end)], 5, 4, style))?;
+    }
+    for (series, colour) in chart.series.iter().zip(COLOURS.iter().cycle()) {
+        let line = series.points.iter().map(|(x, y, _)| (*x, *y));
+        let drawn = area.draw_series(LineSeries::new(line.clone(), colour.stroke_width(2)))?;
+        if !series.name.is_empty() {
+            let colour = *colour;
+            drawn
+                .label(&series.name)
+                .legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], colour.stroke_width(2)));
+        }
+        area.draw_series(line.map(|point| Circle::new(point, 3, colour.filled())))?;
+        let bars = series.points.iter().filter(|point| point.2 > 0.0);
+        area.draw_series(
+            bars.map(|(x, y, half)| PathElement::new([(*x, y - half), (*x, y + half)], colour.stroke_width(2))),
+        )?;
+    }
+    if chart.series.iter().any(|series| !series.name.is_empty()) {
+        let position = SeriesLabelPosition::LowerRight;
+        area.configure_series_labels().position(position).label_font(FONT).background_style(WHITE.mix(0.85)).draw()?;
+    }
+    root.present()?;
+    Ok(())
+}
+
+/// Returns a range from 0 to a little above the largest value.
+fn range(values: impl Iterator<Item = f64>) -> Range<f64> {
+    let largest = values.fold(0.0, f64::max);
+    0.0..if largest > 0.0 { largest * 1.06 } else { 1.0 }
+}
+
+fn label(value: f64) -> String {
+    if value != 0.0 && value.abs() < 10.0 { format!("{value:.1}") } else { format!("{value:.0}") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_chart_has_its_lines_bars_and_names() {
+        let points = vec![(1.0, 10.0, 1.0), (2.0, 19.0, 0.0), (4.0, 30.0, 2.0)];
+        let one = Series { name: "a".to_owned(), points };
+        let svg = chart(&Chart { y: "orders", series: vec![one], knee: Some(2.0) });
+        assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>"), "{svg}");
+        assert_eq!(svg.matches("<circle").count(), 3);
+        assert!(svg.contains("robots") && svg.contains("orders"), "{svg}");
+        let empty = chart(&Chart { y: "orders", series: Vec::new(), knee: None });
+        assert!(empty.trim_end().ends_with("</svg>"));
+    }
+}

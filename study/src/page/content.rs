@@ -1,0 +1,295 @@
+//! What the page says, as blocks.
+
+use super::chart::{Chart, Series, chart};
+use super::heat_map::heat_map;
+use crate::answer::{
+    Answer, Bottleneck, Comparison, Difference, KneeAnswer, PointAnswer, Relief, Remedy, VariantAnswer,
+};
+use crate::plan::Variant;
+use crate::statistics::Interval;
+
+/// A part of a page.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Block {
+    /// A heading of a level from 1.
+    Heading(u8, String),
+    /// A paragraph.
+    Text(String),
+    /// What the reader came for.
+    Answer(String),
+    /// A table: the first row is its head.
+    Table(Vec<Vec<String>>),
+    /// A picture: its name without the ending, what it shows, and its SVG.
+    Picture(&'static str, String, String),
+}
+
+/// Returns the blocks of a study's page. `base` is the first variant.
+pub fn content(answer: &Answer, base: &Variant) -> Vec<Block> {
+    let mut blocks = vec![Block::Heading(1, format!("How many robots does {} hold?", answer.title))];
+    blocks.extend(answer.variants.iter().map(|variant| Block::Answer(verdict(answer, variant))));
+    blocks.push(Block::Text(safety(answer)));
+    blocks.push(Block::Picture("throughput", "Throughput over robots".to_owned(), throughput_chart(answer)));
+    blocks.extend(answer.variants.iter().flat_map(|variant| table(answer, variant)));
+    blocks.push(Block::Picture("service", "Service time over robots".to_owned(), service_chart(answer)));
+    blocks.push(Block::Picture("effort", "What robots spend their time on".to_owned(), effort_chart(answer)));
+    blocks.extend(comparisons(answer));
+    blocks.extend(waiting(answer, base));
+    blocks.extend(method(answer));
+    blocks
+}
+
+/// The answer for a variant, in one sentence or two.
+fn verdict(answer: &Answer, variant: &VariantAnswer) -> String {
+    let name = if variant.name.is_empty() { String::new() } else { format!("{}: ", variant.name) };
+    let Some(KneeAnswer { robots, orders_per_hour, half, is_open }) = &variant.knee else {
+        return format!("{name}nothing was carried.");
+    };
+    let throughput = format!("{} orders an hour", with_interval(orders_per_hour, 0));
+    if *is_open {
+        return format!("{name}more than {robots} robots: these carry {throughput}, and more would carry more.");
+    }
+    let part = answer.method.knee * 100.0;
+    let half = match half < robots {
+        true => format!(" Up to {half} robots, each more brings at least half of that."),
+        false => String::new(),
+    };
+    format!(
+        "{name}{robots} robots, which carry {throughput}. More bring less than {part:.0} % each of what one brings alone.{half}"
+    )
+}
+
+fn safety(answer: &Answer) -> String {
+    let contacts: u64 = answer.variants.iter().map(|variant| variant.contacts).sum();
+    let others: u64 = answer.variants.iter().map(|variant| variant.other_findings).sum();
+    let runs: usize = answer.variants.iter().flat_map(|variant| &variant.points).map(|point| point.runs.len()).sum();
+    let others = match others {
+        0 => "no other findings".to_owned(),
+        count => format!("{count} other findings, such as orders that weren't served for 20 minutes"),
+    };
+    match contacts {
+        0 => format!("No robot touched another in {runs} runs, as an independent validator judged them; {others}."),
+        count => format!("**Robots touched each other {count} times** in {runs} runs; {others}."),
+    }
+}
+
+fn throughput_chart(answer: &Answer) -> String {
+    let line = |variant: &VariantAnswer| series(name(variant), variant, |point| point.orders_per_hour);
+    let knee = answer.variants.first().and_then(|variant| variant.knee.as_ref()).map(|knee| f64::from(knee.robots));
+    chart(&Chart { y: "orders an hour", series: answer.variants.iter().map(line).collect(), knee })
+}
+
+fn service_chart(answer: &Answer) -> String {
+    let lines = answer.variants.iter().flat_map(|variant| {
+        let name = name(variant);
+        [
+            series(format!("{name}p50"), variant, |point| point.service_p50_secs),
+            series(format!("{name}p99"), variant, |point| point.service_p99_secs),
+        ]
+    });
+    let knee = answer.variants.first().and_then(|variant| variant.knee.as_ref()).map(|knee| f64::from(knee.robots));
+    chart(&Chart { y: "seconds from an order's creation to its end", series: lines.collect(), knee })
+}
+
+fn effort_chart(answer: &Answer) -> String {
+    let percent = |interval: Option<Interval>| {
+        interval.map(|interval| Interval {
+            mean: interval.mean * 100.0,
+            half_width: interval.half_width.map(|half_width| half_width * 100.0),
+            ..interval
+        })
+    };
+    let lines = answer.variants.first().map_or_else(Vec::new, |variant| {
+        vec![
+            series("with an order".to_owned(), variant, |point| percent(point.utilisation)),
+            series("waiting for room".to_owned(), variant, |point| percent(point.waiting)),
+            series("of the way without a load".to_owned(), variant, |point| percent(point.empty)),
+        ]
+    });
+    let lines = lines.into_iter().filter(|line| !line.points.is_empty()).collect();
+    let knee = answer.variants.first().and_then(|variant| variant.knee.as_ref()).map(|knee| f64::from(knee.robots));
+    chart(&Chart { y: "per cent", series: lines, knee })
+}
+
+fn series(name: String, variant: &VariantAnswer, figure: impl Fn(&PointAnswer) -> Option<Interval>) -> Series {
+    let point = |point: &PointAnswer| {
+        let interval = figure(point)?;
+        Some((f64::from(point.robots), interval.mean, interval.half_width.unwrap_or(0.0)))
+    };
+    Series { name, points: variant.points.iter().filter_map(point).collect() }
+}
+
+fn name(variant: &VariantAnswer) -> String {
+    if variant.name.is_empty() { String::new() } else { format!("{} ", variant.name) }
+}
+
+fn table(answer: &Answer, variant: &VariantAnswer) -> Vec<Block> {
+    let head = [
+        "robots",
+        "orders an hour",
+        "each",
+        "service p50",
+        "p99",
+        "with an order",
+        "waiting",
+        "empty way",
+        "contacts",
+        "seeds",
+    ];
+    let mut rows = vec![head.map(str::to_owned).to_vec()];
+    rows.extend(variant.points.iter().map(|point| {
+        let is_knee = variant.knee.as_ref().is_some_and(|knee| knee.robots == point.robots);
+        let robots = if is_knee { format!("**{}**", point.robots) } else { point.robots.to_string() };
+        let each = point.orders_per_hour.map(|orders| format!("{:.2}", orders.mean / f64::from(point.robots)));
+        vec![
+            robots,
+            text(point.orders_per_hour, |interval| with_interval(&interval, decimals(&interval))),
+            each.unwrap_or_else(|| NONE.to_owned()),
+            text(point.service_p50_secs, |interval| format!("{:.0} s", interval.mean)),
+            text(point.service_p99_secs, |interval| format!("{:.0} s", interval.mean)),
+            text(point.utilisation, percent),
+            text(point.waiting, percent),
+            text(point.empty, percent),
+            point.contacts.to_string(),
+            point.runs.len().to_string(),
+        ]
+    }));
+    let mut blocks = Vec::new();
+    if answer.variants.len() > 1 {
+        blocks.push(Block::Heading(3, variant.name.clone()));
+    }
+    blocks.push(Block::Table(rows));
+    blocks.extend(
+        variant
+            .failed
+            .first()
+            .map(|(robots, reason)| Block::Text(format!("With {robots} robots or more, runs failed: {reason}."))),
+    );
+    blocks
+}
+
+/// The text of a figure that there isn't.
+const NONE: &str = "–";
+
+fn text(interval: Option<Interval>, format: impl Fn(Interval) -> String) -> String {
+    interval.map_or_else(|| NONE.to_owned(), format)
+}
+
+fn percent(interval: Interval) -> String {
+    format!("{:.0} %", interval.mean * 100.0)
+}
+
+fn decimals(interval: &Interval) -> usize {
+    if interval.mean < 100.0 { 1 } else { 0 }
+}
+
+fn with_interval(interval: &Interval, decimals: usize) -> String {
+    let Interval { mean, half_width, .. } = interval;
+    match half_width {
+        Some(half_width) => format!("{mean:.decimals$} ± {half_width:.decimals$}"),
+        None => format!("{mean:.decimals$}"),
+    }
+}
+
+fn comparisons(answer: &Answer) -> Vec<Block> {
+    let Some(base) = answer.variants.first() else { return Vec::new() };
+    let of = |comparison: &Comparison| {
+        let mut rows = vec![["robots", base.name.as_str(), &comparison.name, "difference"].map(str::to_owned).to_vec()];
+        rows.extend(comparison.differences.iter().map(|difference| {
+            let Difference { robots, base, more_orders_per_hour } = difference;
+            let other = base + more_orders_per_hour.mean;
+            vec![robots.to_string(), format!("{base:.0}"), format!("{other:.0}"), in_words(difference)]
+        }));
+        [Block::Heading(2, format!("{} against {}", comparison.name, base.name)), Block::Table(rows)]
+    };
+    answer.comparisons.iter().flat_map(of).collect()
+}
+
+/// A difference with its interval, and whether it is more than chance.
+fn in_words(difference: &Difference) -> String {
+    let Difference { base, more_orders_per_hour, .. } = difference;
+    let percent = if *base > 0.0 { 100.0 * more_orders_per_hour.mean / base } else { 0.0 };
+    let half_width =
+        more_orders_per_hour.half_width.map(|half_width| format!(" ± {half_width:.0}")).unwrap_or_default();
+    let chance = if difference.is_clear() { "" } else { ", within chance" };
+    format!("{:+.0}{half_width} orders an hour ({percent:+.1} %{chance})", more_orders_per_hour.mean)
+}
+
+fn waiting(answer: &Answer, base: &Variant) -> Vec<Block> {
+    let Some(knee) = answer.variants.first().and_then(|variant| variant.knee.as_ref()) else { return Vec::new() };
+    let mut blocks = vec![Block::Heading(2, format!("Where {} robots wait", knee.robots))];
+    if answer.bottlenecks.is_empty() {
+        blocks.push(Block::Text("Nowhere: no robot stood and waited for another one.".to_owned()));
+        return blocks;
+    }
+    let map = heat_map(&base.graph, &answer.edges, &answer.bottlenecks, answer.method.secs);
+    blocks.push(Block::Picture("waiting", format!("Robots waiting, with {} robots", knee.robots), map));
+    let mut rows = vec![
+        ["", "before", "robots waiting", "of all waiting", "on edges", "what would relieve it", "that brings"]
+            .map(str::to_owned)
+            .to_vec(),
+    ];
+    rows.extend(answer.bottlenecks.iter().zip(1..).map(|(bottleneck, rank)| bottleneck_row(bottleneck, rank)));
+    blocks.push(Block::Table(rows));
+    blocks
+}
+
+fn bottleneck_row(bottleneck: &Bottleneck, rank: usize) -> Vec<String> {
+    let edges: Vec<String> = bottleneck.edges.iter().take(4).map(u32::to_string).collect();
+    let more = if bottleneck.edges.len() > 4 { " …" } else { "" };
+    let remedy = match &bottleneck.remedy {
+        Some(Remedy::Faster(edges)) => {
+            let edges: Vec<String> = edges.iter().map(u32::to_string).collect();
+            format!("edges {}: speed × 1.5", edges.join(", "))
+        }
+        Some(Remedy::Second(edge)) => format!("a second edge beside {edge}"),
+        None => NONE.to_owned(),
+    };
+    let relief = match &bottleneck.relief {
+        Some(Relief { difference }) => in_words(difference),
+        None => "not tried".to_owned(),
+    };
+    vec![
+        rank.to_string(),
+        bottleneck.place(),
+        format!("{:.2}", bottleneck.robots_waiting),
+        format!("{:.1} %", bottleneck.share * 100.0),
+        format!("{}{more}", edges.join(", ")),
+        remedy,
+        relief,
+    ]
+}
+
+fn method(answer: &Answer) -> Vec<Block> {
+    let method = &answer.method;
+    let [least, most] = method.seeds;
+    let load = answer.variants.first().map(|variant| variant.load.as_str()).unwrap_or_default();
+    let sizes = answer.variants.first().map_or([0, 0], |variant| [variant.nodes, variant.edges]);
+    let warm_up = answer.variants.iter().flat_map(|variant| &variant.points).filter_map(|point| point.warm_up_secs);
+    let longest = warm_up.map(|interval| interval.mean).fold(0.0, f64::max);
+    let (minutes, interval, knee) = (method.secs as f64 / 60.0, method.interval * 100.0, method.knee * 100.0);
+    let texts = [
+        format!(
+            "Regatta {}. The layout has {} nodes and {} edges. Load: {load}. Each run is the real engine with the fleet manager, the \
+             validator, and meters of traffic and orders in lockstep: {minutes:.0} simulated minutes at {} ticks a second. A run \
+             repeats bit by bit; `runs` in `study.sqlite` has the command and the digest of each.",
+            answer.program, sizes[0], sizes[1], method.rate_hz,
+        ),
+        format!(
+            "Warm-up: cut off by MSER-5 on the orders finished in each ten seconds (White, Simulation 69, 1997; White, Cobb and \
+             Spratt, Winter Simulation Conference, 2000); at most {longest:.0} s on average over the seeds of a point. Intervals \
+             are Student's at 95 % over independent replications (Law, Simulation Modeling and Analysis, 5th edition, 9.4.1): \
+             {least} seeds a point, and at the knee up to {most}, until the interval is within ± {interval:.0} %."
+        ),
+        "Seeds are common random numbers: variants and reliefs get the same orders and disturbances, and differences are \
+             paired, seed by seed (Law, 10.2.1 and 11.2)."
+            .to_owned(),
+        format!(
+            "The knee: robots are doubled, then the distance round the knee is halved again and again. On the upper concave hull of \
+             the means, it is the first point from which on each more robot brings less than {knee:.0} % of what one brings alone."
+        ),
+        "'Robots waiting' before a node is the mean number of robots that stand on edges that end there, and wait for room to drive \
+         on. What relieves a bottleneck was tried: the same runs with that one change. 'Within chance': the interval holds 0."
+            .to_owned(),
+    ];
+    std::iter::once(Block::Heading(2, "Method".to_owned())).chain(texts.into_iter().map(Block::Text)).collect()
+}

@@ -1,0 +1,107 @@
+//! What a study asks: variants of a plant, numbers of robots, seeds.
+
+mod file;
+mod robots;
+mod setting;
+mod variant;
+
+use std::path::PathBuf;
+
+pub use file::{StudyFile, is_study};
+pub use robots::{ParseRobotsError, Robots};
+pub use setting::{Axis, ParseAxisError, Setting};
+pub use variant::Variant;
+
+use regatta_engine::graph::{ChangeError, GraphError};
+use regatta_engine::scenario::ScenarioError;
+
+/// A study.
+#[derive(Clone, Debug)]
+pub struct Plan {
+    /// What is studied, for the page's title.
+    pub title: String,
+    /// The numbers of robots.
+    pub robots: Robots,
+    /// How precise the answer shall be.
+    pub precision: Precision,
+    /// Simulated seconds of a run.
+    pub secs: u64,
+    /// Ticks and frames per simulated second.
+    pub rate_hz: u32,
+    /// The number of bottlenecks whose relief is tried.
+    pub reliefs: usize,
+    /// The version of the program.
+    pub program: String,
+    /// What is compared; at least one. The first is what the others are compared with.
+    pub variants: Vec<Variant>,
+}
+
+/// How many seeds are run, and when a curve has its knee.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Precision {
+    /// The least number of seeds of each point; at least 2, as one run tells nothing of its spread.
+    pub least_seeds: u64,
+    /// The largest number of seeds of a point.
+    pub most_seeds: u64,
+    /// Seeds are added at the knee until half of the 95 % interval of the throughput is at most this part of it.
+    pub interval: f64,
+    /// At the knee, one more robot brings less than this part of what one brings alone.
+    pub knee: f64,
+    /// The distance from the knee to its neighbours is at most this part of it.
+    pub resolution: f64,
+}
+
+impl Default for Precision {
+    fn default() -> Self {
+        Self { least_seeds: 3, most_seeds: 10, interval: 0.02, knee: 0.01, resolution: 0.06 }
+    }
+}
+
+/// The error of making a plan.
+#[derive(Debug, thiserror::Error)]
+pub enum PlanError {
+    /// The plant or the scenario can't be used.
+    #[error(transparent)]
+    Scenario(#[from] ScenarioError),
+    /// The layout can't be used.
+    #[error(transparent)]
+    Graph(#[from] GraphError),
+    /// An edge can't be changed.
+    #[error("{file}: {error}", file = file.display())]
+    Change {
+        /// The layout.
+        file: PathBuf,
+        /// What is wrong.
+        error: ChangeError,
+    },
+    /// A file can't be read.
+    #[error("{}: can't read: {reason}; check the path", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        reason: std::io::Error,
+    },
+    /// A setting doesn't fit the scenario, or its value is invalid.
+    #[error("{setting}: {message}")]
+    Setting {
+        /// The setting.
+        setting: String,
+        /// What is wrong, and what to do.
+        message: String,
+    },
+    /// A station isn't connected to the others.
+    #[error("{file}: {station} can't be reached from the other stations, or not be left again: connect it, or `regatta graph check` shows more", file = file.display())]
+    Unreachable {
+        /// The layout.
+        file: PathBuf,
+        /// The station.
+        station: String,
+    },
+}
+
+impl PlanError {
+    fn setting(setting: impl ToString, message: impl ToString) -> Self {
+        Self::Setting { setting: setting.to_string(), message: message.to_string() }
+    }
+}

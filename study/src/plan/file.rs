@@ -1,0 +1,139 @@
+//! The file of a study.
+//!
+//! ```yaml
+//! plant: ../warehouse.yaml      # a layout of any format, or a scenario
+//! robots: 1..1000               # doubling, then refined round the knee; or a list
+//! duration: 30min               # simulated time of a run
+//! seeds: {least: 3, most: 10}
+//! interval: 0.02                # seeds are added at the knee until the 95 % interval is within ± 2 %
+//! knee: 0.01                    # one more robot brings less than 1 % of what one brings alone
+//! reliefs: 3                    # bottlenecks whose relief is tried
+//! vary:                         # every combination is a variant; the first values are what the others are compared with
+//!   max_speed: [1.5, 2.0]
+//!   planner: [lanes, pibt]
+//! ```
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+use regatta_engine::scenario::document;
+use serde::Deserialize;
+use serde::de::IgnoredAny;
+use serde_json::Value;
+
+use super::{Axis, PlanError, Precision, Robots};
+
+/// A study file. What it doesn't say is as the command line says.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct StudyFile {
+    /// A layout of any format or a scenario, relative to the study's folder.
+    pub plant: PathBuf,
+    /// The title of the page; the plant's name by default.
+    pub title: Option<String>,
+    /// The numbers of robots.
+    pub robots: Option<Robots>,
+    /// The simulated time of a run: seconds, or a text with a unit.
+    pub duration: Option<Value>,
+    /// The numbers of seeds.
+    #[serde(default)]
+    pub seeds: SeedsEntry,
+    /// Half of the 95 % interval of the throughput at the knee, as a part of it.
+    pub interval: Option<f64>,
+    /// The part of a lone robot's throughput that one more robot brings at the knee.
+    pub knee: Option<f64>,
+    /// The number of bottlenecks whose relief is tried.
+    pub reliefs: Option<usize>,
+    /// Settings and their values. Their order is that of their names.
+    #[serde(default)]
+    pub vary: BTreeMap<String, Vec<Value>>,
+}
+
+/// The numbers of seeds.
+#[derive(Clone, Copy, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SeedsEntry {
+    /// Of each point.
+    pub least: Option<u64>,
+    /// Of the point at the knee.
+    pub most: Option<u64>,
+}
+
+/// Whether a text is a study rather than a scenario or a layout: only studies have the key `plant`.
+pub fn is_study(text: &str) -> bool {
+    let keys = document::<BTreeMap<String, IgnoredAny>>(text, std::path::Path::new(""));
+    text.contains("plant") && keys.is_ok_and(|keys| keys.contains_key("plant"))
+}
+
+impl StudyFile {
+    /// Returns the settings and their values.
+    ///
+    /// # Errors
+    /// [`PlanError::Setting`] if a setting is unknown or has no values.
+    pub fn axes(&self) -> Result<Vec<Axis>, PlanError> {
+        let axis = |(name, values): (&String, &Vec<Value>)| {
+            Axis::new(name, values.clone()).map_err(|error| PlanError::setting("vary", error))
+        };
+        self.vary.iter().map(axis).collect()
+    }
+
+    /// Returns how precise the answer shall be.
+    ///
+    /// # Errors
+    /// [`PlanError::Setting`] if a number is out of range.
+    pub fn precision(&self) -> Result<Precision, PlanError> {
+        let default = Precision::default();
+        let part = |name: &str, value: Option<f64>, default: f64| match value {
+            None => Ok(default),
+            Some(value) if value > 0.0 && value < 1.0 => Ok(value),
+            Some(value) => Err(PlanError::setting(name, format!("{value}: give a part, above 0 and below 1"))),
+        };
+        let least_seeds = self.seeds.least.unwrap_or(default.least_seeds);
+        let most_seeds = self.seeds.most.unwrap_or(default.most_seeds.max(least_seeds));
+        if least_seeds < 2 || most_seeds < least_seeds {
+            return Err(PlanError::setting("seeds", "give at least 2 as `least`, and no less than that as `most`"));
+        }
+        Ok(Precision {
+            least_seeds,
+            most_seeds,
+            interval: part("interval", self.interval, default.interval)?,
+            knee: part("knee", self.knee, default.knee)?,
+            ..default
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+
+    #[test]
+    fn a_study_is_told_from_a_scenario_and_a_layout() {
+        assert!(is_study("plant: a.yaml\nrobots: 1..10\n"));
+        for text in ["graph: plant.yaml\nrobots: []\n", "Edges: []\n# plant\n", "id,x\nplant,1\n", ""] {
+            assert!(!is_study(text), "{text}");
+        }
+    }
+
+    #[test]
+    fn a_file_says_what_is_wrong_with_it() {
+        let read = |text: &str| document::<StudyFile>(text, Path::new("s.yaml")).map_err(|error| error.to_string());
+        let file = read("plant: a.yaml\nrobots: [5, 3]\nseeds: {least: 4}\nvary: {planner: [lanes, pibt]}\n")
+            .expect("a study");
+        assert_eq!(file.robots, Some(Robots::List(vec![3, 5])));
+        let precision = file.precision().expect("a precision");
+        assert_eq!((precision.least_seeds, precision.most_seeds, precision.interval), (4, 10, 0.02));
+        assert_eq!(file.axes().expect("axes").len(), 1);
+        for (text, reason) in
+            [("plant: a\nrobot: 3\n", "robot"), ("plant: a\nrobots: 9..1\n", "9..1"), ("robots: 1..2\n", "plant")]
+        {
+            let error = read(text).expect_err(text);
+            assert!(error.contains(reason) && !error.contains('\n'), "{error}");
+        }
+        for text in ["plant: a\nseeds: {least: 1}\n", "plant: a\ninterval: 2\n"] {
+            assert!(read(text).expect("a study").precision().is_err(), "{text}");
+        }
+    }
+}

@@ -1,0 +1,127 @@
+//! The numbers of robots of a study.
+
+use std::fmt;
+use std::str::FromStr;
+
+use serde::{Deserialize, Deserializer, de};
+
+/// The numbers of robots that are tried.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Robots {
+    /// Doubling from the first to the last, then refined round the knee.
+    Range(u32, u32),
+    /// Just these, ascending.
+    List(Vec<u32>),
+}
+
+/// The largest number of robots of a study.
+const MAX_ROBOTS: u32 = 1_000_000;
+
+impl Robots {
+    /// The numbers that are tried first, ascending.
+    pub fn grid(&self) -> Vec<u32> {
+        match self {
+            Self::List(list) => list.clone(),
+            Self::Range(from, to) => {
+                let doubling = std::iter::successors(Some(*from), |robots| robots.checked_mul(2));
+                doubling.take_while(|robots| robots < to).chain([*to]).collect()
+            }
+        }
+    }
+
+    /// Whether numbers are added round the knee.
+    pub fn is_refined(&self) -> bool {
+        matches!(self, Self::Range(..))
+    }
+}
+
+/// The error of parsing [`Robots`].
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "invalid numbers of robots '{0}': give a range such as 1..500, or a list such as 10,50,200; 1 to a million each"
+)]
+pub struct ParseRobotsError(String);
+
+impl FromStr for Robots {
+    type Err = ParseRobotsError;
+
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        let error = || ParseRobotsError(text.to_owned());
+        let number = |text: &str| {
+            let number: u32 = text.trim().parse().map_err(|_| error())?;
+            if (1..=MAX_ROBOTS).contains(&number) { Ok(number) } else { Err(error()) }
+        };
+        if let Some((from, to)) = text.split_once("..") {
+            let (from, to) = (number(from)?, number(to)?);
+            return if from <= to { Ok(Self::Range(from, to)) } else { Err(error()) };
+        }
+        let mut list: Vec<u32> = text.split(',').map(number).collect::<Result<_, _>>()?;
+        list.sort_unstable();
+        list.dedup();
+        Ok(Self::List(list))
+    }
+}
+
+impl fmt::Display for Robots {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Range(from, to) => write!(f, "{from} to {to} robots"),
+            Self::List(list) => {
+                let list: Vec<_> = list.iter().map(u32::to_string).collect();
+                write!(f, "{} robots", list.join(", "))
+            }
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for Robots {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(RobotsVisitor)
+    }
+}
+
+struct RobotsVisitor;
+
+impl<'de> de::Visitor<'de> for RobotsVisitor {
+    type Value = Robots;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("a range such as 1..500, or a list of numbers")
+    }
+
+    fn visit_str<E: de::Error>(self, text: &str) -> Result<Robots, E> {
+        text.parse().map_err(E::custom)
+    }
+
+    fn visit_u64<E: de::Error>(self, number: u64) -> Result<Robots, E> {
+        self.visit_str(&number.to_string())
+    }
+
+    fn visit_seq<A: de::SeqAccess<'de>>(self, mut list: A) -> Result<Robots, A::Error> {
+        let mut numbers: Vec<String> = Vec::new();
+        while let Some(number) = list.next_element::<u32>()? {
+            numbers.push(number.to_string());
+        }
+        self.visit_str(&numbers.join(","))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_range_doubles_up_to_its_end() {
+        let grid = |text: &str| text.parse::<Robots>().expect("robots").grid();
+        assert_eq!(grid("1..10"), [1, 2, 4, 8, 10]);
+        assert_eq!(grid("10..500"), [10, 20, 40, 80, 160, 320, 500]);
+        assert_eq!((grid("8..8"), grid("4..8"), grid("30,10,30")), (vec![8], vec![4, 8], vec![10, 30]));
+    }
+
+    #[test]
+    fn wrong_numbers_are_refused() {
+        for text in ["", "0", "5..1", "0..4", "1..", "-3", "1,,2", "2000000", "a..b", "1...5"] {
+            assert_eq!(text.parse::<Robots>(), Err(ParseRobotsError(text.to_owned())));
+        }
+    }
+}

@@ -1,0 +1,240 @@
+//! The sweep of a variant: which numbers of robots and which seeds come next.
+//!
+//! Each step is a function of what is known, and asks only for runs that it needs whatever else comes out: first the grid with the
+//! least number of seeds, then the middles between the knee and its neighbours, then seeds at the knee until its interval is
+//! narrow enough. All variants use the same seeds 1, 2, 3 …, which are common random numbers: differences between variants
+//! have narrower intervals than the variants themselves.
+
+use std::collections::BTreeMap;
+
+use crate::outcome::Measured;
+use crate::plan::{Precision, Robots};
+use crate::statistics::{Interval, knee};
+
+/// What became of a run.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Fate {
+    /// It is finished.
+    Done(Measured),
+    /// It failed: why.
+    Failed(String),
+}
+
+/// A run of a variant: the number of robots and the seed.
+pub type Run = (u32, u64);
+
+/// What is known of a variant's runs.
+pub type Known = BTreeMap<Run, Fate>;
+
+/// The next step.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Step {
+    /// These runs are needed.
+    Needs(Vec<Run>),
+    /// Nothing is.
+    Done(Curve),
+}
+
+/// What a sweep has found.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Curve {
+    /// The points, by ascending robots.
+    pub points: Vec<Point>,
+    /// The index of the knee; `None` if nothing is carried.
+    pub knee: Option<usize>,
+    /// The index of the last point up to which each more robot brings at least half of what one brings alone.
+    pub half: Option<usize>,
+    /// Whether the knee is the last point, so that it may be beyond it.
+    pub is_open: bool,
+    /// The numbers of robots whose runs failed, and why.
+    pub failed: Vec<(u32, String)>,
+}
+
+/// A number of robots and its runs.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Point {
+    /// The number of robots.
+    pub robots: u32,
+    /// The runs, by seed from 1 on.
+    pub runs: Vec<Measured>,
+}
+
+impl Point {
+    /// Returns a figure of all runs that have it as a mean with its interval.
+    pub fn interval(&self, figure: impl Fn(&Measured) -> Option<f64>) -> Option<Interval> {
+        Interval::of(&self.runs.iter().filter_map(figure).collect::<Vec<_>>())
+    }
+
+    /// Returns the orders an hour.
+    pub fn throughput(&self) -> Option<Interval> {
+        self.interval(|run| Some(run.orders_per_hour))
+    }
+}
+
+/// The most rounds of refinement: each at least halves a distance, so it is far more than is ever needed.
+const MAX_ROUNDS: usize = 64;
+
+/// Returns the next step of a sweep. `most` is the largest number of seeds where seeds are added: that of the plan, or less.
+pub fn next(robots: &Robots, precision: &Precision, known: &Known) -> Step {
+    let mut wanted: BTreeMap<u32, u64> =
+        robots.grid().into_iter().map(|robots| (robots, precision.least_seeds)).collect();
+    for _ in 0..MAX_ROUNDS {
+        let missing = missing(&wanted, known);
+        if !missing.is_empty() {
+            return Step::Needs(missing);
+        }
+        let curve = curve(&wanted, precision, known);
+        let more = if robots.is_refined() { refined(&curve, precision, &wanted) } else { Vec::new() };
+        match (more.is_empty(), more_seeds(&curve, precision)) {
+            (false, _) => wanted.extend(more.into_iter().map(|robots| (robots, precision.least_seeds))),
+            (true, Some((robots, seeds))) => drop(wanted.insert(robots, seeds)),
+            (true, None) => return Step::Done(curve),
+        }
+    }
+    Step::Done(curve(&wanted, precision, known))
+}
+
+/// Returns the wanted runs of which nothing is known. Large ones come first: they take the longest.
+fn missing(wanted: &BTreeMap<u32, u64>, known: &Known) -> Vec<Run> {
+    let runs = wanted.iter().rev().flat_map(|(robots, seeds)| (1..=*seeds).map(|seed| (*robots, seed)));
+    runs.filter(|run| !known.contains_key(run)).collect()
+}
+
+fn curve(wanted: &BTreeMap<u32, u64>, precision: &Precision, known: &Known) -> Curve {
+    let mut curve = Curve::default();
+    for (&robots, &seeds) in wanted {
+        let mut runs = Vec::new();
+        for seed in 1..=seeds {
+            match known.get(&(robots, seed)) {
+                Some(Fate::Done(measured)) => runs.push(measured.clone()),
+                Some(Fate::Failed(reason)) if curve.failed.last().is_none_or(|(last, _)| *last != robots) => {
+                    curve.failed.push((robots, reason.clone()));
+                }
+                _ => {}
+            }
+        }
+        if !runs.is_empty() {
+            curve.points.push(Point { robots, runs });
+        }
+    }
+    let points: Vec<(f64, f64)> =
+        curve.points.iter().filter_map(|point| Some((f64::from(point.robots), point.throughput()?.mean))).collect();
+    curve.half = knee(&points, 0.5).map(|half| half.index);
+    if let Some(found) = knee(&points, precision.knee) {
+        (curve.knee, curve.is_open) = (Some(found.index), found.is_last);
+    }
+    curve
+}
+
+/// Returns the numbers of robots halfway from the knee to its neighbours, unless these are near enough, or the knee is beyond the
+/// range.
+fn refined(curve: &Curve, precision: &Precision, wanted: &BTreeMap<u32, u64>) -> Vec<u32> {
+    // Beyond the largest number there is nothing to find, and below it nothing that matters.
+    let Some(knee) = curve.knee.filter(|_| !curve.is_open || !curve.failed.is_empty()) else { return Vec::new() };
+    let knee = curve.points[knee].robots;
+    let near = ((f64::from(knee) * precision.resolution) as u32).max(1);
+    // A number of robots whose runs failed is a neighbour, too: the largest that can be is below it.
+    let before = wanted.range(..knee).next_back().map(|(robots, _)| *robots);
+    let after = wanted.range(knee + 1..).next().map(|(robots, _)| *robots);
+    let halfway = |other: u32| (knee.abs_diff(other) > near).then(|| knee.midpoint(other));
+    before.into_iter().chain(after).filter_map(halfway).filter(|robots| !wanted.contains_key(robots)).collect()
+}
+
+/// Returns the number of seeds that the knee needs beyond those that it has; `None` if its interval is narrow enough.
+fn more_seeds(curve: &Curve, precision: &Precision) -> Option<Run> {
+    let point = &curve.points[curve.knee?];
+    let interval = point.throughput()?;
+    let seeds = interval.values as u64;
+    let is_narrow = interval.relative().is_some_and(|relative| relative <= precision.interval);
+    if is_narrow || seeds >= precision.most_seeds || curve.failed.iter().any(|(robots, _)| *robots == point.robots) {
+        return None;
+    }
+    // Two at a time: one more hardly changes an interval, and there are two cores at least.
+    Some((point.robots, (seeds + 2).min(precision.most_seeds)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn measured(orders_per_hour: f64) -> Measured {
+        Measured {
+            digest: String::new(),
+            warm_up_secs: 0.0,
+            secs: 3600.0,
+            orders_per_hour,
+            stops_per_hour: orders_per_hour,
+            service_mean_secs: None,
+            service_p50_secs: None,
+            service_p99_secs: None,
+            utilisation: 1.0,
+            waiting: 0.0,
+            empty: None,
+            contacts: 0,
+            other_findings: 0,
+            failed_orders: 0,
+            wall_secs: 1.0,
+        }
+    }
+
+    /// Sweeps with a plant whose throughput is a function of robots and seed; returns the curve and the number of rounds.
+    fn sweep(robots: &str, plant: impl Fn(u32, u64) -> Result<f64, String>) -> (Curve, usize, Known) {
+        let (robots, mut known) = (robots.parse().expect("robots"), Known::new());
+        for round in 0..100 {
+            match next(&robots, &Precision::default(), &known) {
+                Step::Done(curve) => return (curve, round, known),
+                Step::Needs(runs) => {
+                    assert!(!runs.is_empty());
+                    for (robots, seed) in runs {
+                        let fate = plant(robots, seed).map_or_else(Fate::Failed, |orders| Fate::Done(measured(orders)));
+                        assert!(known.insert((robots, seed), fate).is_none(), "asked twice for {robots}, {seed}");
+                    }
+                }
+            }
+        }
+        panic!("the sweep doesn't end");
+    }
+
+    /// Saturates at 180 robots, with a spread of 1 %.
+    fn plant(robots: u32, seed: u64) -> Result<f64, String> {
+        Ok(f64::from(robots.min(180)) * 20.0 * (1.0 + 0.01 * (seed as f64 - 2.0)))
+    }
+
+    #[test]
+    fn the_knee_is_found_within_the_resolution() {
+        let (curve, rounds, known) = sweep("1..1000", plant);
+        let knee = curve.knee.expect("a knee");
+        let robots = curve.points[knee].robots;
+        assert!((170..=192).contains(&robots), "{robots}");
+        assert!(curve.points[knee + 1].robots - robots <= 12 && robots - curve.points[knee - 1].robots <= 12);
+        assert!(!curve.is_open && rounds <= 8 && known.len() < 90, "{rounds} rounds, {} runs", known.len());
+        assert!(curve.points[knee].runs.len() > 3, "its interval is wider than 2 % with three seeds");
+    }
+
+    #[test]
+    fn a_curve_that_still_rises_is_open_and_a_list_is_not_refined() {
+        let (curve, ..) = sweep("1..100", plant);
+        assert!(curve.is_open && curve.knee.is_some_and(|knee| curve.points[knee].robots == 100));
+        assert_eq!(curve.points.len(), 8, "1, 2, 4 … 64, 100");
+        let (curve, _, known) = sweep("50,100,150", |robots, _| Ok(f64::from(robots.min(100))));
+        assert_eq!((curve.points.len(), known.len()), (3, 9));
+        assert_eq!((curve.knee, curve.half), (Some(1), Some(1)));
+    }
+
+    #[test]
+    fn what_does_not_fit_ends_the_range() {
+        let (curve, ..) =
+            sweep("1..1000", |robots, seed| if robots > 60 { Err("60 fit".to_owned()) } else { plant(robots, seed) });
+        let last = curve.points.last().expect("points").robots;
+        assert!((57..=60).contains(&last), "{last}");
+        assert!(curve.failed.iter().all(|(robots, reason)| *robots > 60 && reason == "60 fit"));
+    }
+
+    #[test]
+    fn nothing_carried_is_no_endless_sweep() {
+        let (curve, ..) = sweep("1..8", |_, _| Ok(0.0));
+        assert_eq!(curve.knee, None);
+        let (curve, ..) = sweep("1..8", |_, _| Err("broken".to_owned()));
+        assert_eq!((curve.points.len(), curve.failed.len()), (0, 4));
+    }
+}

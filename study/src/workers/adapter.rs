@@ -1,0 +1,142 @@
+//! Workers elsewhere: an adapter program that gives tasks to a cluster.
+//!
+//! The adapter is a process that gets a line of JSON for each task, `{"id", "job", "layout", "result"}` with the paths of files
+//! here, and writes `{"workers": N}` once and then `{"id", "failure"}` for each task that has ended, after it has written the
+//! result's file. `regatta.study` in the Python package is one, for Dask and for Ray.
+
+use std::collections::BTreeSet;
+use std::io::{BufRead, BufReader, Write};
+use std::process::{Child, ChildStdin, Command, Stdio};
+use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+use serde_json::{Value, json};
+
+use super::{Report, Task, Workers, WorkersError};
+use crate::job::JobId;
+
+/// The time between two looks at what has come.
+const POLL_INTERVAL: Duration = Duration::from_millis(50);
+/// The longest time until an adapter has reached its cluster.
+const START_TIMEOUT: Duration = Duration::from_secs(60);
+/// The longest time that an adapter may take to end when its input has ended.
+const END_TIMEOUT: Duration = Duration::from_secs(5);
+
+/// A running adapter.
+#[derive(Debug)]
+pub struct Adapter {
+    child: Child,
+    /// Dropped to end the adapter.
+    stdin: Option<ChildStdin>,
+    lines: Receiver<Value>,
+    /// Reads what it writes on standard error, so that it never waits for a reader; returns the last line.
+    errors: Option<JoinHandle<String>>,
+    size: usize,
+}
+
+impl Adapter {
+    /// Starts an adapter, and waits until it has reached its cluster.
+    ///
+    /// # Errors
+    /// [`WorkersError`] if it can't be started, or can't reach the cluster.
+    pub fn start(mut command: Command, is_interrupted: &dyn Fn() -> bool) -> Result<Self, WorkersError> {
+        command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
+        let program = command.get_program().to_string_lossy().into_owned();
+        let mut child = command.spawn().map_err(|reason| WorkersError::Start { program, reason })?;
+        let (stdin, stdout, stderr) = (child.stdin.take(), child.stdout.take(), child.stderr.take());
+        let (sender, lines) = mpsc::channel();
+        // The thread ends with the adapter's output.
+        std::thread::spawn(move || {
+            let lines = stdout.into_iter().flat_map(|stdout| BufReader::new(stdout).lines());
+            let values = lines.map_while(Result::ok).filter_map(|line| serde_json::from_str::<Value>(&line).ok());
+            values.map(|value| sender.send(value)).find(Result::is_err)
+        });
+        let errors = std::thread::spawn(move || {
+            let lines = stderr.into_iter().flat_map(|stderr| BufReader::new(stderr).lines()).map_while(Result::ok);
+            lines.filter(|line| !line.trim().is_empty()).last().unwrap_or_default()
+        });
+        let mut adapter = Self { child, stdin, lines, errors: Some(errors), size: 0 };
+        let started = Instant::now();
+        while adapter.size == 0 {
+            match adapter.next(is_interrupted)? {
+                Some(value) => adapter.size = value["workers"].as_u64().unwrap_or(0) as usize,
+                None if started.elapsed() > START_TIMEOUT => {
+                    return Err(WorkersError::Adapter("the cluster doesn't answer".to_owned()));
+                }
+                None => {}
+            }
+        }
+        Ok(adapter)
+    }
+
+    /// Returns the next line, if one comes soon.
+    fn next(&mut self, is_interrupted: &dyn Fn() -> bool) -> Result<Option<Value>, WorkersError> {
+        if is_interrupted() {
+            return Err(WorkersError::Interrupted);
+        }
+        match self.lines.recv_timeout(POLL_INTERVAL) {
+            Ok(value) => Ok(Some(value)),
+            Err(RecvTimeoutError::Timeout) => Ok(None),
+            Err(RecvTimeoutError::Disconnected) => Err(self.ended()),
+        }
+    }
+
+    /// Returns the error of an adapter that has ended: the last line that it wrote.
+    fn ended(&mut self) -> WorkersError {
+        let line = self.errors.take().and_then(|errors| errors.join().ok()).unwrap_or_default();
+        WorkersError::Adapter(match &*line {
+            "" => "the adapter to the cluster has ended".to_owned(),
+            line if line.contains("No module named") || line.contains("finding module specification") => {
+                "Python lacks Regatta's package: pip install 'regatta[study]', or set REGATTA_PYTHON".to_owned()
+            }
+            line => line.to_owned(),
+        })
+    }
+
+    fn send(&mut self, task: &Task) -> Result<(), WorkersError> {
+        let Task { id, job, layout, result } = task;
+        let line = json!({"id": id, "job": job, "layout": layout, "result": result});
+        let sent = self.stdin.as_mut().map(|stdin| writeln!(stdin, "{line}"));
+        if matches!(sent, Some(Ok(()))) { Ok(()) } else { Err(self.ended()) }
+    }
+}
+
+impl Workers for Adapter {
+    fn run(
+        &mut self,
+        tasks: &[Task],
+        is_interrupted: &dyn Fn() -> bool,
+        on_report: &mut dyn FnMut(Report),
+    ) -> Result<(), WorkersError> {
+        tasks.iter().try_for_each(|task| self.send(task))?;
+        let mut left: BTreeSet<JobId> = tasks.iter().map(|task| task.id.clone()).collect();
+        while !left.is_empty() {
+            let Some(value) = self.next(is_interrupted)? else { continue };
+            let Ok(id) = serde_json::from_value::<JobId>(value["id"].clone()) else { continue };
+            if left.remove(&id) {
+                on_report(Report { id, failure: value["failure"].as_str().map(str::to_owned) });
+            }
+        }
+        Ok(())
+    }
+
+    fn size(&self) -> usize {
+        self.size
+    }
+}
+
+impl Drop for Adapter {
+    fn drop(&mut self) {
+        self.stdin = None;
+        let deadline = Instant::now() + END_TIMEOUT;
+        while Instant::now() < deadline {
+            if !matches!(self.child.try_wait(), Ok(None)) {
+                return;
+            }
+            std::thread::sleep(POLL_INTERVAL);
+        }
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}

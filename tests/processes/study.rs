@@ -1,0 +1,210 @@
+//! `regatta study`: the same answer every time, nothing done twice, nothing lost, and one clear line for what can't be.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use std::time::SystemTime;
+
+use rustix::process::Signal;
+use serde_json::Value;
+
+use crate::fleet::{Process, eventually, graphs, regatta};
+
+/// A study of seconds: a small layout, few robots, short runs.
+fn study(folder: &Path, args: &[&str]) -> Command {
+    let mut command = regatta();
+    command.arg("study").arg(graphs("thirty.yaml")).args(["--duration", "2min", "--seeds", "2..3", "--reliefs", "1"]);
+    command.args(args).arg("--output").arg(folder);
+    command
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+fn answer(folder: &Path) -> Value {
+    serde_json::from_slice(&fs::read(folder.join("study.json")).expect("study.json")).expect("JSON")
+}
+
+/// Returns the files in a folder with the times when they were written.
+fn files(folder: &Path) -> BTreeMap<PathBuf, SystemTime> {
+    let entries = fs::read_dir(folder).expect("a folder").map(|entry| entry.expect("an entry").path());
+    let times =
+        entries.map(|path| (path.clone(), fs::metadata(&path).and_then(|file| file.modified()).expect("a time")));
+    times.collect()
+}
+
+fn success(output: &Output) {
+    assert!(output.status.success(), "{}{}", text(&output.stdout), text(&output.stderr));
+}
+
+#[test]
+fn a_study_that_is_killed_goes_on_and_gives_the_same_answer() {
+    let folders = [tempfile::tempdir().expect("a folder"), tempfile::tempdir().expect("a folder")];
+    let [whole, killed] = [folders[0].path().join("s"), folders[1].path().join("s")];
+    success(&study(&whole, &["--robots", "2,4"]).output().expect("regatta starts"));
+
+    let process = Process::start(&mut study(&killed, &["--robots", "2,4", "--jobs", "1"]));
+    let results = killed.join("results");
+    let count = || results.is_dir().then(|| files(&results).len());
+    eventually("a run ends", || count().filter(|count| *count >= 1));
+    process.signal(Signal::KILL);
+    drop(process);
+    let before = files(&results);
+    assert!(!killed.join("study.json").exists());
+    success(&study(&killed, &["--robots", "2,4"]).output().expect("regatta starts"));
+    for (file, time) in before.iter().filter(|(file, _)| file.extension().is_some_and(|ending| ending == "json")) {
+        assert_eq!(
+            fs::metadata(file).and_then(|file| file.modified()).ok(),
+            Some(*time),
+            "{} was done again",
+            file.display()
+        );
+    }
+    let bytes = [whole, killed].map(|folder| fs::read(folder.join("study.json")).expect("study.json"));
+    assert!(bytes[0] == bytes[1], "{}", text(&bytes[1]));
+}
+
+#[test]
+fn an_answer_has_its_figures_pictures_and_runs() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path().join("s");
+    let output = study(&folder, &["--robots", "1..4", "--vary", "max_speed=1,0.5", "--record"])
+        .output()
+        .expect("regatta starts");
+    success(&output);
+    assert!(
+        text(&output.stdout).contains("robots") && text(&output.stdout).contains("index.html"),
+        "{}",
+        text(&output.stdout)
+    );
+    for name in
+        ["index.html", "study.md", "throughput.svg", "throughput.png", "service.svg", "effort.svg", "study.sqlite"]
+    {
+        assert!(fs::metadata(folder.join(name)).is_ok_and(|file| file.len() > 500), "{name}");
+    }
+    let answer = answer(&folder);
+    let variants = answer["variants"].as_array().expect("variants");
+    assert_eq!(variants.len(), 2);
+    let orders = |variant: usize, point: usize| {
+        variants[variant]["points"][point]["orders_per_hour"]["mean"].as_f64().expect("a figure")
+    };
+    assert!(
+        orders(0, 0) > 0.0 && orders(0, 2) > 2.0 * orders(0, 0),
+        "four robots carry more than two times as much as one"
+    );
+    assert!(orders(1, 2) < orders(0, 2), "slow robots carry less");
+    assert_eq!(variants[0]["contacts"], 0);
+    let differences = &answer["comparisons"][0]["differences"];
+    assert!(differences[0]["more_orders_per_hour"]["mean"].as_f64().expect("a difference") < 0.0, "{differences}");
+    let recording = fs::read_dir(&folder).expect("a folder").filter_map(Result::ok);
+    let recording =
+        recording.map(|entry| entry.path()).find(|path| path.extension().is_some_and(|ending| ending == "mcap"));
+    let info = regatta().arg("info").arg(recording.expect("a recording")).output().expect("regatta starts");
+    assert!(text(&info.stdout).contains("1200"), "120 s at 10 ticks: {}", text(&info.stdout));
+    let page = fs::read_to_string(folder.join("index.html")).expect("a page");
+    assert!(page.contains("<svg") && !page.contains("src="), "its pictures are in it");
+}
+
+#[test]
+fn a_run_can_be_repeated_by_its_command() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path().join("s");
+    success(&study(&folder, &["--robots", "3"]).output().expect("regatta starts"));
+    let result = files(&folder.join("results")).into_keys().next().expect("a result");
+    let job = folder.join("jobs").join(result.file_name().expect("a name"));
+    let again = folder.join("again.json");
+    success(&regatta().arg("study-run").arg(&job).arg("--output").arg(&again).output().expect("regatta starts"));
+    let digest = |file: &Path| {
+        let outcome: Value = serde_json::from_slice(&fs::read(file).expect("a result")).expect("JSON");
+        (outcome["digest"].clone(), outcome["figures"].clone())
+    };
+    assert_eq!(digest(&result), digest(&again));
+}
+
+#[test]
+fn a_manager_of_ones_own_is_compared_with_ours_and_the_bound() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path().join("s");
+    // Ours under another planner stands for any program: it gets nothing but the fleet's name and the load.
+    let manager = format!("{} plugin fleet-manager --in-turn --planner pibt", env!("CARGO_BIN_EXE_regatta"));
+    success(&study(&folder, &["--robots", "4", "--manager", &manager]).output().expect("regatta starts"));
+    let answer = answer(&folder);
+    let names: Vec<&str> =
+        answer["variants"].as_array().expect("variants").iter().filter_map(|v| v["name"].as_str()).collect();
+    assert_eq!(names, ["ours", "fleet-manager", "bound"]);
+    let orders = |variant: usize| answer["variants"][variant]["points"][0]["orders_per_hour"]["mean"].as_f64();
+    assert!(orders(1) > Some(0.0) && orders(2) >= orders(0), "{answer:#}");
+}
+
+#[test]
+fn jobs_are_exported_for_a_shell() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path().join("array");
+    let base = || {
+        let mut command = regatta();
+        command.arg("study").arg(graphs("thirty.yaml")).args([
+            "--duration",
+            "2min",
+            "--seeds",
+            "2..2",
+            "--reliefs",
+            "0",
+        ]);
+        command.args(["--robots", "2"]);
+        command
+    };
+    success(&base().arg("--export-jobs").arg(&folder).output().expect("regatta starts"));
+    let program = Path::new(env!("CARGO_BIN_EXE_regatta")).parent().expect("a folder");
+    let path = format!("{}:{}", program.display(), std::env::var("PATH").unwrap_or_default());
+    let run = Command::new(folder.join("run.sh")).env("PATH", path).output().expect("a shell");
+    success(&run);
+    let before = files(&folder.join("results"));
+    assert_eq!(before.len(), 2);
+    success(&base().arg("--output").arg(&folder).output().expect("regatta starts"));
+    assert_eq!(files(&folder.join("results")), before, "no run is done again");
+}
+
+#[test]
+fn what_cannot_be_studied_is_told_in_one_line() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = |name: &str, text: &str| {
+        let path = folder.path().join(name);
+        fs::write(&path, text).expect("written");
+        path
+    };
+    let ring = "A,0,0,pick\nB,10,0,\nC,10,10,drop\n";
+    let apart = file("apart.csv", &format!("id,x,y,role\n{ring}D,0,30,drop\n\nfrom,to\nA,B\nB,C\nC,A\nD,A\n"));
+    let study_file = file("s.yaml", "plant: none.yaml\nrobots: 1..4\n");
+    let misspelt = file("t.yaml", "plant: none.yaml\nrobot: 1..4\n");
+    for (args, expected) in [
+        (vec!["nowhere.yaml"], "nowhere.yaml: can't read"),
+        (vec![apart.to_str().expect("a path")], "station D can't be reached"),
+        (vec![study_file.to_str().expect("a path")], "none.yaml"),
+        (vec![misspelt.to_str().expect("a path")], "robot"),
+        (vec!["x.yaml", "--robots", "9..3"], "9..3"),
+        (vec!["x.yaml", "--seeds", "1..3"], "at least 2"),
+        (vec!["x.yaml", "--vary", "colour=red"], "unknown setting 'colour'"),
+        (vec!["x.yaml", "--on", "localhost"], "tcp://HOST:PORT"),
+        (vec!["x.yaml", "--duration", "3parsecs"], "seconds"),
+    ] {
+        let output = regatta().arg("study").args(&args).current_dir(folder.path()).output().expect("regatta starts");
+        let message = text(&output.stderr);
+        assert!(!output.status.success() && message.contains(expected), "{args:?}: {message}");
+        assert_eq!(message.lines().count(), 1, "{args:?}: {message}");
+    }
+}
+
+#[test]
+fn too_many_robots_end_the_range_and_do_not_end_the_study() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path().join("s");
+    let output = study(&folder, &["--robots", "2,5000"]).output().expect("regatta starts");
+    success(&output);
+    let answer = answer(&folder);
+    let [robots, reason] = [0, 1].map(|index| answer["variants"][0]["failed"][0][index].clone());
+    assert_eq!(robots, 5000);
+    assert!(reason.as_str().is_some_and(|reason| reason.contains("robots fit")), "{reason}");
+    assert_eq!(answer["variants"][0]["points"][0]["robots"], 2);
+}

@@ -1,0 +1,216 @@
+//! The log panel: alarms to acknowledge, and below them all that happened; a click goes there.
+
+use egui::{Align2, ComboBox, FontId, Rect, RichText, Role, ScrollArea, TextEdit, Ui, WidgetInfo, pos2};
+use glam::Vec2;
+use regatta_plugin::control::{ControlKind, ControlRequest};
+
+use super::state::Interface;
+use super::style::{self, ThemeColours, thousands};
+use super::transport::clock_text;
+use super::view_model::{Action, Item, ViewModel};
+use super::virtual_list::{VirtualList, clickable};
+use crate::curves::midpoint;
+use crate::log::{Alarm, AlarmKey, Entry, FleetLog, Kind, LogFilter, Place, Severity, of_mark};
+
+/// The part of the panel's height that alarms take at most.
+const ALARMS: f32 = 0.4;
+
+/// The log and what of it is shown.
+#[derive(Debug, Default)]
+pub(super) struct LogPanel {
+    pub log: FleetLog,
+    filter: LogFilter,
+    pub list: VirtualList,
+    /// What `shown` was made of: the revision of the log, and the filter.
+    made_of: Option<(u64, LogFilter)>,
+    /// The entries that the filter shows, by their places in the log, the newest first.
+    shown: Vec<usize>,
+}
+
+impl LogPanel {
+    fn update(&mut self) {
+        let wanted = (self.log.revision(), self.filter.clone());
+        if self.made_of.as_ref() != Some(&wanted) {
+            let entries = self.log.entries().iter().enumerate().rev();
+            self.shown = entries.filter(|(_, entry)| self.filter.shows(entry)).map(|(place, _)| place).collect();
+            self.made_of = Some(wanted);
+        }
+    }
+}
+
+impl Interface {
+    /// The log of the fleet.
+    pub fn log(&mut self) -> &mut FleetLog {
+        &mut self.log_panel.log
+    }
+
+    pub(super) fn log_list(&mut self, ui: &mut Ui, model: &ViewModel<'_>, actions: &mut Vec<Action>) {
+        if let Some(recording) = model.recording() {
+            // A recording's marks are known for all of its time; nobody can do anything about its alarms.
+            let entries: Vec<Entry> = recording.marks.iter().filter_map(of_mark).collect();
+            ui.label(RichText::new(format!("{} marks", thousands(entries.len() as u64))).size(20.0));
+            self.filters(ui);
+            let shown: Vec<&Entry> = entries.iter().filter(|entry| self.log_panel.filter.shows(entry)).collect();
+            let clicked = self.log_entries(ui, shown.len(), &|row| shown[row]);
+            if let Some(entry) = clicked {
+                let request = ControlRequest { count: entry.time_nanos, ..ControlRequest::new(ControlKind::Seek) };
+                actions.push(Action::Control(request));
+                self.jump(&entry, model);
+            }
+            return;
+        }
+        self.alarms(ui, model);
+        self.filters(ui);
+        self.log_panel.update();
+        let panel = std::mem::take(&mut self.log_panel);
+        self.log_panel.list = panel.list;
+        let entries = panel.log.entries();
+        let clicked = self.log_entries(ui, panel.shown.len(), &|row| &entries[panel.shown[row]]);
+        // The list has moved while the panel was out.
+        self.log_panel = LogPanel { list: self.log_panel.list, ..panel };
+        if let Some(entry) = clicked {
+            self.jump(&entry, model);
+        }
+    }
+
+    fn alarms(&mut self, ui: &mut Ui, model: &ViewModel<'_>) {
+        let (theme, colours) = (self.settings.theme(), self.colours());
+        let alarms = self.log_panel.log.alarms();
+        let unacknowledged = self.log_panel.log.unacknowledged();
+        let (mut acknowledged, mut clicked) = (None, None);
+        ui.horizontal(|ui| {
+            let colour = if unacknowledged > 0 { colours.bad } else { colours.text };
+            ui.label(RichText::new(count_text(alarms.len())).size(20.0).color(colour));
+            if unacknowledged > 0 && ui.button("Acknowledge all").clicked() {
+                acknowledged = Some(None);
+            }
+        });
+        let [forgotten, left_out] = self.log_panel.log.losses();
+        if left_out > 0 {
+            ui.label(RichText::new(format!("{} more have no room here", thousands(left_out))).color(colours.warn));
+        }
+        let height = ui.available_height() * ALARMS;
+        ScrollArea::vertical().id_salt("alarms").max_height(height).auto_shrink([false, true]).show(ui, |ui| {
+            for (key, alarm) in &alarms {
+                ui.horizontal(|ui| {
+                    if !alarm.is_acknowledged && acknowledge_button(ui, *key).clicked() {
+                        acknowledged = Some(Some(*key));
+                    }
+                    if ui.link(RichText::new(alarm_text(alarm)).color(alarm_colour(alarm, &colours))).clicked() {
+                        clicked = Some(alarm.entry.clone());
+                    }
+                });
+            }
+        });
+        if forgotten > 0 {
+            let text = format!("{} older entries are forgotten", thousands(forgotten));
+            ui.label(style::faint(ui, theme, text));
+        }
+        if let Some(key) = acknowledged {
+            self.log_panel.log.acknowledge(key);
+        }
+        if let Some(entry) = clicked {
+            self.jump(&entry, model);
+        }
+    }
+
+    fn filters(&mut self, ui: &mut Ui) {
+        let filter = &mut self.log_panel.filter;
+        ui.horizontal(|ui| {
+            let name = |kind: Option<Kind>| kind.map_or("everything", Kind::name);
+            let shown =
+                ComboBox::from_id_salt("log kind").selected_text(name(filter.kind)).width(90.0).show_ui(ui, |ui| {
+                    for kind in std::iter::once(None).chain(Kind::ALL.map(Some)) {
+                        ui.selectable_value(&mut filter.kind, kind, name(kind));
+                    }
+                });
+            shown.response.widget_info(|| WidgetInfo::labeled(Role::ComboBox, true, "kind of entries"));
+            let text = TextEdit::singleline(&mut filter.text).hint_text("text, or #7 for robot 7").desired_width(130.0);
+            ui.add(text).widget_info(|| WidgetInfo::labeled(Role::TextInput, true, "text of entries"));
+        });
+    }
+
+    /// Shows the entries in sight. Returns the one that was clicked.
+    fn log_entries<'a>(&mut self, ui: &mut Ui, count: usize, entry: &dyn Fn(usize) -> &'a Entry) -> Option<Entry> {
+        let (colours, selected) = (self.colours(), self.robots());
+        if count == 0 {
+            ui.label(style::faint(ui, self.settings.theme(), "nothing happened that this shows"));
+            return None;
+        }
+        let mut clicked = None;
+        self.log_panel.list.show(ui, "log", &colours, count, |ui, rect, row| {
+            let entry = entry(row);
+            let is_selected = entry.robot.is_some_and(|robot| selected.contains(&robot));
+            let time = clock_text(entry.time_nanos as f64 / 1e9);
+            let response = clickable(ui, rect, row as u32, is_selected, &colours, || format!("{time} {}", entry.text));
+            if response.clicked() {
+                clicked = Some(entry.clone());
+            }
+            paint(ui, rect, entry, &time, &colours);
+        });
+        clicked
+    }
+
+    /// Selects what an entry is about, and flies there.
+    fn jump(&mut self, entry: &Entry, model: &ViewModel<'_>) {
+        let offset = Vec2::from(self.settings.offset);
+        if let Some(robot) = entry.robot {
+            self.select(Some(Item::Robot(robot)));
+        }
+        match entry.place {
+            Place::At(at) => self.camera_controller.fly_to(Vec2::from(at) + offset),
+            Place::Edge(id) => {
+                let found = model.world.edges().iter().position(|edge| edge.id == id);
+                let Some((index, edge)) = found.map(|index| (index, &model.world.edges()[index])) else { return };
+                self.select(Some(Item::Edge(index as u32)));
+                if let Some(middle) = midpoint(&model.world, edge) {
+                    self.camera_controller.fly_to(middle + offset);
+                }
+            }
+            Place::None if entry.robot.is_some() => self.fly_to_selected(model),
+            Place::None => {}
+        }
+    }
+}
+
+fn acknowledge_button(ui: &mut Ui, key: AlarmKey) -> egui::Response {
+    let response = ui.small_button("OK").on_hover_text("Acknowledge");
+    response.widget_info(|| WidgetInfo::labeled(Role::Button, true, format!("acknowledge {key:?}")));
+    response
+}
+
+fn count_text(alarms: usize) -> String {
+    match alarms {
+        0 => "no alarms".to_owned(),
+        1 => "1 alarm".to_owned(),
+        count => format!("{} alarms", thousands(count as u64)),
+    }
+}
+
+fn alarm_text(alarm: &Alarm) -> String {
+    let time = clock_text(alarm.entry.time_nanos as f64 / 1e9);
+    let over = if alarm.is_active { "" } else { " (over)" };
+    format!("{time} {}{over}", alarm.entry.text)
+}
+
+fn alarm_colour(alarm: &Alarm, colours: &ThemeColours) -> egui::Color32 {
+    match (alarm.is_acknowledged, alarm.is_active) {
+        (true, _) => colours.faint,
+        (false, true) => colours.bad,
+        (false, false) => colours.warn,
+    }
+}
+
+fn paint(ui: &Ui, rect: Rect, entry: &Entry, time: &str, colours: &ThemeColours) {
+    let colour = match entry.severity {
+        Severity::Info => colours.good,
+        Severity::Warning => colours.warn,
+        Severity::Alarm => colours.bad,
+    };
+    let painter = ui.painter().with_clip_rect(rect.intersect(ui.clip_rect()));
+    painter.circle_filled(pos2(rect.left() + 6.0, rect.center().y), 3.5, colour);
+    let at = pos2(rect.left() + 16.0, rect.center().y);
+    let time = painter.text(at, Align2::LEFT_CENTER, time, FontId::monospace(12.0), colours.faint);
+    let at = pos2(time.right() + 8.0, rect.center().y);
+    painter.text(at, Align2::LEFT_CENTER, &entry.text, FontId::proportional(12.0), colours.text);
+}

@@ -1,0 +1,62 @@
+//! Orders that a user gives from the picture.
+
+use core::fmt;
+
+use regatta_plugin::Orders;
+
+/// An order of the user. Robots, nodes and edges are given by their ids.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum UserOrder {
+    /// Make a robot brake and stand.
+    Hold(u32),
+    /// End a hold.
+    Resume(u32),
+    /// Make a robot break down.
+    Break(u32),
+    /// Repair a robot.
+    Repair(u32),
+    /// Drop a robot's route beyond its edge.
+    Cancel(u32),
+    /// Send a robot to a node by the fastest way.
+    Send {
+        /// The robot.
+        robot: u32,
+        /// The node.
+        node: u32,
+    },
+    /// Close an edge.
+    Close(u32),
+    /// Open an edge.
+    Open(u32),
+}
+
+impl UserOrder {
+    /// Collects the order, and returns its token; `None` for one that needs a way.
+    pub fn collect(self, orders: &mut Orders) -> Option<u64> {
+        Some(match self {
+            Self::Hold(robot) => orders.hold(robot),
+            Self::Resume(robot) => orders.resume(robot),
+            Self::Break(robot) => orders.break_down(robot),
+            Self::Repair(robot) => orders.repair(robot),
+            Self::Cancel(robot) => orders.cancel(robot),
+            Self::Close(edge) => orders.close_edge(edge),
+            Self::Open(edge) => orders.open_edge(edge),
+            Self::Send { .. } => return None,
+        })
+    }
+}
+
+impl fmt::Display for UserOrder {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Hold(robot) => write!(f, "hold robot {robot}"),
+            Self::Resume(robot) => write!(f, "resume robot {robot}"),
+            Self::Break(robot) => write!(f, "break robot {robot} down"),
+            Self::Repair(robot) => write!(f, "repair robot {robot}"),
+            Self::Cancel(robot) => write!(f, "cancel the route of robot {robot}"),
+            Self::Send { robot, node } => write!(f, "send robot {robot} to node {node}"),
+            Self::Close(edge) => write!(f, "close edge {edge}"),
+            Self::Open(edge) => write!(f, "open edge {edge}"),
+        }
+    }
+}
