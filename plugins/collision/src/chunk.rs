@@ -8,7 +8,7 @@ use crate::heading::heading;
 use crate::leg_table::LegTable;
 use crate::prediction::{Motion, Predictor, Segment};
 use crate::strip::PackedRobot;
-use crate::swept_path::{SweptPath, segments_of};
+use crate::swept_path::{SweptPath, only_straight_on, segments_of};
 
 /// A block of a frame's robots, by columns. Elements from `len` on are left over from earlier blocks.
 #[derive(Debug)]
@@ -165,9 +165,7 @@ impl Chunk {
     fn add_way(&mut self, body: &Body, first: usize, now: Bounds) -> SweptPath {
         let swept_path = SweptPath::new(body, &self.segments, first, now);
         self.swept_paths.push(swept_path);
-        if let [only] = self.segments[first..]
-            && only.turn_rate == 0.0
-        {
+        if only_straight_on(body, &self.segments[first..]).is_some() {
             // The swept path already describes a single straight segment.
             self.segments.truncate(first);
         }

@@ -24,10 +24,7 @@ impl SweptPath {
     /// present footprint with its padding.
     pub(crate) fn new(body: &Body, all_segments: &[Segment], first_segment: usize, now: Bounds) -> Self {
         let (segments, first_segment) = (&all_segments[first_segment..], first_segment as u32);
-        // A robot that only drives straight on keeps its heading.
-        if let [only] = segments
-            && only.turn_rate == 0.0
-        {
+        if let Some(only) = only_straight_on(body, segments) {
             let swept = padded(around(only.position, only.end(0.0)), body.half_extent(body.heading));
             return Self { bounds: now.join(swept), mean_velocity: only.velocity, deviation: 0.0, first_segment };
         }
@@ -47,6 +44,15 @@ impl SweptPath {
         }
         let bounds = now.join(padded(all, [body.radius(); 2]));
         Self { bounds, mean_velocity, deviation: square.sqrt(), first_segment }
+    }
+}
+
+/// Returns the segment of a robot that only drives straight on and keeps its heading. At the end of its leg, a robot may take
+/// another heading at once: that of the next leg.
+pub(crate) fn only_straight_on<'all>(body: &Body, segments: &'all [Segment]) -> Option<&'all Segment> {
+    match segments {
+        [only] if only.turn_rate == 0.0 && only.heading == body.heading => Some(only),
+        _ => None,
     }
 }
 

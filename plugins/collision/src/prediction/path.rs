@@ -53,7 +53,9 @@ impl<'table> Start<'table> {
         let known = motion.route.and_then(|route| route.reverse);
         let reverse = motion.speed < 0.0 || motion.speed == 0.0 && known == Some(true);
         let on = table.get(Leg::new(motion.edge, reverse)).filter(|_| motion.s.is_finite());
-        Self { motion: *motion, sign: if reverse { -1.0 } else { 1.0 }, on }
+        // A robot beyond an end of its leg counts as at that end: a faulty producer may put it anywhere.
+        let s = on.map_or(motion.s, |on| motion.s.min(on.length).max(0.0));
+        Self { motion: Motion { s, ..*motion }, sign: if reverse { -1.0 } else { 1.0 }, on }
     }
 
     /// Returns 1, or -1 in reverse gear.
@@ -88,7 +90,7 @@ impl<'table> Start<'table> {
         let rest = if self.sign > 0.0 { on.length - self.motion.s } else { self.motion.s };
         let ends_here = self.motion.route.filter(|route| route.legs.is_empty() && route.end == RouteEnd::Stop);
         // The base may end before the leg does.
-        Some(ends_here.map_or(rest, |route| rest - (on.length - route.limit).max(0.0)))
+        Some(ends_here.map_or(rest, |route| rest - (on.length - route.limit).max(0.0)).max(0.0))
     }
 
     /// Returns the largest change of speed, in metres per second squared; infinity if it changes at once.
@@ -172,7 +174,7 @@ impl<'a, 'table> PathFinder<'a, 'table> {
         match route.end {
             RouteEnd::Stop => {
                 if let Some(last) = self.path.last_mut() {
-                    last.length = last.length.min(route.limit);
+                    last.length = last.length.min(route.limit).max(0.0);
                 }
                 each(self.path, RouteEnd::Stop);
             }

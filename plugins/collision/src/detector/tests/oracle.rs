@@ -205,3 +205,15 @@ fn a_large_fleet_agrees_with_the_oracle() {
     }
     assert!(trial.detector.contacts().len() > 1000 && trial.detector.touching() > 100);
 }
+
+/// A large robot at the end of its leg, across it: within the horizon it has the heading of the next leg.
+#[test]
+fn a_robot_that_takes_the_heading_of_the_next_leg_is_found_where_it_turns_to() {
+    let row = (0..19).map(|number| Robot { x: 0.25 * number as f32, ..Robot::IDLE });
+    let at_the_end =
+        Robot { theta: std::f32::consts::FRAC_PI_2, s: 6.0, edge: 0, state: 6, robot_type: 2.0, ..Robot::IDLE };
+    for speed in [0.1, 1e-40] {
+        let mut trial = Trial::new(Settings::new(0.0, 0.5).expect("valid settings"));
+        trial.update(&row.clone().chain([Robot { x: 4.5, speed, ..at_the_end }]).collect::<Vec<_>>());
+    }
+}

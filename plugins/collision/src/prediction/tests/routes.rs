@@ -176,3 +176,26 @@ proptest! {
         }
     }
 }
+
+proptest! {
+    /// A faulty producer may claim any place for a robot, and a faulty manager any end of its base.
+    #[test]
+    fn no_robot_is_faster_than_its_limits_wherever_it_claims_to_be(
+        s in prop_oneof![-20.0_f32..20.0, prop::sample::select(vec![f32::MAX, f32::MIN, 1e9, -1e9])],
+        limit in prop_oneof![-20.0_f32..20.0, prop::sample::select(vec![f32::MAX, f32::MIN, f32::INFINITY, f32::NAN])],
+        (speed, max_acceleration) in (-3.0_f32..3.0, prop::sample::select(vec![0.3_f32, 9.0, f32::INFINITY])),
+        (has_route, has_legs, hold) in any::<(bool, bool, bool)>(),
+    ) {
+        let next = [Leg::new(1, false)];
+        let legs = if has_legs { &next[..] } else { &[] };
+        let route = has_route.then_some(RouteAhead { reverse: None, legs, end: RouteEnd::Stop, limit });
+        let limits = Limits { max_speed: 1.5, max_acceleration };
+        let intent = if hold { Intent::Hold } else { Intent::Drive };
+        for way in trajectories(&robot(2.0), &Motion { speed, s, intent, limits, route, ..FREE }, &fork()) {
+            for segment in way {
+                let [x, y] = segment.velocity;
+                prop_assert!(x.hypot(y) <= 1.001 * speed.abs().max(1.5), "{segment:?}");
+            }
+        }
+    }
+}
