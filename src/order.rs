@@ -5,9 +5,10 @@ use std::time::Duration;
 
 use clap::{Args, Subcommand};
 use regatta_plugin::event::EventRecord;
+use regatta_plugin::manager::{ManagerAnswer, ManagerResponse};
 use regatta_plugin::order::RouteLeg;
 use regatta_plugin::task::NO_ROBOT;
-use regatta_plugin::{Dispatcher, Orders, find_node};
+use regatta_plugin::{Dispatcher, ManagerClient, Orders, find_node};
 
 use crate::control::Target;
 use crate::failure::Failure;
@@ -64,6 +65,15 @@ pub enum OrderCommand {
     Close(Edge),
     /// Open a closed edge again.
     Open(Edge),
+    /// Ask the fleet manager to send a robot to a node: at once, or with a load when its order is finished.
+    Send {
+        #[command(flatten)]
+        robot: Robot,
+        /// Node to drive to, by id or name.
+        node: String,
+    },
+    /// Ask the fleet manager to take back what a robot was sent for.
+    Recall(Robot),
     /// Add a robot, on a node or on an edge.
     Spawn {
         /// Node to stand on, by id or name.
@@ -151,6 +161,11 @@ pub fn run(command: OrderCommand) -> Result<ExitCode, Failure> {
         OrderCommand::Open(Edge { edge, target }) => {
             Ok(accepted(&join(&target)?.send(|orders| orders.open_edge(edge))?))
         }
+        OrderCommand::Send { robot: Robot { robot, target }, node } => {
+            let node = join(&target)?.world(|world| Ok::<_, Failure>(world.nodes()[find_node(world, &node)?].id))??;
+            Ok(asked(&ManagerClient::open(&target.fleet)?.send(robot, node)?))
+        }
+        OrderCommand::Recall(Robot { robot, target }) => Ok(asked(&ManagerClient::open(&target.fleet)?.recall(robot)?)),
         OrderCommand::Spawn { node, edge, at, robot_type, target } => {
             let mut fleet = join(&target)?;
             let robot_type = robot_type_index(&fleet, robot_type.as_deref())?;
@@ -182,6 +197,15 @@ fn leg(text: &str) -> Result<RouteLeg, String> {
 
 fn join(target: &Target) -> Result<Dispatcher, Failure> {
     Ok(Dispatcher::join(&target.fleet, &format!("order-{}", std::process::id()), TIMEOUT)?)
+}
+
+/// Prints the fleet manager's answer.
+fn asked(response: &ManagerResponse) -> ExitCode {
+    match response.answer() {
+        Some(ManagerAnswer::Later) => println!("accepted: when the robot has finished its order"),
+        _ => println!("accepted"),
+    }
+    ExitCode::SUCCESS
 }
 
 /// Prints the answer to an order.

@@ -19,6 +19,7 @@ mod readers;
 mod record;
 mod replay;
 mod report;
+mod requests;
 mod restart;
 mod routes;
 mod shared_memory;

@@ -24,6 +24,15 @@ pub enum UserOrder {
         /// The node.
         node: u32,
     },
+    /// Ask the fleet manager to send a robot to a node.
+    SendByManager {
+        /// The robot.
+        robot: u32,
+        /// The node.
+        node: u32,
+    },
+    /// Ask the fleet manager to take back what a robot was sent for.
+    Recall(u32),
     /// Close an edge.
     Close(u32),
     /// Open an edge.
@@ -31,7 +40,7 @@ pub enum UserOrder {
 }
 
 impl UserOrder {
-    /// Collects the order, and returns its token; `None` for one that needs a way.
+    /// Collects the order, and returns its token; `None` for one that needs a way, or is for the fleet manager.
     pub fn collect(self, orders: &mut Orders) -> Option<u64> {
         Some(match self {
             Self::Hold(robot) => orders.hold(robot),
@@ -41,7 +50,7 @@ impl UserOrder {
             Self::Cancel(robot) => orders.cancel(robot),
             Self::Close(edge) => orders.close_edge(edge),
             Self::Open(edge) => orders.open_edge(edge),
-            Self::Send { .. } => return None,
+            Self::Send { .. } | Self::SendByManager { .. } | Self::Recall(_) => return None,
         })
     }
 }
@@ -54,7 +63,10 @@ impl fmt::Display for UserOrder {
             Self::Break(robot) => write!(f, "break robot {robot} down"),
             Self::Repair(robot) => write!(f, "repair robot {robot}"),
             Self::Cancel(robot) => write!(f, "cancel the route of robot {robot}"),
-            Self::Send { robot, node } => write!(f, "send robot {robot} to node {node}"),
+            Self::Send { robot, node } | Self::SendByManager { robot, node } => {
+                write!(f, "send robot {robot} to node {node}")
+            }
+            Self::Recall(robot) => write!(f, "recall robot {robot}"),
             Self::Close(edge) => write!(f, "close edge {edge}"),
             Self::Open(edge) => write!(f, "open edge {edge}"),
         }

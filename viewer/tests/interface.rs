@@ -980,7 +980,7 @@ fn the_menu_gives_orders_and_undoes_them() {
 }
 
 #[test]
-fn selected_robots_are_sent_to_a_node_unless_a_manager_steers_them() {
+fn selected_robots_are_sent_to_a_node_by_the_manager_if_there_is_one() {
     let mut harness = harness(Fixture::new(5));
     choose(&mut harness, Item::Node(1), "Send here");
     assert!(orders(&harness).is_empty(), "nobody is selected");
@@ -992,7 +992,10 @@ fn selected_robots_are_sent_to_a_node_unless_a_manager_steers_them() {
     assert_eq!(orders(&harness), [2, 4].map(|robot| UserOrder::Send { robot, node: 7 }));
     harness.state_mut().plans.has_goals = true;
     choose(&mut harness, Item::Node(0), "Send 2 robots here");
-    assert!(orders(&harness).is_empty(), "the manager would stop them");
+    assert_eq!(orders(&harness), [2, 4].map(|robot| UserOrder::SendByManager { robot, node: 7 }));
+    harness.state_mut().interface.select(None);
+    choose(&mut harness, Item::Robot(4), "Recall");
+    assert_eq!(orders(&harness), [UserOrder::Recall(4)]);
 }
 
 #[test]

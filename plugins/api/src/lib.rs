@@ -44,6 +44,7 @@ pub use ports::error::{OpenError, PublishError, ReadError};
 pub use ports::events::{EventReader, Events};
 pub use ports::frames::Subscriber;
 pub use ports::lockstep::{LockstepError, Reporter};
+pub use ports::manager::{ManagerClient, ManagerError, ManagerServer};
 pub use ports::order_log::{OrderLog, OrderLogReader};
 pub use ports::orders::{OrderError, Orders};
 pub use ports::producer::{FrameLoan, ProducerPorts};
@@ -71,6 +72,6 @@ pub use records::frame::Frame;
 pub use records::name::{ColumnName, FleetName, MAX_NAME_BYTES, NameError};
 pub use records::world::World;
 pub use records::{
-    activity, closure, column, contact, control, event, frame, order, order_log, recording, route, sequence, task,
-    traffic, world,
+    activity, closure, column, contact, control, event, frame, manager, order, order_log, recording, route, sequence,
+    task, traffic, world,
 };

@@ -20,6 +20,7 @@ pub mod frames;
 pub(crate) mod full_memory;
 mod inbox;
 pub mod lockstep;
+pub mod manager;
 mod newest;
 pub mod order_log;
 pub mod orders;

@@ -12,6 +12,7 @@ pub mod control;
 pub mod event;
 pub mod frame;
 pub mod lockstep;
+pub mod manager;
 pub mod name;
 pub mod order;
 pub mod order_log;

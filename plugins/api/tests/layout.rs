@@ -20,6 +20,7 @@ use regatta_plugin::contact::{
 use regatta_plugin::control::{ControlKind, ControlRequest, ControlResponse};
 use regatta_plugin::event::{BreakdownCause, EventHeader, EventKind, EventRecord, Refusal};
 use regatta_plugin::frame::{CONTRACT_VERSION, ClockState, FrameHeader, NO_EDGE, RobotState};
+use regatta_plugin::manager::{ManagerAnswer, ManagerRequest, ManagerRequestKind, ManagerResponse};
 use regatta_plugin::order::{OrderHeader, OrderKind, OrderRecord};
 use regatta_plugin::order_log::OrderLogHeader;
 use regatta_plugin::recording::{MarkKind, RecordingHeader, RecordingMark};
@@ -29,8 +30,8 @@ use regatta_plugin::task::{NO_ROBOT, StopAction, TaskHeader, TaskKind, TaskRecor
 use regatta_plugin::traffic::{EdgeTraffic, TrafficHeader};
 use regatta_plugin::world::{CurveRecord, EdgeRecord, NodeRecord, NodeRole, RobotTypeRecord, Shape, WorldHeader};
 use regatta_plugin::{
-    ColumnReader, ContactEventReader, ContactReader, FleetName, OrderLogReader, Participant, RecordingReader, Result,
-    RouteServer, TaskReader, TrafficReader, services,
+    ColumnReader, ContactEventReader, ContactReader, FleetName, ManagerServer, OrderLogReader, Participant,
+    RecordingReader, Result, RouteServer, TaskReader, TrafficReader, services,
 };
 use serde_json::{Map, Value, json};
 
@@ -98,6 +99,8 @@ fn all_records() -> Map<String, Value> {
         RouteRequest { robot, reserved }
         RouteResponse { run_id, tick, robot, found, legs, released, released_metres, reserved,
             listed }
+        ManagerRequest { kind, robot, node, reserved }
+        ManagerResponse { task, answer, robot }
         ClosureHeader { run_id, tick, sequence }
         ClosedEdge { edge }
         RecordingHeader { run_id, sequence, start_nanos, end_nanos, ahead_nanos, searched_nanos, left_out, file, note }
@@ -124,6 +127,8 @@ fn all_enums() -> Map<String, Value> {
         ContactLevel { Possible, Touching }
         ContactChange { Began, Ended }
         MarkKind { Contact, Fault, Stop, Note }
+        ManagerRequestKind { Send, Recall }
+        ManagerAnswer { Now, Later, UnknownRobot, UnknownNode, NoWay, NotSent, NotReady, UnknownKind }
         ControlKind { Status, Pause, Resume, Step, Speed, Robots, Seek }
     }
 }
@@ -136,6 +141,7 @@ fn all_services(fleet: &FleetName) -> Result<Map<String, Value>> {
         (ColumnReader::open_on(&other, "NAME")?, ContactReader::open_on(&other)?, ContactEventReader::open_on(&other)?);
     let (_log, _routes) = (OrderLogReader::open_on(&other)?, RouteServer::open_on(&other)?);
     let (_tasks, _traffic) = (TaskReader::open_on(&other)?, TrafficReader::open_on(&other)?);
+    let _manager = ManagerServer::open_on(&other)?;
     let _recording = RecordingReader::open_on(&other)?;
     let prefix = services::service_name(fleet, "");
     let mut services = Map::new();

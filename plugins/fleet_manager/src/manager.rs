@@ -4,6 +4,7 @@
 
 mod activity;
 mod charge;
+mod requests;
 #[cfg(test)]
 mod tests;
 mod vehicles;

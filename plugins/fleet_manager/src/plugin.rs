@@ -12,12 +12,13 @@ use std::time::Instant;
 use clap::Parser;
 use regatta_plugin::event::EventKind;
 use regatta_plugin::frame::RobotState;
+use regatta_plugin::manager::{ManagerAnswer, ManagerResponse};
 use regatta_plugin::order::RouteLeg;
 use regatta_plugin::ports::tasks::TaskPublisher;
 use regatta_plugin::task::TaskRecord;
 use regatta_plugin::{
-    ClosureReader, ColumnReader, Error, Events, Frame, LOAD_VARIABLE, OpenError, Options, OrderError, Orders,
-    Participant, Plugin, Rate, Result, World, tell, usage_line,
+    ClosureReader, ColumnReader, Error, Events, Frame, LOAD_VARIABLE, ManagerServer, OpenError, Options, OrderError,
+    Orders, Participant, Plugin, Rate, Result, World, tell, usage_line,
 };
 
 pub use self::planner_kind::PlannerKind;
@@ -124,6 +125,7 @@ struct Ports {
     types: ColumnReader,
     batteries: ColumnReader,
     closures: ClosureReader,
+    requests: ManagerServer,
 }
 
 /// What a new world has told: the manager begins with its first frame, which tells the time.
@@ -142,6 +144,8 @@ struct FleetManager {
     ports: Option<Ports>,
     opening: Option<Opening>,
     manager: Option<Manager>,
+    /// Of the last world.
+    run_id: u64,
     log: TaskLog,
     /// Robots by the tokens of orders that aren't answered yet.
     pending: BTreeMap<u64, u32>,
@@ -156,6 +160,7 @@ impl FleetManager {
             ports: None,
             opening: None,
             manager: None,
+            run_id: 0,
             log: TaskLog::default(),
             pending: BTreeMap::new(),
             figures: RunFigures::default(),
@@ -221,6 +226,15 @@ impl FleetManager {
         }
     }
 
+    /// Answers what others have asked for since the last call.
+    fn answer(ports: &mut Ports, manager: Option<&mut Manager>, run_id: u64) -> Result {
+        match manager {
+            Some(manager) => ports.requests.answer(|request| manager.request(request, run_id))?,
+            None => ports.requests.answer(|request| ManagerResponse::new(request, ManagerAnswer::NotReady, 0))?,
+        }
+        Ok(())
+    }
+
     fn publish_tasks(
         ports: &mut Ports,
         log: &mut TaskLog,
@@ -267,6 +281,7 @@ impl Plugin for FleetManager {
             types: ColumnReader::open_on(fleet, "type")?,
             batteries: ColumnReader::open_on(fleet, "battery")?,
             closures: ClosureReader::open_on(fleet)?,
+            requests: ManagerServer::open_on(fleet)?,
         });
         Ok(())
     }
@@ -276,6 +291,7 @@ impl Plugin for FleetManager {
         // A store and an address are free again only when the book that has them is gone.
         self.manager = None;
         self.pending.clear();
+        self.run_id = world.run_id();
         let start = Instant::now();
         let roads = Arc::new(self.roads(world));
         let places = Arc::new(Places::of(world));
@@ -293,6 +309,7 @@ impl Plugin for FleetManager {
         }
         let (Some(ports), Some(manager)) = (&mut self.ports, &mut self.manager) else { return Ok(()) };
         let start = Instant::now();
+        Self::answer(ports, Some(manager), frame.run_id())?;
         ports.types.latest()?;
         let types = ports.types.current()?.map_or(&[][..], |types| types.values);
         ports.batteries.latest()?;
@@ -317,11 +334,11 @@ impl Plugin for FleetManager {
     }
 
     fn on_idle(&mut self, _has_producer: bool) -> Result {
-        if let Some(ports) = &self.ports {
-            ports.tasks.update();
-            ports.columns.update();
-        }
-        Ok(())
+        let Some(ports) = &mut self.ports else { return Ok(()) };
+        ports.tasks.update();
+        ports.columns.update();
+        // The clock may be paused: what robots are to do is known when it goes on.
+        Self::answer(ports, self.manager.as_mut(), self.run_id)
     }
 
     fn on_events(&mut self, events: &Events<'_>) -> Result {

@@ -21,10 +21,18 @@ CHECK = 1.0
 
 
 class Asker(Generic[Request, Response]):
-    """The asking end of a service of a fleet's engine."""
+    """The asking end of a service of a fleet's engine, or of its fleet manager."""
 
-    def __init__(self, node: Node, service: str, request: type[Request], response: type[Response]) -> None:
+    def __init__(
+        self,
+        node: Node,
+        service: str,
+        request: type[Request],
+        response: type[Response],
+        server: str = "engine",
+    ) -> None:
         self._fleet = node.fleet
+        self._server = server
         self._client = node.client(service, request, response)
 
     def close(self) -> None:
@@ -44,7 +52,7 @@ class Asker(Generic[Request, Response]):
         """
         if not self._client.has_server():
             raise NoEngineError(
-                f"fleet '{self._fleet}' has no engine; start one with `regatta run`, or name another fleet"
+                f"fleet '{self._fleet}' has no {self._server}; start one with `regatta run`, or name another fleet"
             )
         try:
             return self._client.ask(request)
@@ -66,10 +74,10 @@ class Asker(Generic[Request, Response]):
                 return answer
             now = time.monotonic()
             if not connected:
-                raise ControlError(f"the engine of fleet '{self._fleet}' ended before it answered")
+                raise ControlError(f"the {self._server} of fleet '{self._fleet}' ended before it answered")
             if timeout is not None and now - start >= timeout:
                 raise ControlError(
-                    f"the engine of fleet '{self._fleet}' has not answered within {timeout:.1f} s; is it stopped or"
+                    f"the {self._server} of fleet '{self._fleet}' has not answered within {timeout:.1f} s; is it stopped or"
                     " overloaded?"
                 )
             if now >= next_check:

@@ -415,6 +415,25 @@ class RouteResponse(Record):
 
 
 @record
+class ManagerRequest(Record):
+    """A request to the fleet manager."""
+
+    kind: u32
+    robot: u32
+    node: u32
+    reserved: u32
+
+
+@record
+class ManagerResponse(Record):
+    """The fleet manager's answer."""
+
+    task: u64
+    answer: u32
+    robot: u32
+
+
+@record
 class ClosureHeader(Sequenced):
     """The header of the closed edges."""
 

@@ -225,6 +225,33 @@ class ControlKind(IntEnum):
     SEEK = 6
 
 
+class ManagerRequestKind(IntEnum):
+    """What a fleet manager is asked for."""
+
+    SEND = 1
+    """Send a robot to a node."""
+    RECALL = 2
+    """Take back what a robot was sent for."""
+
+
+class ManagerAnswer(IntEnum):
+    """What a fleet manager answers."""
+
+    NOW = 1
+    """It does so now."""
+    LATER = 2
+    """It does so as soon as the robot's order is finished."""
+    UNKNOWN_ROBOT = 3
+    UNKNOWN_NODE = 4
+    NO_WAY = 5
+    """No way leads there, for example because edges are closed."""
+    NOT_SENT = 6
+    """The robot was not sent anywhere."""
+    NOT_READY = 7
+    """The manager has seen no frame yet."""
+    UNKNOWN_KIND = 8
+
+
 class MarkKind(IntEnum):
     """Kinds of marks of a recording."""
 

@@ -31,10 +31,12 @@ from regatta._contract import (
     WorldHeader,
 )
 from regatta._control import Control
+from regatta._enums import ManagerAnswer
 from regatta._errors import NoEngineError, ReadError
 from regatta._events import TickReader
 from regatta._frame import ColumnValues
 from regatta._frames import Frames
+from regatta._manager import Manager
 from regatta._node import Node
 from regatta._open import Closes, Open
 from regatta._orders import Orders
@@ -77,6 +79,7 @@ class Fleet(Closes):
         self._open: WeakSet[Open] = WeakSet()
         self._columns: dict[str, ColumnReader] = {}
         self._routes: Routes | None = None
+        self._manager: Manager | None = None
         self._publishers: WeakSet[ColumnPublisher] = WeakSet()
         self._readers: WeakSet[TickReader[Any]] = WeakSet()
         self._worlds = self._node.receiver("world", "the world", Line, WorldHeader)
@@ -93,7 +96,7 @@ class Fleet(Closes):
         self._closed = True
         for opened in list(self._open):
             opened.close()
-        for port in (self._worlds, self._routes, *self._columns.values()):
+        for port in (self._worlds, self._routes, self._manager, *self._columns.values()):
             if port is not None:
                 port.close()
         self._node.close()
@@ -145,6 +148,21 @@ class Fleet(Closes):
         are answered in each tick. Raises the same errors as :meth:`route`."""
         self._routes = self._routes or Routes(self._node)
         return self._routes.ask(robots)
+
+    def send(self, robot: SupportsIndex, node: SupportsIndex) -> ManagerAnswer:
+        """Asks the fleet manager to send a robot to a node, by its id. Returns :attr:`ManagerAnswer.NOW
+        <regatta.ManagerAnswer.NOW>`, or ``LATER`` if the robot finishes its order first.
+
+        Raises :class:`NoEngineError <regatta.NoEngineError>` if the fleet has no manager that takes requests, or
+        :class:`ControlError <regatta.ControlError>` if it refuses, ends or doesn't answer in time.
+        """
+        self._manager = self._manager or Manager(self._node)
+        return self._manager.send(robot, node)
+
+    def recall(self, robot: SupportsIndex) -> ManagerAnswer:
+        """Asks the fleet manager to take back what a robot was sent for. Raises the same errors as :meth:`send`."""
+        self._manager = self._manager or Manager(self._node)
+        return self._manager.recall(robot)
 
     def orders(self) -> Orders:
         """Opens the orders for sending."""

@@ -181,16 +181,21 @@ fn robot_entries(robots: &[u32], clicked: u32, is_managed: bool, model: &ViewMod
         RobotState::Broken => order("Repair", "Repair the robot: it goes on with its route", UserOrder::Repair),
         _ => order("Break down", "Let the robot break down until it is repaired", UserOrder::Break),
     };
-    let mut cancel = order("Cancel route", "Drop the route beyond the robot's edge", UserOrder::Cancel);
-    if is_managed {
-        (cancel.is_possible, cancel.hint) = (false, MANAGED.to_owned());
-    }
+    let cancel = match is_managed {
+        true => order(
+            "Recall",
+            "Take back what the robot was sent for: the fleet manager goes on with it",
+            UserOrder::Recall,
+        ),
+        false => order("Cancel route", "Drop the route beyond the robot's edge", UserOrder::Cancel),
+    };
     vec![hold, repair, cancel]
 }
 
-/// Why routes can't be ordered while a fleet manager runs. It claims space for each robot and stops those that leave theirs.
-const MANAGED: &str = "A fleet manager decides on routes, and stops robots that leave theirs. Give it a transport order: \
-                       regatta orders import, or its web API.";
+/// How robots are sent while a fleet manager runs. It claims space for each robot and stops those that leave theirs, so that
+/// it has to be asked.
+const BY_MANAGER: &str =
+    "The fleet manager sends it: at once, or with a load when its order is finished. Recall takes it back.";
 
 fn send_entry(mut robots: Vec<u32>, node: u32, is_managed: bool) -> Entry {
     robots.truncate(MOST_ROBOTS);
@@ -199,11 +204,15 @@ fn send_entry(mut robots: Vec<u32>, node: u32, is_managed: bool) -> Entry {
         [robot] => (format!("Send robot {robot} here"), "By the fastest way of open edges, in forward gear"),
         robots => (format!("Send {} robots here", robots.len()), "Each by its fastest way of open edges"),
     };
+    let order = |robot| match is_managed {
+        true => UserOrder::SendByManager { robot, node },
+        false => UserOrder::Send { robot, node },
+    };
     Entry {
         name,
-        hint: if is_managed { MANAGED } else { hint }.to_owned(),
-        is_possible: !robots.is_empty() && !is_managed,
-        orders: robots.into_iter().map(|robot| UserOrder::Send { robot, node }).collect(),
+        hint: if is_managed && !robots.is_empty() { BY_MANAGER } else { hint }.to_owned(),
+        is_possible: !robots.is_empty(),
+        orders: robots.into_iter().map(order).collect(),
     }
 }
 

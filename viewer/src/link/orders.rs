@@ -5,7 +5,8 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender};
 use std::time::{Duration, Instant};
 
 use regatta_plugin::event::{EventKind, EventRecord};
-use regatta_plugin::{DispatchError, Dispatcher, FleetName, Result, WayError};
+use regatta_plugin::manager::{ManagerAnswer, ManagerResponse};
+use regatta_plugin::{DispatchError, Dispatcher, FleetName, ManagerClient, ManagerError, Result, WayError};
 
 use super::report::Report;
 use crate::orders::UserOrder;
@@ -35,7 +36,8 @@ fn serve(
     requested: &Receiver<UserOrder>,
     report: &Sender<Report>,
 ) -> Result<(), DispatchError> {
-    let mut desk = Desk { dispatcher: Dispatcher::join(fleet, "viewer-orders", WORLD)?, waiting: BTreeMap::new() };
+    let dispatcher = Dispatcher::join(fleet, "viewer-orders", WORLD)?;
+    let mut desk = Desk { dispatcher, manager: ManagerClient::open(fleet)?, waiting: BTreeMap::new() };
     let mut next = Some(first);
     loop {
         let orders = next.into_iter().chain(requested.try_iter());
@@ -55,19 +57,24 @@ fn serve(
 /// Orders that are being carried out.
 struct Desk {
     dispatcher: Dispatcher,
+    manager: ManagerClient,
     /// By token: the order, when it was sent, and whether the user knows that it waits.
     waiting: BTreeMap<u64, (UserOrder, Instant, bool)>,
 }
 
 impl Desk {
-    /// Sends an order. Returns why that is not possible.
+    /// Sends an order. Returns what to tell now: the fleet manager's answer, or why the order can't be sent.
     fn give(&mut self, order: UserOrder) -> Option<String> {
-        match self.send(order) {
-            Ok(token) => {
-                self.waiting.insert(token, (order, Instant::now(), false));
-                None
-            }
-            Err(error) => Some(format!("can't {order}: {error}")),
+        match order {
+            UserOrder::SendByManager { robot, node } => Some(asked(order, self.manager.send(robot, node))),
+            UserOrder::Recall(robot) => Some(asked(order, self.manager.recall(robot))),
+            _ => match self.send(order) {
+                Ok(token) => {
+                    self.waiting.insert(token, (order, Instant::now(), false));
+                    None
+                }
+                Err(error) => Some(format!("can't {order}: {error}")),
+            },
         }
     }
 
@@ -101,6 +108,15 @@ impl Desk {
             }
         }
         Ok(told)
+    }
+}
+
+/// What to tell of a request to the fleet manager.
+fn asked(order: UserOrder, answer: Result<ManagerResponse, ManagerError>) -> String {
+    match answer.map(|response| response.answer()) {
+        Ok(Some(ManagerAnswer::Later)) => format!("accepted: {order}, when its order is finished"),
+        Ok(_) => format!("accepted: {order}"),
+        Err(error) => format!("can't {order}: {error}"),
     }
 }
 

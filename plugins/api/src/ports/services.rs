@@ -44,6 +44,7 @@ use crate::records::control::{ControlRequest, ControlResponse};
 use crate::records::event::{EventHeader, EventRecord};
 use crate::records::frame::{CONTRACT_VERSION, FrameHeader, Line};
 use crate::records::lockstep::Done;
+use crate::records::manager::{ManagerRequest, ManagerResponse};
 use crate::records::name::{ColumnName, FleetName};
 use crate::records::order::{OrderHeader, OrderRecord};
 use crate::records::order_log::OrderLogHeader;
@@ -108,6 +109,7 @@ pub(crate) type Closures = publish_subscribe::PortFactory<Ipc, [ClosedEdge], Clo
 pub(crate) type Recording = publish_subscribe::PortFactory<Ipc, [RecordingMark], RecordingHeader>;
 pub(crate) type Dones = publish_subscribe::PortFactory<Ipc, Done, ()>;
 pub(crate) type Control = request_response::PortFactory<Ipc, ControlRequest, (), ControlResponse, ()>;
+pub(crate) type Manager = request_response::PortFactory<Ipc, ManagerRequest, (), ManagerResponse, ()>;
 pub(crate) type Routes = request_response::PortFactory<Ipc, RouteRequest, (), RouteResponse, ()>;
 
 /// Returns the name of one of a fleet's services, for example `regatta/F/frames`.
@@ -254,6 +256,16 @@ pub(crate) fn routes(node: &Node<Ipc>, fleet: &FleetName) -> Result<Routes, Open
         one_server(builder.request_response::<RouteRequest, RouteResponse>())
             .max_active_requests_per_client(MAX_OPEN_ROUTES)
             .max_clients(MAX_ROUTE_CLIENTS)
+            .open_or_create_with_attributes(version)
+    })
+}
+
+/// Opens the requests to the fleet manager.
+pub(crate) fn manager(node: &Node<Ipc>, fleet: &FleetName) -> Result<Manager, OpenError> {
+    open(node, fleet, "manager", MessagingPattern::RequestResponse, |builder, version| {
+        one_server(builder.request_response::<ManagerRequest, ManagerResponse>())
+            .max_active_requests_per_client(MAX_OPEN_REQUESTS)
+            .max_clients(MAX_CONTROL_CLIENTS)
             .open_or_create_with_attributes(version)
     })
 }

@@ -1,10 +1,12 @@
 //! The manager against a model of a fleet.
 
 use regatta_plugin::closure::ClosedEdge;
+use regatta_plugin::manager::{ManagerAnswer, ManagerRequest};
 use regatta_plugin::world::EdgeRecord;
 
 use crate::model::managed::Managed;
 use crate::model::worlds;
+use crate::tasks::TaskId;
 
 /// A block with one way in and one way out, and streets round it.
 const LOAD: &str =
@@ -64,4 +66,43 @@ fn nobody_enters_an_edge_that_is_closed_by_order() {
         assert!(figures.unroutable == 0 && figures.failed == 0 && figures.waiting < 10, "{figures:?}");
         assert!(figures.finished > 80, "{figures:?}");
     }
+}
+
+/// Sends each robot to a node in the middle of its work, whatever it is about, and calls some back.
+#[test]
+fn robots_that_are_sent_somewhere_arrive_and_go_on_with_orders() {
+    let world = worlds::streets(6, 6.0, true);
+    let mut fleet = Managed::new(&world, 12, 1, LOAD);
+    fleet.run(3_000, 0, 0);
+    let ask = |fleet: &mut Managed, request| fleet.manager.request(&request, 1).answer();
+    let node = world.nodes[14].id;
+    for (request, answer) in [
+        (ManagerRequest::send(12, node), ManagerAnswer::UnknownRobot),
+        (ManagerRequest::send(3, 9_999), ManagerAnswer::UnknownNode),
+        (ManagerRequest::recall(3), ManagerAnswer::NotSent),
+        (ManagerRequest { kind: 9, ..ManagerRequest::recall(3) }, ManagerAnswer::UnknownKind),
+    ] {
+        assert_eq!(ask(&mut fleet, request), Some(answer), "{request:?}");
+    }
+    let mut answers = Vec::new();
+    for robot in 0..12 {
+        let response = fleet.manager.request(&ManagerRequest::send(robot, node), 1);
+        answers.push(response.answer().expect("an answer"));
+        fleet.run(1, 0, 0);
+        let is_sent = |fleet: &Managed| fleet.manager.tasks().order(TaskId(response.task)).is_some();
+        assert!(is_sent(&fleet), "{response:?}");
+        let arrived = (0..6_000).any(|_| {
+            fleet.run(1, 0, 0);
+            !is_sent(&fleet)
+        });
+        assert!(arrived, "robot {robot} is not there after ten minutes: {response:?}");
+        assert_eq!(ask(&mut fleet, ManagerRequest::recall(robot)), Some(ManagerAnswer::NotSent), "it was there");
+    }
+    assert!(answers.contains(&ManagerAnswer::Now) && answers.contains(&ManagerAnswer::Later), "{answers:?}");
+    assert!(answers.iter().all(|answer| answer.is_granted()));
+    assert_eq!(ask(&mut fleet, ManagerRequest::send(3, node)).map(ManagerAnswer::is_granted), Some(true));
+    assert_eq!(ask(&mut fleet, ManagerRequest::recall(3)), Some(ManagerAnswer::Now));
+    fleet.run(12_000, 0, 0);
+    let figures = fleet.manager.tasks().figures(0.0).orders;
+    assert!(figures.failed == 0 && figures.waiting < 10, "{figures:?}");
 }

@@ -11,6 +11,7 @@ use super::order::{Change, HistoryEntry, NewOrder, Order, OrderName, State, Stop
 use super::places::Places;
 
 mod assignment;
+mod intended;
 mod requests;
 mod sources;
 
@@ -37,6 +38,8 @@ pub struct TaskBook {
     names: BTreeMap<OrderName, TaskId>,
     by_robot: BTreeMap<u32, TaskId>,
     waiting: BTreeSet<TaskId>,
+    /// The open orders that only one robot may get, by robot.
+    intended: BTreeSet<(u32, TaskId)>,
     /// Orders whose earliest start is to come, by its bits: times are not negative, and so these sort like numbers.
     early: BTreeSet<(u64, TaskId)>,
     /// Orders of files that are to come, the last one first.
@@ -79,6 +82,7 @@ impl TaskBook {
             names: BTreeMap::new(),
             by_robot: BTreeMap::new(),
             waiting: BTreeSet::new(),
+            intended: BTreeSet::new(),
             early: BTreeSet::new(),
             timetable: Vec::new(),
             generators: Vec::new(),
@@ -309,6 +313,9 @@ impl TaskBook {
         self.early.remove(&(order.content.earliest_secs.to_bits(), task));
         self.names.remove(&order.content.name);
         self.made_by.remove(&task);
+        if let Some(robot) = order.content.intended_robot {
+            self.intended.remove(&(robot, task));
+        }
         self.changed.remove(&task);
         self.counts.closed(&order, now_secs);
         if self.office.is_some() {

@@ -28,6 +28,9 @@ pub struct OrderDraft {
     /// Simulated time in seconds at which it should be finished.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub deadline: Option<f64>,
+    /// The id of the only robot that may get it; any may if absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub intended_vehicle: Option<Label>,
 }
 
 /// A stop as a user writes it.
@@ -86,6 +89,9 @@ pub enum DraftError {
     /// No stops, or too many.
     #[error("an order has 1 to {MAX_STOPS} stops, and this one has {0}")]
     Stops(usize),
+    /// What should be a robot is none.
+    #[error("`intendedVehicle` is `{}`, and must be the id of a robot", .0.escape_debug())]
+    Robot(String),
     /// A time that is not a number of seconds.
     #[error("`{field}` is {value}, and must be 0 to 1000000000 seconds")]
     Secs {
@@ -121,11 +127,13 @@ impl OrderDraft {
         let stops = stops.collect::<Result<_, _>>()?;
         let earliest_secs = secs("earliestStart", self.earliest_start.unwrap_or(0.0))?;
         let deadline_secs = self.deadline.map(|deadline| secs("deadline", deadline)).transpose()?;
+        let robot = |label: &Label| label.to_string().parse().map_err(|_| DraftError::Robot(label.to_string()));
+        let intended_robot = self.intended_vehicle.as_ref().map(robot).transpose()?;
         match deadline_secs {
             Some(deadline) if deadline < earliest_secs => {
                 Err(DraftError::Deadline { deadline, earliest: earliest_secs })
             }
-            _ => Ok(NewOrder { name, stops, priority: self.priority, earliest_secs, deadline_secs }),
+            _ => Ok(NewOrder { name, stops, priority: self.priority, earliest_secs, deadline_secs, intended_robot }),
         }
     }
 }
@@ -168,6 +176,15 @@ mod tests {
         let nodes: Vec<_> = order.stops().iter().map(|stop| stop.node).collect();
         assert_eq!((nodes, order.name().as_str()), (vec![0, 1, 2], "made"));
         assert_eq!((order.stops()[0].action, order.stops()[0].dwell_secs), (Action::Pick, 2.0));
+        assert_eq!(order.intended_robot(), None);
+    }
+
+    #[test]
+    fn an_order_may_be_for_one_robot_only() {
+        for robot in ["7", "\"7\""] {
+            let order = check(&format!(r#"{{"destinations": [{{"locationName": "A"}}], "intendedVehicle": {robot}}}"#));
+            assert_eq!(order.expect("an order").intended_robot(), Some(7));
+        }
     }
 
     #[test]
@@ -196,7 +213,9 @@ mod tests {
             (r#"{"destinations": [{"locationName": "A", "dwell": -1}]}"#, "`dwell` is -1"),
             (r#"{"destinations": [{"locationName": "A"}], "earliestStart": 1e300}"#, "earliestStart"),
             (r#"{"destinations": [{"locationName": "A"}], "earliestStart": 9, "deadline": 8}"#, "before the earliest"),
+            (r#"{"destinations": [{"locationName": "A"}], "intendedVehicle": "x"}"#, "`intendedVehicle` is `x`"),
             (r#"{"destinations": [{"locationName": "A"}], "name": ""}"#, "1 to 128"),
+            (r#"{"destinations": [{"locationName": "A"}], "name": "sent:1"}"#, "generated"),
             (r#"{"destinations": [{"locationName": "A"}], "name": "a/b"}"#, "a `/`"),
             (r#"{"destinations": [{"locationName": "A"}], "name": "load:1-1"}"#, "generated"),
         ] {

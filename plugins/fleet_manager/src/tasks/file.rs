@@ -74,7 +74,7 @@ pub fn parse_yaml(text: &str) -> Result<Vec<TimedDraft>, InputError> {
 }
 
 fn yaml_order(order: Value) -> Result<TimedDraft, InputError> {
-    let fields = order.fields(&["name", "time", "priority", "earliest", "deadline", "stops"])?;
+    let fields = order.fields(&["name", "time", "priority", "earliest", "deadline", "robot", "stops"])?;
     let stops = fields.required("stops")?.list()?;
     let draft = OrderDraft {
         name: fields.optional("name", Value::text)?,
@@ -82,6 +82,7 @@ fn yaml_order(order: Value) -> Result<TimedDraft, InputError> {
         priority: fields.optional("priority", |value| value.integer(255))?.unwrap_or(0) as u8,
         earliest_start: fields.optional("earliest", Value::positive)?,
         deadline: fields.optional("deadline", Value::positive)?,
+        intended_vehicle: fields.optional("robot", Value::text)?.map(Label::Name),
     };
     let secs = fields.optional("time", Value::positive)?.unwrap_or(0.0);
     Ok(TimedDraft { line: order.error("").line, secs, draft })
@@ -124,7 +125,7 @@ fn csv_error(error: csv::Error) -> InputError {
 }
 
 /// The headers of CSV files.
-const HEADERS: [&str; 6] = ["name", "time", "priority", "earliest", "deadline", "stops"];
+const HEADERS: [&str; 7] = ["name", "time", "priority", "earliest", "deadline", "stops", "robot"];
 
 /// The index of the column of each of [`HEADERS`].
 struct Columns([Option<usize>; HEADERS.len()]);
@@ -156,6 +157,7 @@ impl Columns {
             priority: priority.transpose().map_err(error)?.unwrap_or(0),
             earliest_start: secs(3).map_err(error)?,
             deadline: secs(4).map_err(error)?,
+            intended_vehicle: cell(6).map(|text| Label::Name(text.to_owned())),
         };
         Ok(TimedDraft { line, secs: secs(1).map_err(error)?.unwrap_or(0.0), draft })
     }
@@ -181,12 +183,13 @@ mod tests {
 
     #[test]
     fn yaml_and_csv_say_the_same() {
-        let yaml = "orders:\n- {name: a, time: 2.5, priority: 3, deadline: 60, stops: [{at: A, action: pick, dwell: 5}, B]}\n- {stops: [7]}\n";
-        let csv = "Stops,NAME,Time,priority,deadline\nA:pick:5 B,a,2.5,3,60\n7,,,,\n";
+        let yaml = "orders:\n- {name: a, time: 2.5, priority: 3, deadline: 60, robot: 4, stops: [{at: A, action: pick, dwell: 5}, B]}\n- {stops: [7]}\n";
+        let csv = "Stops,NAME,Time,priority,deadline,Robot\nA:pick:5 B,a,2.5,3,60,4\n7,,,,,\n";
         let (yaml, csv) = (parse_yaml(yaml).expect("orders"), parse_csv(csv).expect("orders"));
         assert_eq!((yaml.len(), &yaml[0].draft, yaml[0].secs), (2, &csv[0].draft, csv[0].secs));
         assert_eq!((&yaml[1].draft, yaml[1].line, csv[1].line), (&csv[1].draft, 3, 3));
         assert_eq!((yaml[0].draft.priority, yaml[0].draft.deadline), (3, Some(60.0)));
+        assert_eq!(yaml[0].draft.intended_vehicle, Some(Label::Name("4".into())));
         assert_eq!(yaml[0].draft.destinations[0].operation, Action::Pick);
     }
 

@@ -77,6 +77,7 @@ impl Generator {
             stops,
             priority: self.settings.priority,
             earliest_secs: secs,
+            intended_robot: None,
             deadline_secs: self.settings.deadline_secs.map(|deadline| secs + deadline),
         }
     }

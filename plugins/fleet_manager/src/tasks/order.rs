@@ -86,8 +86,9 @@ pub enum NameError {
     Character(String),
     /// It begins with the prefix of generated orders.
     #[error(
-        "names that begin with `{prefix}` are those of generated orders, and so `{0}` can't be used",
-        prefix = OrderName::GENERATED
+        "names that begin with `{load}` or `{sent}` are those of generated orders, and so `{0}` can't be used",
+        load = OrderName::GENERATED,
+        sent = OrderName::REQUESTED
     )]
     Reserved(String),
 }
@@ -97,13 +98,15 @@ impl OrderName {
     pub const MAX_BYTES: usize = 128;
     /// The prefix of names that generators give.
     pub const GENERATED: &str = "load:";
+    /// The prefix of the names of orders by which robots are sent somewhere on request.
+    pub const REQUESTED: &str = "sent:";
 
     /// Parses a name that a user gives.
     ///
     /// # Errors
     /// [`NameError`] if it is empty, too long, has characters that names don't have, or belongs to generated orders.
     pub fn parse(text: &str) -> Result<Self, NameError> {
-        if text.starts_with(Self::GENERATED) {
+        if [Self::GENERATED, Self::REQUESTED].into_iter().any(|prefix| text.starts_with(prefix)) {
             return Err(NameError::Reserved(text.to_owned()));
         }
         Self::stored(text)
@@ -132,6 +135,16 @@ impl OrderName {
         }
     }
 
+    /// The name of the order by which a robot is sent somewhere on request: unique in its run and among runs.
+    pub(super) fn of_request(robot: u32, number: u64, run_id: u64) -> Self {
+        Self(format!("{}{robot}-{number}-{run_id:08x}", Self::REQUESTED))
+    }
+
+    /// Whether a robot is sent somewhere by the order, on request.
+    pub(super) fn is_of_request(&self) -> bool {
+        self.0.starts_with(Self::REQUESTED)
+    }
+
     /// The text.
     pub fn as_str(&self) -> &str {
         &self.0
@@ -152,6 +165,7 @@ pub struct NewOrder {
     pub(super) priority: u8,
     pub(super) earliest_secs: f64,
     pub(super) deadline_secs: Option<f64>,
+    pub(super) intended_robot: Option<u32>,
 }
 
 impl NewOrder {
@@ -178,6 +192,11 @@ impl NewOrder {
     /// The simulated time, in seconds, at which the order should be finished.
     pub fn deadline_secs(&self) -> Option<f64> {
         self.deadline_secs
+    }
+
+    /// The only robot that may get the order; any may if absent.
+    pub fn intended_robot(&self) -> Option<u32> {
+        self.intended_robot
     }
 }
 

@@ -26,7 +26,9 @@ mod writer;
 /// `RGTA`: tells our files from those of other programs.
 const APPLICATION_ID: i32 = 0x5247_5441;
 /// The version of the tables.
-const VERSION: i32 = 1;
+const VERSION: i32 = 2;
+/// From version 1 to 2.
+const INTENDED_ROBOT: &str = "ALTER TABLE transport_order ADD COLUMN intended_robot INTEGER;";
 /// From no tables to version 1.
 const SCHEMA: &str = "
     CREATE TABLE transport_order (
@@ -141,7 +143,7 @@ impl TaskStore {
             .query_row("SELECT ifnull(max(id), 0) FROM transport_order", [], |row| row.get::<_, u64>(0))?;
         let (mut orders, mut unplaced) = (Vec::new(), 0);
         let mut statement = transaction.prepare(
-            "SELECT name, id, state, priority, created, earliest, deadline, robot, handled_stops, stops, history
+            "SELECT name, id, state, priority, created, earliest, deadline, robot, handled_stops, stops, history, intended_robot
              FROM transport_order WHERE state NOT IN ('finished', 'failed', 'cancelled') ORDER BY rowid",
         )?;
         let mut rows = statement.query([])?;
@@ -228,8 +230,10 @@ fn migrate(connection: &Connection) -> rusqlite::Result<()> {
     if version == VERSION {
         return Ok(());
     }
+    let schema = if version == 0 { SCHEMA } else { "" };
     connection.execute_batch(&format!(
-        "BEGIN IMMEDIATE; PRAGMA application_id = {APPLICATION_ID}; PRAGMA user_version = {VERSION}; {SCHEMA} COMMIT;"
+        "BEGIN IMMEDIATE; PRAGMA application_id = {APPLICATION_ID}; PRAGMA user_version = {VERSION};
+         {schema} {INTENDED_ROBOT} COMMIT;"
     ))
 }
 
@@ -283,6 +287,7 @@ fn order_of(
         priority: row.get(3)?,
         earliest_secs: row.get::<_, f64>(5)?.max(0.0),
         deadline_secs: deadline,
+        intended_robot: row.get(11)?,
         stops,
     };
     let mut order = Order {

@@ -56,20 +56,24 @@ impl TaskBook {
         if is_reassignment {
             self.next_reassignment_secs = now_secs + self.urgency.reassignment_secs;
         }
-        let robots = self.candidates(available, is_reassignment);
+        let mut robots = self.candidates(available, is_reassignment);
+        let mut changes = self.assign_intended(&mut robots, now_secs, driving_secs);
         if robots.is_empty() {
-            return Assignments::default();
+            return changes;
         }
         let tasks = self.assignable(&robots, now_secs);
         let problem = Problem { now_secs, tasks: &tasks, robots: &robots, driving_secs };
         let pairs = allowed(&problem, self.assigner.assign(&problem));
-        self.carry_out(&tasks, &pairs, now_secs)
+        self.carry_out(&tasks, &pairs, now_secs, &mut changes);
+        changes
     }
 
     /// Returns the robots without an order, and those that may get another one, by id.
     fn candidates(&self, available: &[Candidate], is_reassignment: bool) -> Vec<Candidate> {
         let may_get = |candidate: &&Candidate| match self.task_of(candidate.robot).and_then(|task| self.order(task)) {
             None => true,
+            // What only this robot may do stays with it.
+            Some(order) if order.content.intended_robot.is_some() => false,
             Some(order) => is_reassignment && !order.is_bound() && order.state == State::Travelling(candidate.robot),
         };
         let mut robots: Vec<_> = available.iter().filter(may_get).copied().collect();
@@ -83,7 +87,9 @@ impl TaskBook {
         let theirs = robots.iter().filter_map(|candidate| self.task_of(candidate.robot));
         let mut tasks: Vec<_> = self.waiting.iter().copied().chain(theirs).collect();
         tasks.sort_unstable();
-        tasks.iter().filter_map(|task| self.open.get(task)).map(|order| self.open_task(order, now_secs)).collect()
+        let orders = tasks.iter().filter_map(|task| self.open.get(task));
+        let is_for_any = |order: &&Order| order.content.intended_robot.is_none();
+        orders.filter(is_for_any).map(|order| self.open_task(order, now_secs)).collect()
     }
 
     fn open_task(&self, order: &Order, now_secs: f64) -> OpenTask {
@@ -102,8 +108,8 @@ impl TaskBook {
         tasks: &[OpenTask],
         pairs: &std::collections::BTreeMap<TaskId, u32>,
         now_secs: f64,
-    ) -> Assignments {
-        let mut changes = Assignments::default();
+        changes: &mut Assignments,
+    ) {
         for OpenTask { task, robot, .. } in tasks {
             if let Some(robot) = robot.filter(|robot| pairs.get(task) != Some(robot)) {
                 changes.withdrawn.extend(self.withdraw(robot, now_secs).map(|task| (task, robot)));
@@ -111,14 +117,19 @@ impl TaskBook {
         }
         for OpenTask { task, robot, .. } in tasks {
             let new = pairs.get(task).filter(|new| *robot != Some(**new));
-            if let (Some(new), Some(order)) = (new, self.open.get_mut(task)) {
-                order.state = State::Travelling(*new);
-                self.waiting.remove(task);
-                self.by_robot.insert(*new, *task);
-                self.note(*task, now_secs, Change::Assigned { robot: *new });
+            if let Some(new) = new {
+                self.give(*task, *new, now_secs);
                 changes.assigned.push((*task, *new));
             }
         }
-        changes
+    }
+
+    /// Gives a waiting order to a robot that has none.
+    pub(super) fn give(&mut self, task: TaskId, robot: u32, now_secs: f64) {
+        let Some(order) = self.open.get_mut(&task) else { return };
+        order.state = State::Travelling(robot);
+        self.waiting.remove(&task);
+        self.by_robot.insert(robot, task);
+        self.note(task, now_secs, Change::Assigned { robot });
     }
 }

@@ -145,6 +145,7 @@ impl TaskBook {
             order.state = State::Waiting;
             self.waiting.insert(task);
         }
+        self.intended.extend(order.content.intended_robot.map(|robot| (robot, task)));
         self.names.insert(order.content.name.clone(), task);
         self.open.insert(task, order);
     }
@@ -158,6 +159,7 @@ impl TaskBook {
                 Some(robot) => {
                     order.state = State::Travelling(robot);
                     self.by_robot.insert(robot, task);
+                    self.intended.extend(order.content.intended_robot.map(|robot| (robot, task)));
                     self.names.insert(order.content.name.clone(), task);
                     self.open.insert(task, order);
                 }

@@ -244,3 +244,31 @@ fn an_endless_load_replaces_orders_that_cannot_be_carried_out() {
     book.generate_until(1.0, 2);
     assert_eq!(book.open_orders().count(), 3);
 }
+
+#[test]
+fn what_is_for_one_robot_goes_to_no_other() {
+    let mut book = book("- {name: a, robot: 8, stops: [3]}\n- {name: b, stops: [7]}");
+    let nearest = book.assign(0.0, &candidates(&[2, 6]), &driving);
+    assert_eq!(nearest.assigned, [(TaskId(2), 6)], "robot 2 is the nearest to order a, which is for robot 8");
+    assert_eq!(book.assign(1.0, &candidates(&[2, 8]), &driving).assigned, [(TaskId(1), 8)]);
+    let anew = book.assign(60.0, &candidates(&[2, 6, 8]), &driving);
+    assert!(!anew.withdrawn.contains(&(TaskId(1), 8)), "nor is it given to another one: {anew:?}");
+}
+
+#[test]
+fn a_robot_is_sent_at_once_or_after_the_order_that_it_has_begun() {
+    let mut book = book("- {name: a, stops: [{at: 3, action: pick}, 7]}");
+    book.assign(0.0, &candidates(&[2]), &driving);
+    let (sent, is_free) = book.send(2, 9, 0xAB, 1.0);
+    assert!(is_free && book.task_of(2).is_none(), "order a was not begun");
+    assert_eq!(book.assign(1.0, &candidates(&[2, 5]), &driving).assigned, [(sent, 2), (TaskId(1), 5)]);
+    assert!(book.recall(2, 2.0) && !book.recall(2, 2.0) && book.task_of(2).is_none());
+    assert!(book.arrived(5, 3.0) && book.handled(5, 3.0).is_some());
+    let (later, is_free) = book.send(5, 9, 0xAB, 4.0);
+    assert!(!is_free && book.task_of(5) == Some(TaskId(1)));
+    assert!(book.assign(60.0, &candidates(&[5]), &driving).assigned.is_empty());
+    assert!(book.arrived(5, 61.0) && book.handled(5, 61.0) == Some(Next::Done));
+    let (replaced, is_free) = book.send(5, 1, 0xAB, 61.0);
+    assert!(is_free && replaced != later && book.order(later).is_none(), "a request replaces the one before");
+    assert_eq!(book.assign(61.0, &candidates(&[5]), &driving).assigned, [(replaced, 5)]);
+}

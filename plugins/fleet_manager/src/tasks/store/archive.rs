@@ -15,7 +15,7 @@ use crate::tasks::places::Places;
 
 /// What the columns of a row are, in the order in which they are read.
 const COLUMNS: &str =
-    "name, state, reason, robot, priority, created, earliest, deadline, handled_stops, stops, history";
+    "name, state, reason, robot, priority, created, earliest, deadline, handled_stops, stops, history, intended_robot";
 /// The states of orders that aren't over, as the index `open_order` has them.
 const IS_OPEN: &str = "state NOT IN ('finished', 'failed', 'cancelled')";
 
@@ -120,6 +120,7 @@ impl Archive {
             "state": row.get::<_, String>(1)?,
             "reason": row.get::<_, String>(2)?,
             "processingVehicle": row.get::<_, Option<u32>>(3)?.map(|robot| robot.to_string()),
+            "intendedVehicle": row.get::<_, Option<u32>>(11)?.map(|robot| robot.to_string()),
             "priority": row.get::<_, u8>(4)?,
             "created": row.get::<_, Option<f64>>(5)?,
             "earliestStart": row.get::<_, f64>(6)?,

@@ -20,6 +20,7 @@ fn order(name: &str) -> NewOrder {
         priority: 7,
         earliest_secs: 0.0,
         deadline_secs: Some(90.0),
+        intended_robot: Some(5),
     }
 }
 
@@ -144,7 +145,7 @@ fn other_files_are_refused_and_left_as_they_are() {
     let foreign = database("CREATE TABLE songs (title TEXT)");
     let newer =
         database(&format!("PRAGMA application_id = {APPLICATION_ID}; PRAGMA user_version = 99; CREATE TABLE a (b)"));
-    for (path, expected) in [(&path, "not a store"), (&foreign, "not a store"), (&newer, "tables 99, not 1")] {
+    for (path, expected) in [(&path, "not a store"), (&foreign, "not a store"), (&newer, "tables 99, not 2")] {
         let before = std::fs::read(path).expect("readable");
         let error = open(path).expect_err("refused").to_string();
         assert!(error.contains(expected), "{error}");
@@ -152,6 +153,22 @@ fn other_files_are_refused_and_left_as_they_are() {
     }
     assert!(matches!(open(&folder.path().join("no/such/folder")), Err(StoreError::Io { .. })));
     assert!(matches!(open(folder.path()), Err(StoreError::Io { .. })));
+}
+
+#[test]
+fn a_store_of_the_first_version_is_continued() {
+    let folder = folder();
+    let path = folder.path().join("old.db");
+    let setup = format!(
+        "PRAGMA application_id = {APPLICATION_ID}; PRAGMA user_version = 1; {SCHEMA}
+         INSERT INTO transport_order (name, state, priority, created, earliest, handled_stops, reason, stops, history)
+         VALUES ('a', 'created', 3, 1.0, 0.0, 0, '', '[{{\"node\": 10, \"action\": \"pick\", \"dwell\": 0}}]', '[]')"
+    );
+    Connection::open(&path).and_then(|connection| connection.execute_batch(&setup)).expect("a database");
+    let restored = open(&path).and_then(|mut store| store.restore(1, 0.0)).expect("a store");
+    let [order] = &restored.orders[..] else { panic!("{restored:?}") };
+    assert_eq!((order.content.priority, order.content.intended_robot), (3, None));
+    assert!(open(&path).is_ok(), "it is of the new version now");
 }
 
 #[test]

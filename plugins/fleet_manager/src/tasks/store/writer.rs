@@ -215,8 +215,8 @@ fn insert_all(
         let inserted = savepoint
             .prepare_cached(
                 "INSERT INTO transport_order 
-                (name, state, priority, created, earliest, deadline, handled_stops, reason, stops, history)
-             VALUES (?, 'created', ?, ?, ?, ?, 0, '', ?, '[]')",
+                (name, state, priority, created, earliest, deadline, handled_stops, reason, stops, history, intended_robot)
+             VALUES (?, 'created', ?, ?, ?, ?, 0, '', ?, '[]', ?)",
             )?
             .execute(params![
                 order.name.as_str(),
@@ -225,6 +225,7 @@ fn insert_all(
                 order.earliest_secs,
                 order.deadline_secs,
                 stop_rows(&order.stops, places),
+                order.intended_robot,
             ]);
         match inserted {
             Err(error) if error.sqlite_error_code() == Some(ErrorCode::ConstraintViolation) => {
@@ -244,8 +245,9 @@ fn upsert(transaction: &Transaction, order: &Order, places: &Places) -> rusqlite
     transaction
         .prepare_cached(
             "INSERT INTO transport_order
-                (name, id, state, priority, created, earliest, deadline, robot, handled_stops, reason, stops, history)
-             VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12)
+                (name, id, state, priority, created, earliest, deadline, robot, handled_stops, reason, stops, history,
+                 intended_robot)
+             VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13)
              ON CONFLICT (name) DO UPDATE SET id = ?2, state = ?3, created = ?5, earliest = ?6, deadline = ?7,
                 robot = ?8, handled_stops = ?9, reason = ?10, history = ?12",
         )?
@@ -262,5 +264,6 @@ fn upsert(transaction: &Transaction, order: &Order, places: &Places) -> rusqlite
             order.reason,
             stop_rows(&content.stops, places),
             history,
+            content.intended_robot,
         ])
 }

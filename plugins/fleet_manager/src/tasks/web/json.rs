@@ -29,6 +29,7 @@ pub(super) fn order(order: &Order, places: &Places) -> Value {
         "state": order.state().name(),
         "reason": order.reason(),
         "processingVehicle": order.state().robot().map(|robot| robot.to_string()),
+        "intendedVehicle": content.intended_robot().map(|robot| robot.to_string()),
         "priority": content.priority(),
         "created": order.created_secs(),
         "earliestStart": content.earliest_secs(),

@@ -1,0 +1,229 @@
+//! Both sides of requests to the fleet manager: it answers, any process asks.
+
+use std::time::Duration;
+
+use iceoryx2::port::server::Server;
+
+use super::ask::{Asker, NoAnswer};
+use super::error::{OpenError, ReadError};
+use super::full_memory::received;
+use super::inbox::reply;
+use super::services::{self, Ipc};
+use crate::process::join::Participant;
+use crate::records::manager::{ManagerAnswer, ManagerRequest, ManagerResponse};
+use crate::records::name::FleetName;
+
+/// The error of a request to the fleet manager.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum ManagerError {
+    /// Nobody answers.
+    #[error(
+        "fleet '{fleet}' has no fleet manager that takes requests; `regatta order assign` sends a robot without one"
+    )]
+    NoManager {
+        /// The fleet.
+        fleet: FleetName,
+    },
+    /// The manager has ended meanwhile.
+    #[error("the fleet manager of fleet '{fleet}' ended before it answered")]
+    Gone {
+        /// The fleet.
+        fleet: FleetName,
+    },
+    /// The manager has not answered in time.
+    #[error("the fleet manager of fleet '{fleet}' has not answered within {:.1} s; is it stopped or overloaded?", timeout.as_secs_f32())]
+    Timeout {
+        /// The fleet.
+        fleet: FleetName,
+        /// How long it was waited for.
+        timeout: Duration,
+    },
+    /// iceoryx2 can't deliver it.
+    #[error("can't reach the fleet manager of fleet '{fleet}' ({reason}); `regatta doctor` reports what is wrong")]
+    Connection {
+        /// The fleet.
+        fleet: FleetName,
+        /// iceoryx2's reason.
+        reason: String,
+    },
+    /// The manager doesn't do so, and has changed nothing.
+    #[error("refused: {}", refusal(.request, *.answer))]
+    Refused {
+        /// What it was asked for.
+        request: ManagerRequest,
+        /// Its answer; `None` for one that this version doesn't know.
+        answer: Option<ManagerAnswer>,
+    },
+}
+
+fn refusal(request: &ManagerRequest, answer: Option<ManagerAnswer>) -> String {
+    let ManagerRequest { robot, node, .. } = request;
+    match answer {
+        Some(ManagerAnswer::UnknownRobot) => format!("there is no robot {robot}"),
+        Some(ManagerAnswer::UnknownNode) => format!("there is no node {node}"),
+        Some(ManagerAnswer::NoWay) => format!("no way leads robot {robot} to node {node}"),
+        Some(ManagerAnswer::NotSent) => format!("robot {robot} was not sent anywhere"),
+        Some(ManagerAnswer::NotReady) => "the fleet manager has seen no frame yet".to_owned(),
+        _ => "the fleet manager doesn't know how".to_owned(),
+    }
+}
+
+/// Asks a fleet's manager to send robots somewhere.
+///
+/// ```no_run
+/// use regatta_plugin::{FleetName, ManagerClient, Result};
+///
+/// # fn main() -> Result {
+/// let manager = ManagerClient::open(&FleetName::default())?;
+/// manager.send(7, 446)?;
+/// manager.recall(7)?;
+/// # Ok(())
+/// # }
+/// ```
+#[derive(Debug)]
+pub struct ManagerClient {
+    asker: Asker<ManagerRequest, ManagerResponse>,
+    fleet: FleetName,
+    timeout: Duration,
+}
+
+impl ManagerClient {
+    /// How long an answer is waited for: managers answer between two cycles, also while the clock is paused.
+    pub const TIMEOUT: Duration = Duration::from_secs(5);
+
+    /// Opens the requests of a fleet, whether or not it has a manager yet.
+    ///
+    /// # Errors
+    /// [`OpenError::OtherVersion`] if the fleet uses another contract, [`OpenError::Full`] if it has
+    /// [`MAX_CONTROL_CLIENTS`](services::MAX_CONTROL_CLIENTS) clients, else [`OpenError::SharedMemory`].
+    pub fn open(fleet: &FleetName) -> Result<Self, OpenError> {
+        Self::open_on(&Participant::join(fleet, "manager-requests")?)
+    }
+
+    /// Opens the requests for a process that has joined the fleet.
+    ///
+    /// # Errors
+    /// As [`open`](Self::open).
+    pub fn open_on(participant: &Participant) -> Result<Self, OpenError> {
+        let service = services::manager(participant.node(), participant.fleet())?;
+        let asker = Asker::open(service, services::MAX_CONTROL_CLIENTS)?;
+        Ok(Self { asker, fleet: participant.fleet().clone(), timeout: Self::TIMEOUT })
+    }
+
+    /// Whether somebody answers. A manager that was killed counts until another process joins the fleet.
+    pub fn has_manager(&self) -> bool {
+        self.asker.has_server()
+    }
+
+    /// Asks to send a robot to a node, by its id. The answer says whether it drives now or when its order is finished.
+    ///
+    /// # Errors
+    /// [`ManagerError`]; among them that it was refused.
+    pub fn send(&self, robot: u32, node: u32) -> Result<ManagerResponse, ManagerError> {
+        self.ask(ManagerRequest::send(robot, node))
+    }
+
+    /// Asks to take back what a robot was sent for.
+    ///
+    /// # Errors
+    /// [`ManagerError`]; among them that it was refused.
+    pub fn recall(&self, robot: u32) -> Result<ManagerResponse, ManagerError> {
+        self.ask(ManagerRequest::recall(robot))
+    }
+
+    fn ask(&self, request: ManagerRequest) -> Result<ManagerResponse, ManagerError> {
+        let asked = self.asker.send(request);
+        let response =
+            asked.and_then(|asked| self.asker.wait(&asked, self.timeout)).map_err(|reason| self.failed(reason))?;
+        match response.answer() {
+            Some(answer) if answer.is_granted() => Ok(response),
+            answer => Err(ManagerError::Refused { request, answer }),
+        }
+    }
+
+    fn failed(&self, reason: NoAnswer) -> ManagerError {
+        let fleet = self.fleet.clone();
+        match reason {
+            NoAnswer::NoServer => ManagerError::NoManager { fleet },
+            NoAnswer::Gone => ManagerError::Gone { fleet },
+            NoAnswer::Timeout => ManagerError::Timeout { fleet, timeout: self.timeout },
+            NoAnswer::Connection(reason) => ManagerError::Connection { fleet, reason },
+        }
+    }
+}
+
+/// Answers for a fleet manager.
+#[derive(Debug)]
+pub struct ManagerServer {
+    server: Server<Ipc, ManagerRequest, (), ManagerResponse, ()>,
+}
+
+impl ManagerServer {
+    /// Opens the requests of a fleet, for answering.
+    ///
+    /// # Errors
+    /// [`OpenError::Full`] if another process answers for this fleet, [`OpenError::OtherVersion`] if it uses another
+    /// contract, else [`OpenError::SharedMemory`].
+    pub fn open_on(participant: &Participant) -> Result<Self, OpenError> {
+        let service = services::manager(participant.node(), participant.fleet())?;
+        Ok(Self { server: services::only_server(&service)? })
+    }
+
+    /// Answers what was asked since the last call.
+    ///
+    /// # Errors
+    /// [`ReadError::Receive`] if a connection is broken.
+    pub fn answer(&mut self, mut answer: impl FnMut(&ManagerRequest) -> ManagerResponse) -> Result<(), ReadError> {
+        while let Some(request) = received("requests to the manager", || self.server.receive())? {
+            // A client that has gone away, or is stopped, misses its answer; nobody waits for it.
+            let response = answer(request.payload());
+            if let Err(error) = reply(&request, response) {
+                tracing::debug!(%error, "answering a request to the manager");
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn join(name: &str) -> Participant {
+        let fleet: FleetName = format!("unit-{name}-{}", std::process::id()).parse().expect("a name");
+        Participant::join(&fleet, "test").expect("joined")
+    }
+
+    #[test]
+    fn a_manager_answers_each_request() {
+        let participant = join("manager");
+        let mut server = ManagerServer::open_on(&participant).expect("a server");
+        let fleet = participant.fleet().clone();
+        let client = std::thread::spawn(move || {
+            let client = ManagerClient::open(&fleet).expect("a client");
+            (client.send(3, 40), client.recall(3))
+        });
+        let mut requests = Vec::new();
+        while requests.len() < 2 {
+            let take = |request: &ManagerRequest| {
+                requests.push(*request);
+                let answer = [ManagerAnswer::Later, ManagerAnswer::NotSent][requests.len() - 1];
+                ManagerResponse::new(request, answer, 9)
+            };
+            server.answer(take).expect("readable");
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        let (sent, recalled) = client.join().expect("no panic");
+        assert_eq!(requests, [ManagerRequest::send(3, 40), ManagerRequest::recall(3)]);
+        assert_eq!(sent.map(|response| (response.task, response.answer())), Ok((9, Some(ManagerAnswer::Later))));
+        assert_eq!(recalled.expect_err("refused").to_string(), "refused: robot 3 was not sent anywhere");
+    }
+
+    #[test]
+    fn without_a_manager_nobody_is_waited_for() {
+        let participant = join("no-manager");
+        let client = ManagerClient::open_on(&participant).expect("a client");
+        let error = client.send(1, 2).expect_err("nobody answers");
+        assert!(!client.has_manager() && matches!(error, ManagerError::NoManager { .. }), "{error}");
+    }
+}
