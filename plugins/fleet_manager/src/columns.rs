@@ -6,6 +6,7 @@ use regatta_plugin::ports::columns::ColumnPublisher;
 use regatta_plugin::{Frame, Participant, Result};
 
 use crate::manager::Manager;
+use crate::run_figures::Doing;
 
 /// The publishers of the columns.
 pub struct ManagerColumns {
@@ -28,12 +29,14 @@ impl ManagerColumns {
 
     /// Publishes what the manager has made of a frame.
     ///
-    /// `cost` is the time that this took.
-    pub fn publish(&mut self, frame: &Frame<'_>, manager: &Manager, cost: Duration) -> Result {
+    /// `doing` is what each robot of the frame does, by id, and `cost` the time that the cycle took.
+    pub(crate) fn publish(&mut self, frame: &Frame<'_>, manager: &Manager, doing: &[Doing], cost: Duration) -> Result {
         let id = |id: Option<u32>| id.map_or(f32::NAN, |id| id as f32);
         let Self { activity, waits_for, goal, values } = self;
         activity.set_cost(cost);
-        Self::write(activity, frame, values, |robot| f32::from(manager.activity(robot) as u8))?;
+        Self::write(activity, frame, values, |robot| {
+            doing.get(robot as usize).map_or(0.0, |doing| f32::from(doing.activity as u8))
+        })?;
         Self::write(waits_for, frame, values, |robot| id(manager.waits_for(robot)))?;
         Self::write(goal, frame, values, |robot| id(manager.goal_id(robot)))
     }

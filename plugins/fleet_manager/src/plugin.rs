@@ -27,7 +27,7 @@ use crate::columns::ManagerColumns;
 use crate::manager::Manager;
 use crate::planner::{Backstop, BackstopSettings, Planner};
 use crate::roads::{Leg, Roads, default_cache_folder};
-use crate::run_figures::RunFigures;
+use crate::run_figures::{Doing, RunFigures};
 use crate::steering::{Command, Settings};
 use crate::task_log::TaskLog;
 use crate::tasks::{InTurn, Places, TaskBook, TaskSettings};
@@ -150,6 +150,8 @@ struct FleetManager {
     /// Robots by the tokens of orders that aren't answered yet.
     pending: BTreeMap<u64, u32>,
     figures: RunFigures,
+    /// What each robot of the last frame does, by id.
+    doing: Vec<Doing>,
 }
 
 impl FleetManager {
@@ -164,6 +166,7 @@ impl FleetManager {
             log: TaskLog::default(),
             pending: BTreeMap::new(),
             figures: RunFigures::default(),
+            doing: Vec::new(),
         }
     }
 
@@ -325,10 +328,12 @@ impl Plugin for FleetManager {
         Self::send(&mut ports.orders, &mut self.pending, commands, &roads)?;
         manager.show_vehicles(&columns, charges);
         Self::publish_tasks(ports, &mut self.log, &mut self.figures, manager, frame)?;
-        let present = (0..frame.len()).filter(|robot| columns.state[*robot] != RobotState::Absent as u8);
-        self.figures.spend(secs.max(0.0), present.map(|robot| manager.doing(robot as u32, columns.speed[robot])));
+        self.doing.clear();
+        self.doing.extend((0..).zip(columns.speed).map(|(robot, speed)| manager.doing(robot, *speed)));
+        let present = self.doing.iter().zip(columns.state).filter(|(_, state)| **state != RobotState::Absent as u8);
+        self.figures.spend(secs.max(0.0), present.map(|(doing, _)| *doing));
         manager.tasks_mut().publish(now_secs);
-        ports.columns.publish(frame, manager, start.elapsed())?;
+        ports.columns.publish(frame, manager, &self.doing, start.elapsed())?;
         self.figures.end_cycle(start.elapsed());
         Ok(())
     }

@@ -4,12 +4,20 @@ use regatta_plugin::activity::Activity;
 
 use super::{Errand, Manager};
 use crate::run_figures::Doing;
+use crate::tasks::Order;
 
 impl Manager {
     /// What a robot is about.
     pub fn activity(&self, robot: u32) -> Activity {
+        self.activity_with(robot, self.order_of(robot))
+    }
+
+    fn order_of(&self, robot: u32) -> Option<&Order> {
+        self.tasks.task_of(robot).and_then(|task| self.tasks.order(task))
+    }
+
+    fn activity_with(&self, robot: u32, order: Option<&Order>) -> Activity {
         let Some(state) = self.steering.robot(robot) else { return Activity::Idle };
-        let order = self.tasks.task_of(robot).and_then(|task| self.tasks.order(task));
         match self.errands.get(robot as usize) {
             _ if self.steering.is_out_of_service(robot) => Activity::OutOfService,
             Some(Errand::Handling(_)) => Activity::Handling,
@@ -26,9 +34,9 @@ impl Manager {
 
     /// What a robot does, for figures.
     pub(crate) fn doing(&self, robot: u32, speed: f32) -> Doing {
-        let order = self.tasks.task_of(robot).and_then(|task| self.tasks.order(task));
+        let order = self.order_of(robot);
         let is_loaded = order.is_some_and(|order| order.handled_stops() > 0);
-        Doing { activity: self.activity(robot), has_order: order.is_some(), is_loaded, speed }
+        Doing { activity: self.activity_with(robot, order), has_order: order.is_some(), is_loaded, speed }
     }
 
     /// The robot that a robot waits for.
