@@ -93,7 +93,7 @@ pub fn run(options: &Options) -> Result {
     // A film reads them with each frame, so that they don't depend on when a thread wakes.
     let watch = Watch { selected: followed, ..stage.plan_watch() };
     let plans = if options.film.is_some() { None } else { Inbox::open(&options.fleet, watch)? };
-    let jams = if options.film.is_some() { None } else { Inbox::open(&options.fleet, stage.jam_watch(None))? };
+    let jams = if options.film.is_some() { None } else { Inbox::open(&options.fleet, stage.jam_watch())? };
     let caption = Caption::new(&gpu);
     let mut viewer = HeadlessViewer {
         view,

@@ -3,6 +3,7 @@
 //! for it.
 
 pub mod heat;
+pub mod presence;
 pub mod series;
 pub mod spots;
 mod watcher;
@@ -14,6 +15,7 @@ use regatta_plugin::traffic::{EdgeTraffic, TRAFFIC_PERIODS};
 use regatta_plugin::{FleetName, Result};
 
 use heat::{Heat, HeatFacts, HeatMap};
+use presence::Presence;
 use series::Sample;
 use spots::Spot;
 
@@ -24,8 +26,10 @@ use crate::watching::Watched;
 pub struct Watch {
     /// The heat map to work out.
     pub heat: Option<Heat>,
-    /// The edge whose figures are wanted, by its index in the world.
-    pub edge: Option<u32>,
+    /// The edges whose figures are wanted, by their indices in the world: the selected one, and the one under the pointer.
+    pub edges: Vec<u32>,
+    /// The node whose robots are wanted, by its index in the world.
+    pub node: Option<u32>,
     /// Whether hot spots and figures over time are kept.
     pub history: bool,
 }
@@ -51,8 +55,17 @@ pub struct EdgeFacts {
     pub edge: u32,
     /// What happened there in each period; `None` without a traffic plugin.
     pub traffic: Option<[EdgeTraffic; TRAFFIC_PERIODS]>,
-    /// The number of robots that wait there now.
-    pub waiting: u32,
+    /// The robots there.
+    pub present: Presence,
+}
+
+/// What is known of a node.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct NodeFacts {
+    /// Its index in the world.
+    pub node: u32,
+    /// The robots over it.
+    pub present: Presence,
 }
 
 /// What the interface shows of all this.
@@ -60,12 +73,21 @@ pub struct EdgeFacts {
 pub struct JamFacts {
     /// The scale of the heat map; `None` as long as there is none.
     pub heat: Option<HeatFacts>,
-    /// The selected edge.
-    pub edge: Option<EdgeFacts>,
+    /// The watched edges.
+    pub edges: Vec<EdgeFacts>,
+    /// The watched node.
+    pub node: Option<NodeFacts>,
     /// The hot spots, the worst first.
     pub spots: Arc<[Spot]>,
     /// The figures over time, the oldest first.
     pub series: Arc<[Sample]>,
+}
+
+impl JamFacts {
+    /// What is known of an edge, by its index in the world.
+    pub fn edge(&self, edge: u32) -> Option<&EdgeFacts> {
+        self.edges.iter().find(|facts| facts.edge == edge)
+    }
 }
 
 /// The hot spots, the worst one first, and the figures over time.
@@ -76,8 +98,10 @@ pub type History = (Arc<[Spot]>, Arc<[Sample]>);
 pub struct JamReport {
     /// Another heat map; `Some(None)` if there is none any more.
     pub heat: Option<Option<HeatMap>>,
-    /// What is known of the watched edge.
-    pub edge: Option<EdgeFacts>,
+    /// What is known of the watched edges.
+    pub edges: Vec<EdgeFacts>,
+    /// What is known of the watched node.
+    pub node: Option<NodeFacts>,
     /// The hot spots and the figures over time, if there are newer ones.
     pub history: Option<History>,
 }

@@ -214,19 +214,21 @@ impl Stage {
         self.plan_facts
     }
 
-    /// What is to be watched of where it jams. `edge` is the selected one.
-    pub fn jam_watch(&self, edge: Option<u32>) -> JamWatched {
-        JamWatched { heat: self.scene.heat, edge, history: false }
+    /// What is to be watched of where it jams for the pictures.
+    pub fn jam_watch(&self) -> JamWatched {
+        JamWatched { heat: self.scene.heat, ..JamWatched::default() }
     }
 
     /// Takes what was found of where it jams. Returns whether it makes a difference.
     pub fn set_jams(&mut self, report: JamReport) -> bool {
-        let is_new = report.heat.is_some() || report.history.is_some() || report.edge != self.jam_facts.edge;
+        let facts = &self.jam_facts;
+        let is_same = report.edges == facts.edges && report.node == facts.node;
+        let is_new = report.heat.is_some() || report.history.is_some() || !is_same;
         if let Some(map) = report.heat {
             self.jam_facts.heat = map.as_ref().map(|map| map.facts);
             self.renderer.set_heat(map.as_ref());
         }
-        self.jam_facts.edge = report.edge;
+        (self.jam_facts.edges, self.jam_facts.node) = (report.edges, report.node);
         if let Some((spots, series)) = report.history {
             (self.jam_facts.spots, self.jam_facts.series) = (spots, series);
         }

@@ -23,6 +23,7 @@ use regatta_viewer::interface::settings::{LeftPanel, RightPanel, Settings};
 use regatta_viewer::interface::timing::Timing;
 use regatta_viewer::interface::view_model::{Action, EngineState, Item, Live, Timeline, ViewModel};
 use regatta_viewer::jams::heat::{Heat, HeatFacts};
+use regatta_viewer::jams::presence::Presence;
 use regatta_viewer::jams::series::Sample;
 use regatta_viewer::jams::spots::{Spot, Trend};
 use regatta_viewer::jams::{EdgeFacts, JamFacts};
@@ -54,6 +55,8 @@ struct Fixture {
     timing: Timing,
     legend: Legend,
     actions: Vec<Action>,
+    /// Where the picture is, in points.
+    picture: egui::Rect,
     /// The marks of a recording of ten seconds, and its time, in seconds.
     recording: Option<(Vec<RecordingMark>, f64)>,
     is_past: bool,
@@ -108,6 +111,7 @@ impl Fixture {
             timing: Timing::new("an adapter".into()),
             legend: Colouring::default().legend(Theme::Dark, &[], None),
             actions: Vec::new(),
+            picture: egui::Rect::ZERO,
             recording: None,
             is_past: false,
         }
@@ -150,7 +154,8 @@ impl Fixture {
                 None => Some(past(&self.header, self.is_past)),
             },
         };
-        let (_, actions) = self.interface.show(ui, &model);
+        let (picture, actions) = self.interface.show(ui, &model);
+        self.picture = picture;
         self.actions.extend(actions);
     }
 
@@ -594,18 +599,78 @@ fn the_heat_map_is_chosen_and_says_what_it_lacks() {
 fn an_edge_tells_its_robots_and_its_traffic() {
     let mut harness = harness(Fixture::new(5));
     harness.state_mut().interface.select(Some(Item::Edge(0)));
-    let mut facts = EdgeFacts { edge: 0, waiting: 1, traffic: None };
-    harness.state_mut().jams.edge = Some(facts.clone());
+    let present = Presence { robots: 3, waiting: 1, listed: vec![0, 2, 4] };
+    let mut facts = EdgeFacts { edge: 0, present, traffic: None };
+    harness.state_mut().jams.edges = vec![facts.clone()];
     settle(&mut harness);
     harness.get_by_label("regatta plugin traffic --fleet test");
     facts.traffic = Some([EdgeTraffic { entered_per_hour: 1234.0, waiting_secs: 56.5, ..EdgeTraffic::default() }; 3]);
-    harness.state_mut().jams.edge = Some(facts);
+    harness.state_mut().jams.edges = vec![facts];
     settle(&mut harness);
     assert_eq!(harness.query_all_by_label("1234").count(), 3);
     assert_eq!(harness.query_all_by_label("56.5").count(), 3);
     harness.get_by_label("robot 4").click();
     settle(&mut harness);
     assert_eq!(harness.state().interface.selected, Some(Item::Robot(4)));
+}
+
+/// The place of a point of the ground in the window.
+fn on_screen(harness: &Harness<'_, Fixture>, at: Vec2) -> egui::Pos2 {
+    let (camera, picture) = (harness.state().interface.camera_controller.camera(), harness.state().picture);
+    let at = camera.project(at.extend(0.0), Vec2::new(picture.width(), picture.height())).expect("in sight");
+    pos2(picture.left() + at.x, picture.top() + at.y)
+}
+
+#[test]
+fn the_edge_under_the_pointer_tells_its_figures() {
+    let mut harness = harness(Fixture::new(5));
+    let (edge, beside) = (on_screen(&harness, Vec2::new(0.5, 1.0)), on_screen(&harness, Vec2::new(3.0, -3.0)));
+    harness.hover_at(edge);
+    settle(&mut harness);
+    harness.get_by_label("edge 34");
+    assert_eq!(harness.state().interface.watched_places(), (vec![0], None), "another thread counts its robots");
+    let figures = EdgeTraffic { occupancy: 1.5, entered_per_hour: 321.0, waiting_secs: 56.5, ..EdgeTraffic::default() };
+    let present = Presence { robots: 7, waiting: 4, listed: vec![0] };
+    let facts = EdgeFacts { edge: 0, present, traffic: None };
+    harness.state_mut().jams.edges = vec![facts.clone()];
+    settle(&mut harness);
+    harness.get_by_label("more with: regatta plugin traffic");
+    harness.get_by_label("7");
+    harness.state_mut().jams.edges = vec![EdgeFacts { traffic: Some([figures; 3]), ..facts }];
+    settle(&mut harness);
+    for label in ["321", "56.5", "7", "4", "last ten minutes"] {
+        harness.get_by_label(label);
+    }
+    assert!(harness.query_by_label("robots on the edge").is_none(), "not without the heat map");
+    let settings = &mut harness.state_mut().interface.settings;
+    (settings.heat, settings.heat_of) = (true, "occupancy:run".parse().expect("a heat map"));
+    settle(&mut harness);
+    for label in ["1.5", "321", "contact, s", "the run so far"] {
+        harness.get_by_label(label);
+    }
+    harness.state_mut().closed = vec![0];
+    settle(&mut harness);
+    harness.get_by_label("closed");
+    harness.hover_at(beside);
+    settle(&mut harness);
+    assert!(harness.query_by_label("edge 34").is_none());
+    assert_eq!(harness.state().interface.watched_places(), (vec![], None));
+}
+
+#[test]
+fn in_the_past_only_the_robots_of_an_edge_are_told() {
+    let mut fixture = Fixture::new(5);
+    (fixture.is_past, fixture.interface.settings.edges) = (true, true);
+    let mut harness = harness(fixture);
+    let present = Presence { robots: 7, waiting: 4, listed: vec![0] };
+    harness.state_mut().jams.edges = vec![EdgeFacts { edge: 0, present, traffic: None }];
+    let edge = on_screen(&harness, Vec2::new(0.5, 1.0));
+    harness.hover_at(edge);
+    settle(&mut harness);
+    harness.get_by_label("edge 34");
+    harness.get_by_label("5");
+    assert!(harness.query_by_label("7").is_none(), "as many as there are now");
+    assert!(harness.query_by_label("more with: regatta plugin traffic").is_none());
 }
 
 #[test]

@@ -16,7 +16,8 @@ use regatta_viewer::interface::measure::End;
 use regatta_viewer::interface::settings::{LeftPanel, RightPanel, Settings};
 use regatta_viewer::interface::timing::Timing;
 use regatta_viewer::interface::view_model::{Action, EngineState, Item, ViewModel};
-use regatta_viewer::jams::JamFacts;
+use regatta_viewer::jams::presence::Presence;
+use regatta_viewer::jams::{EdgeFacts, JamFacts, NodeFacts};
 use regatta_viewer::log::{AlarmChange, AlarmKey, Entry, Kind, LogReport, Place, Severity};
 use regatta_viewer::palette::{Colouring, Legend, Theme};
 use regatta_viewer::plans::PlanFacts;
@@ -277,13 +278,21 @@ fn keys_right_after_the_search_shortcut_are_for_the_search() {
 #[test]
 fn an_edge_lists_its_robots_and_a_column_of_categories_its_word() {
     let mut harness = harness(SIZES[1], 1.0, |interface| interface.select(Some(Item::Edge(0))));
-    harness.get_by_label("ROBOTS ON IT: 10");
+    harness.state_mut().jams.edges = vec![EdgeFacts {
+        present: Presence { robots: 14, waiting: 0, listed: (0..12).collect() },
+        ..EdgeFacts::default()
+    }];
+    harness.run_steps(4);
+    harness.get_by_label("ROBOTS ON IT: 14");
+    harness.get_by_label("and 2 more");
     harness.get_by_label("robot 4").click();
     harness.run_steps(4);
     assert_eq!(harness.state().interface.selected, Some(Item::Robot(4)));
     assert_eq!(harness.query_all_by_label("touching").count(), 2, "in the panel and in the legend");
     assert!(harness.query_by_label("2.000").is_none());
     harness.state_mut().interface.select(Some(Item::Node(0)));
+    let present = Presence { robots: 1, waiting: 0, listed: vec![3] };
+    harness.state_mut().jams.node = Some(NodeFacts { node: 0, present });
     harness.run_steps(4);
     harness.get_by_label("ROBOTS OVER IT: 1");
 }

@@ -106,10 +106,10 @@ impl Interface {
 
     /// Shows what happens on the selected edge: the robots that are there, and the traffic.
     pub(super) fn edge_traffic(&mut self, ui: &mut Ui, model: &ViewModel<'_>, edge: u32) {
-        let Some(facts) = model.jams.edge.as_ref().filter(|facts| facts.edge == edge) else { return };
+        let Some(facts) = model.jams.edge(edge) else { return };
         let theme = self.settings.theme();
         heading(ui, theme, "traffic");
-        line(ui, theme, "waiting now", facts.waiting.to_string());
+        line(ui, theme, "waiting now", facts.present.waiting.to_string());
         match &facts.traffic {
             None => self.no_traffic(ui, model),
             Some(periods) => {

@@ -274,8 +274,8 @@ impl ViewerWindow {
             self.fleet_state.watched.clone_from(&watch);
             self.link.plans(watch);
         }
-        let edge = if let Some(Item::Edge(edge)) = self.interface.selected { Some(edge) } else { None };
-        let jams = JamWatched { history: true, ..self.stage.jam_watch(edge) };
+        let (edges, node) = self.interface.watched_places();
+        let jams = JamWatched { history: true, edges, node, ..self.stage.jam_watch() };
         if self.fleet_state.jams_watched != jams {
             self.fleet_state.jams_watched.clone_from(&jams);
             self.link.jams(jams);
