@@ -4,19 +4,18 @@
 
 pub mod heat;
 pub mod presence;
-pub mod series;
 pub mod spots;
 mod watcher;
 
 use std::sync::Arc;
 use std::sync::mpsc::Receiver;
 
+use regatta_plugin::history::FleetSample;
 use regatta_plugin::traffic::{EdgeTraffic, TRAFFIC_PERIODS};
 use regatta_plugin::{FleetName, Result};
 
 use heat::{Heat, HeatFacts, HeatMap};
 use presence::Presence;
-use series::Sample;
 use spots::Spot;
 
 use crate::watching::Watched;
@@ -80,7 +79,18 @@ pub struct JamFacts {
     /// The hot spots, the worst first.
     pub spots: Arc<[Spot]>,
     /// The figures over time, the oldest first.
-    pub series: Arc<[Sample]>,
+    pub series: Arc<[FleetSample]>,
+    /// From when on both are known.
+    pub since: Since,
+}
+
+/// From when on the history of a run is known.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Since {
+    /// Simulated seconds.
+    pub secs: f64,
+    /// Whether a plugin keeps it; if not, this window does.
+    pub is_published: bool,
 }
 
 impl JamFacts {
@@ -90,8 +100,8 @@ impl JamFacts {
     }
 }
 
-/// The hot spots, the worst one first, and the figures over time.
-pub type History = (Arc<[Spot]>, Arc<[Sample]>);
+/// The hot spots, the worst one first, the figures over time, and from when on they are known.
+pub type History = (Arc<[Spot]>, Arc<[FleetSample]>, Since);
 
 /// What was found since the report before.
 #[derive(Clone, Debug, Default)]

@@ -229,8 +229,8 @@ impl Stage {
             self.renderer.set_heat(map.as_ref());
         }
         (self.jam_facts.edges, self.jam_facts.node) = (report.edges, report.node);
-        if let Some((spots, series)) = report.history {
-            (self.jam_facts.spots, self.jam_facts.series) = (spots, series);
+        if let Some((spots, series, since)) = report.history {
+            (self.jam_facts.spots, self.jam_facts.series, self.jam_facts.since) = (spots, series, since);
         }
         is_new
     }

@@ -7,6 +7,7 @@ use glam::Vec2;
 use regatta_plugin::contact::{ContactHeader, ContactRecord};
 use regatta_plugin::control::{ControlKind, ControlResponse};
 use regatta_plugin::frame::{ClockState, ColumnsMut, FrameHeader, Line, RobotState, frame_lines, stride_lines};
+use regatta_plugin::history::FleetSample as Sample;
 use regatta_plugin::recording::{MarkKind, RecordingMark};
 use regatta_plugin::task::StopAction;
 use regatta_plugin::traffic::EdgeTraffic;
@@ -24,9 +25,8 @@ use regatta_viewer::interface::timing::Timing;
 use regatta_viewer::interface::view_model::{Action, EngineState, Item, Live, Timeline, ViewModel};
 use regatta_viewer::jams::heat::{Heat, HeatFacts};
 use regatta_viewer::jams::presence::Presence;
-use regatta_viewer::jams::series::Sample;
 use regatta_viewer::jams::spots::{Spot, Trend};
-use regatta_viewer::jams::{EdgeFacts, JamFacts};
+use regatta_viewer::jams::{EdgeFacts, JamFacts, Since};
 use regatta_viewer::log::{AlarmChange, AlarmKey, Entry, Kind, LogReport, Place, Severity};
 use regatta_viewer::orders::UserOrder;
 use regatta_viewer::palette::{Colouring, Legend, Theme};
@@ -585,11 +585,20 @@ fn the_heat_map_is_chosen_and_says_what_it_lacks() {
     settle(&mut harness);
     let heat: Heat = "waiting".parse().expect("a heat map");
     assert!(harness.state().interface.settings.heat && harness.state().interface.settings.heat_of == heat);
-    let facts = HeatFacts { heat, ends: [0.0, 50.0], is_exceeded: true, edges: 12, secs: 240.0, has_contacts: true };
+    let (ends, has_contacts, has_routes) = ([0.0, 50.0], true, false);
+    let facts = HeatFacts { heat, ends, is_exceeded: true, edges: 12, secs: 240.0, has_contacts, has_routes };
     harness.state_mut().jams.heat = Some(facts);
     settle(&mut harness);
     harness.get_by_label("last ten minutes (4 min)");
     harness.get_by_label("12 edges have a value");
+    harness.state_mut().interface.settings.heat_of = "routes".parse().expect("a heat map");
+    let routes = HeatFacts { heat: "routes".parse().expect("a heat map"), edges: 0, ..facts };
+    harness.state_mut().jams.heat = Some(routes);
+    settle(&mut harness);
+    harness.get_by_label("no routes are known: none in lockstep, none of recordings");
+    harness.state_mut().jams.heat = Some(HeatFacts { has_routes: true, ..routes });
+    settle(&mut harness);
+    assert!(harness.query_by_label("no routes are known: none in lockstep, none of recordings").is_none());
     harness.key_press_modifiers(Modifiers::SHIFT, Key::H);
     settle(&mut harness);
     assert!(!harness.state().interface.settings.heat);
@@ -685,7 +694,14 @@ fn a_hot_spot_is_flown_to_and_the_list_is_exported() {
         trend: Trend::Growing,
     };
     press(&mut harness, Key::Num7);
-    harness.get_by_label("nobody has lost time since this window opened");
+    harness.get_by_label("nobody has lost time");
+    harness.get_by_label("since the start of the run");
+    harness.state_mut().jams.since = Since { secs: 754.0, is_published: false };
+    settle(&mut harness);
+    harness.get_by_label("since 12:34, when this window began to watch");
+    harness.state_mut().jams.since.is_published = true;
+    settle(&mut harness);
+    harness.get_by_label("since 12:34, when regatta plugin traffic began");
     harness.state_mut().jams.spots = [spot(40.0, 25.0), spot(7.0, 0.0)].into();
     settle(&mut harness);
     harness.get_by_label("45 robot s lost");
@@ -711,9 +727,9 @@ fn plots_show_the_figures_at_the_time_under_the_pointer_and_a_click_goes_there()
     let sample = |second: u32| Sample {
         secs: f64::from(second),
         states: [0, 100 - second, second, 0, 0, 0, 0, 0],
-        touching: Some(2),
-        throughput: None,
+        touching: 2,
         mean_speed: 0.75,
+        ..Sample::default()
     };
     fixture.jams.series = (0..=80).map(sample).collect();
     let mut harness = harness(fixture);

@@ -28,6 +28,7 @@ impl HeatLegend {
             ui.label(RichText::new("no figures: regatta plugin traffic").size(11.0).color(colours.warn));
             return;
         };
+        Self::lacks(ui, theme, &facts);
         if facts.edges == 0 {
             ui.label(faint(ui, theme, "no edge has a value yet"));
             return;
@@ -39,8 +40,17 @@ impl HeatLegend {
         }
         ramp::show(ui, theme, &heat_ramp(theme), &numbers);
         ui.label(faint(ui, theme, period_text(&facts)));
+    }
+
+    /// Says what the figure lacks.
+    fn lacks(ui: &mut Ui, theme: Theme, facts: &HeatFacts) {
+        let colours = style::colours(theme);
         if facts.heat.figure == Figure::Contacts && !facts.has_contacts {
             ui.label(RichText::new("nobody checks: regatta plugin collision").size(11.0).color(colours.warn));
+        }
+        if facts.heat.figure == Figure::Routes && !facts.has_routes {
+            let text = "no routes are known: none in lockstep, none of recordings";
+            ui.label(RichText::new(text).size(11.0).color(colours.warn));
         }
     }
 }

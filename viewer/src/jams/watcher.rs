@@ -1,20 +1,20 @@
 //! The thread that watches: its ports, and when it looks at them.
 
-use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant};
 
 use glam::Vec2;
+use regatta_plugin::history::FleetSample;
 use regatta_plugin::traffic::{EdgeTraffic, TRAFFIC_PERIODS};
 use regatta_plugin::{
-    ContactReader, FleetName, Participant, ReadError, Result, Subscriber, Traffic, TrafficReader, WorldReader,
+    ContactReader, FleetName, HistoryReader, Participant, ReadError, Result, Series, Spots, Subscriber, Traffic,
+    TrafficReader, WorldReader,
 };
 
 use super::heat::{Heat, HeatMap};
 use super::presence::Presence;
-use super::series::{Sample, Series};
-use super::spots::{Spot, Spots};
-use super::{EdgeFacts, JamReport, NodeFacts, Watch};
+use super::spots::Spot;
+use super::{EdgeFacts, History, JamReport, NodeFacts, Since, Watch};
 use crate::interface::robot_spots;
 use crate::watching::Watched;
 
@@ -55,15 +55,13 @@ pub fn run(fleet: &FleetName, changed: &Receiver<Watch>, report: &mut dyn FnMut(
     }
 }
 
-/// Hot spots, and figures over time.
-type History = (Arc<[Spot]>, Arc<[Sample]>);
-
 /// The ports that are open while something is watched.
 struct Watcher {
     frames: Subscriber,
     worlds: WorldReader,
     traffic: TrafficReader,
     contacts: ContactReader,
+    published: HistoryReader,
     spots: Spots,
     series: Series,
     /// The heat map that was worked out last, and whether there is something newer.
@@ -82,6 +80,7 @@ impl Watcher {
             worlds: WorldReader::open_on(participant)?,
             traffic: TrafficReader::open_on(participant)?,
             contacts: ContactReader::open_on(participant)?,
+            published: HistoryReader::open_on(participant)?,
             spots: Spots::default(),
             series: Series::default(),
             heat: None,
@@ -134,9 +133,11 @@ impl Watcher {
         Ok(self.traffic.current()?.filter(fits))
     }
 
-    /// Adds a new frame to the hot spots and the figures over time. Returns both from time to time.
+    /// Adds a new frame to the hot spots and the figures over time. Returns both from time to time: those of a plugin, which has
+    /// seen more of the run, if there is one.
     fn history(&mut self) -> Result<Option<History>, ReadError> {
         let has_frame = std::mem::take(&mut self.has_frame);
+        self.published.update()?;
         let Some(frame) = self.frames.current()?.filter(|_| has_frame) else { return Ok(None) };
         let run = frame.run_id();
         let has_checker = self.contacts.has_publisher();
@@ -144,17 +145,31 @@ impl Watcher {
         self.spots.add(&frame, contacts.map_or(&[], |contacts| contacts.pairs));
         if self.series.wants(run, frame.sim_time().as_secs_f64()) {
             let entered = |edges: &[EdgeTraffic]| edges.iter().map(|edge| edge.entered_per_hour).sum();
-            let throughput = self.current_traffic()?.map(|traffic| entered(traffic.periods[0]));
+            let throughput = self.current_traffic()?.map_or(f32::NAN, |traffic| entered(traffic.periods[0]));
             let touching = contacts.map(|contacts| contacts.header.touching);
-            self.series.add(run, Sample::of(&frame, touching, throughput));
+            self.series.add(run, FleetSample { throughput, ..FleetSample::of(&frame) }.with_touching(touching));
         }
         if Instant::now() < self.list_at {
             return Ok(None);
         }
         let start = Instant::now();
-        let found = (self.spots.list().into(), self.series.samples.clone().into());
+        let found = self.published(run).unwrap_or_else(|| self.own());
         self.list_at = Instant::now() + LIST_EVERY.max(start.elapsed() * PAUSES);
         Ok(Some(found))
+    }
+
+    /// What a plugin has found in a run.
+    fn published(&self, run: u64) -> Option<History> {
+        let (header, samples) = self.published.samples().filter(|_| self.published.has_publisher())?;
+        let (_, spots) = self.published.spots().filter(|(spots, _)| spots.run_id == run && header.run_id == run)?;
+        let since = Since { secs: header.began_nanos as f64 * 1e-9, is_published: true };
+        Some((spots.iter().map(Spot::from).collect(), samples.into(), since))
+    }
+
+    /// What was found here, since this thread began to watch.
+    fn own(&self) -> History {
+        let since = Since { secs: self.spots.began().1, is_published: false };
+        (self.spots.list().iter().map(Spot::from).collect(), self.series.samples.clone().into(), since)
     }
 
     fn edge_facts(&self, edge: u32) -> Result<EdgeFacts, ReadError> {
