@@ -372,6 +372,7 @@ impl Stage {
             colouring: &self.scene.colouring,
             legend: &legend,
             theme,
+            closed: &self.closed.1,
             bounds: Bounds { low: bounds.low - 1.0, high: bounds.high + 1.0 },
             offset: self.scene.offset,
             scale,
