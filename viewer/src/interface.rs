@@ -23,6 +23,7 @@ mod log_panel;
 pub mod measure;
 mod menu;
 mod minimap;
+mod notes;
 pub mod overlay;
 mod performance;
 mod places;

@@ -986,6 +986,94 @@ fn the_past_of_a_live_run_is_looked_at_and_left() {
 }
 
 /// Returns the orders that were given.
+#[test]
+fn notes_of_a_live_run_are_marks_that_are_gone_to() {
+    let mut harness = harness(Fixture::new(5));
+    harness.key_press_modifiers(Modifiers::SHIFT, Key::N);
+    settle(&mut harness);
+    harness.event(egui::Event::Text("jam at dock 1".into()));
+    settle(&mut harness);
+    press(&mut harness, Key::Enter);
+    harness.get_by_label("jam at dock 1");
+    let note = harness.state().header.sim_time_nanos;
+    // Five seconds later.
+    harness.state_mut().header.sim_time_nanos += 5_000_000_000;
+    settle(&mut harness);
+    harness.get_by_label("Previous mark").click();
+    settle(&mut harness);
+    assert_eq!(harness.state().actions, [Action::LookBack(Some(note))]);
+    harness.state_mut().actions.clear();
+    (harness.state_mut().is_past, harness.state_mut().header.sim_time_nanos) = (true, note - 1_000_000_000);
+    settle(&mut harness);
+    assert!(harness.query_by_label("jam at dock 1").is_none(), "before the note");
+    // The times of the fixture end with its frame.
+    harness.state_mut().header.sim_time_nanos = note;
+    press(&mut harness, Key::Z);
+    assert!(harness.state().actions.is_empty(), "there is none before it");
+    harness.get_by_label("no mark before this");
+    harness.state_mut().header.run_id = 2;
+    settle(&mut harness);
+    assert!(harness.query_by_label("jam at dock 1").is_none(), "another run has other notes");
+}
+
+#[test]
+fn a_note_of_a_recording_is_written_and_escape_drops_one() {
+    let mut harness = harness(replay(3.0));
+    harness.get_by_label("note").click();
+    settle(&mut harness);
+    harness.event(egui::Event::Text(" they meet  here".into()));
+    settle(&mut harness);
+    assert!(harness.state().requests().is_empty(), "letters typed into a field trigger no shortcuts");
+    press(&mut harness, Key::Enter);
+    let written = Action::Note { time: 3_000_000_000, text: "they meet  here".to_owned() };
+    assert_eq!(harness.state().actions, [written]);
+    harness.state_mut().actions.clear();
+    for key in [Key::Escape, Key::Enter] {
+        harness.key_press_modifiers(Modifiers::SHIFT, Key::N);
+        settle(&mut harness);
+        harness.get_by_label("text of the note");
+        if key == Key::Escape {
+            harness.event(egui::Event::Text("never mind".into()));
+            settle(&mut harness);
+        }
+        press(&mut harness, key);
+        assert!(harness.query_by_label("text of the note").is_none(), "{key:?}");
+    }
+    assert!(harness.state().actions.is_empty(), "neither one that was dropped, nor one without a text");
+}
+
+#[test]
+fn a_click_on_the_minimap_moves_the_camera_there() {
+    let mut fixture = Fixture::new(5);
+    fixture.interface.settings.minimap = true;
+    let mut harness = harness(fixture);
+    let map = harness.get_by_label("minimap").rect();
+    let bounds = Bounds::default();
+    for part in [egui::vec2(0.25, 0.25), egui::vec2(0.75, 0.5)] {
+        let at = map.min + part * map.size();
+        harness.drag_at(at);
+        harness.drop_at(at);
+        settle(&mut harness);
+        let extent = bounds.high - bounds.low;
+        let expected = bounds.low + Vec2::new(part.x, 1.0 - part.y) * extent;
+        let target = harness.state().interface.camera_controller.camera().target.truncate();
+        assert!(target.distance(expected) < 0.02 * extent.length(), "{target} instead of {expected}");
+    }
+    assert!(!harness.state().actions.iter().any(|action| matches!(action, Action::Pick { .. })), "not the picture");
+}
+
+#[test]
+fn a_click_on_the_view_cube_turns_the_camera() {
+    let mut harness = harness(Fixture::new(5));
+    let cube = harness.get_by_label("view cube").rect();
+    harness.drag_at(cube.center() - egui::vec2(0.0, 14.0));
+    harness.drop_at(cube.center() - egui::vec2(0.0, 14.0));
+    harness.run_steps(80);
+    let camera = harness.state().interface.camera_controller.camera();
+    assert!((camera.pitch - core::f32::consts::FRAC_PI_2).abs() < 0.02, "its top is above: {camera:?}");
+    assert!(!harness.state().actions.iter().any(|action| matches!(action, Action::Pick { .. })), "not the picture");
+}
+
 fn orders(harness: &Harness<'_, Fixture>) -> Vec<UserOrder> {
     let orders = harness.state().actions.iter().filter_map(|action| match action {
         Action::Order(order) => Some(*order),

@@ -11,6 +11,7 @@ use super::log_panel::LogPanel;
 use super::measure::Measuring;
 use super::menu::Menu;
 use super::minimap::Minimap;
+use super::notes::Notes;
 use super::places::PastPresence;
 use super::rows::{RowQuery, Rows};
 use super::settings::{RightPanel, RobotMesh, Settings};
@@ -54,6 +55,7 @@ pub struct Interface {
     pub(super) sliders: SliderDrafts,
     pub(super) files: FileDrafts,
     pub(super) timeline: TimelineState,
+    pub(super) notes: Notes,
     /// Whether the help is open.
     pub(super) help: bool,
     pub(super) drag: Option<Drag>,
@@ -161,6 +163,7 @@ impl Interface {
             history: History::default(),
             sliders: SliderDrafts::default(),
             timeline: TimelineState::default(),
+            notes: Notes::default(),
             help: false,
             drag: None,
             typing: false,

@@ -64,13 +64,20 @@ fn seek(time: u64) -> Action {
 impl Interface {
     pub(super) fn timeline(&mut self, ui: &mut Ui, model: &ViewModel<'_>, actions: &mut Vec<Action>) {
         let Some(timeline) = model.timeline else { return };
+        let run = model.frame.map_or(0, |frame| frame.run_id());
+        let marks = self.notes.marks(run);
+        let note = self.notes.text_at(run, timeline.now.unwrap_or(timeline.end)).to_owned();
+        let timeline = match timeline.live {
+            None => timeline,
+            Some(_) => Timeline { marks: &marks, note: &note, ..timeline },
+        };
         match timeline.live {
             None => {
                 self.repeat(model, &timeline, actions);
                 ui.horizontal(|ui| self.timeline_title(ui, &timeline, model, actions));
             }
             Some(live) => {
-                ui.horizontal(|ui| self.past_title(ui, &timeline, live, actions));
+                ui.horizontal(|ui| self.past_title(ui, &timeline, live, model, actions));
             }
         }
         self.timeline_bar(ui, &timeline, actions);
@@ -88,14 +95,7 @@ impl Interface {
         ui.label(RichText::new(timeline.name).strong());
         let ends = [timeline.start, timeline.end].map(|time| clock_text(time as f64 * 1e-9));
         ui.label(style::faint(ui, theme, ends.join(" – ")));
-        let size = vec2(26.0, 20.0);
-        for (icon, name, forward) in [(Icon::PreviousMark, "Previous mark", false), (Icon::NextMark, "Next mark", true)]
-        {
-            let key = if forward { "X" } else { "Z" };
-            if icons::button(ui, icon, name, size).on_hover_text(format!("{name} ({key})")).clicked() {
-                self.go_to_mark(model, forward, actions);
-            }
-        }
+        self.mark_buttons(ui, model, actions);
         let text = match (self.timeline.loop_start, self.timeline.repeated) {
             (Some(_), _) => "loop: end here",
             (None, Some(_)) => "end the loop",
@@ -105,6 +105,7 @@ impl Interface {
         if ui.button(RichText::new(text).size(11.0)).on_hover_text(hint).clicked() {
             self.cycle_loop(model);
         }
+        self.note_field(ui, model, actions);
         if timeline.searched < timeline.end {
             ui.label(style::faint(
                 ui,
@@ -119,12 +120,34 @@ impl Interface {
         }
     }
 
+    fn mark_buttons(&mut self, ui: &mut Ui, model: &ViewModel<'_>, actions: &mut Vec<Action>) {
+        let size = vec2(26.0, 20.0);
+        for (icon, name, forward) in [(Icon::PreviousMark, "Previous mark", false), (Icon::NextMark, "Next mark", true)]
+        {
+            let key = if forward { "X" } else { "Z" };
+            if icons::button(ui, icon, name, size).on_hover_text(format!("{name} ({key})")).clicked() {
+                self.go_to_mark(model, forward, actions);
+            }
+        }
+    }
+
     /// Tells how much of a live run is kept, and leads back to it.
-    fn past_title(&mut self, ui: &mut Ui, timeline: &Timeline<'_>, live: Live, actions: &mut Vec<Action>) {
+    fn past_title(
+        &mut self,
+        ui: &mut Ui,
+        timeline: &Timeline<'_>,
+        live: Live,
+        model: &ViewModel<'_>,
+        actions: &mut Vec<Action>,
+    ) {
         let (theme, colours) = (self.settings.theme(), self.colours());
         let (text, colour) = if live.is_past { ("past", colours.warn) } else { ("live", colours.good) };
         ui.label(RichText::new(text).strong().color(colour));
         let kept = clock_text(timeline.end.saturating_sub(timeline.start) as f64 * 1e-9);
+        if !timeline.marks.is_empty() {
+            self.mark_buttons(ui, model, actions);
+        }
+        self.note_field(ui, model, actions);
         let megabytes = live.bytes as f64 / f64::from(1 << 20);
         let text = format!("the last {kept} are kept, up to ten minutes: {megabytes:.0} of {} MB", BUDGET >> 20);
         ui.label(style::faint(ui, theme, text));
@@ -134,6 +157,9 @@ impl Interface {
                 actions.push(Action::LookBack(None));
             }
             ui.label(style::faint(ui, theme, "columns, contacts and routes are not kept"));
+        }
+        if !timeline.note.is_empty() {
+            ui.label(RichText::new(timeline.note).color(colour_of(MarkKind::Note, &colours)));
         }
     }
 
@@ -211,7 +237,9 @@ impl Interface {
 
     /// Goes to the next mark, or to the previous one.
     pub(super) fn go_to_mark(&mut self, model: &ViewModel<'_>, forward: bool, actions: &mut Vec<Action>) {
-        let Some(timeline) = model.recording() else { return };
+        let Some(timeline) = model.timeline else { return };
+        let notes = self.notes.marks(model.frame.map_or(0, |frame| frame.run_id()));
+        let timeline = if timeline.live.is_some() { Timeline { marks: &notes, ..timeline } } else { timeline };
         let now = timeline.now.unwrap_or(timeline.start);
         // The frame of a mark may lie before it, if not every frame was recorded.
         let reached = self.timeline.asked.filter(|asked| *asked >= now && asked - now < REACHED);
@@ -222,6 +250,10 @@ impl Interface {
             timeline.marks.iter().rev().map(|mark| mark.time_nanos).find(|time| *time < from && *time >= timeline.start)
         };
         match found {
+            Some(time) if timeline.live.is_some() => {
+                (self.timeline.asked, self.timeline.shows_past) = (Some(time), true);
+                actions.push(Action::LookBack(Some(time)));
+            }
             Some(time) => self.ask_for(time, actions),
             None => self.notify(if forward { "no mark after this" } else { "no mark before this" }),
         }
@@ -344,7 +376,8 @@ fn paint_marks(
     }
 }
 
-fn colour_of(kind: MarkKind, colours: &ThemeColours) -> egui::Color32 {
+/// The colour of marks of a kind.
+pub(super) fn colour_of(kind: MarkKind, colours: &ThemeColours) -> egui::Color32 {
     match kind {
         MarkKind::Contact => colours.bad,
         MarkKind::Fault => colours.warn,

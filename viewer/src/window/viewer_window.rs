@@ -68,6 +68,8 @@ pub struct ViewerWindow {
     fleet: FleetName,
     /// What is shown: a file, or a fleet.
     name: String,
+    /// The file that was opened with this window.
+    recording: Option<std::path::PathBuf>,
     is_hidden: bool,
     is_closing: bool,
     assets: Assets,
@@ -130,6 +132,7 @@ impl ViewerWindow {
             look,
             fleet: options.fleet.clone(),
             name: options.name(),
+            recording: options.recording.clone(),
             is_hidden: false,
             is_closing: false,
             assets: Assets::default(),
