@@ -210,11 +210,12 @@ impl Plugin for TrafficPlugin {
         } else {
             None
         };
-        if let Some(routes) = &routes {
+        let has_routes = routes.is_some();
+        if let Some(routes) = routes {
             counts = self.tally.count_routes(&routes.edges);
         }
         self.periods.add(counts, secs);
-        self.publish(frame, has_contacts, routes.is_some())?;
+        self.publish(frame, has_contacts, has_routes)?;
         let Some(ports) = &mut self.ports else { return Ok(()) };
         ports.history.add(frame, &self.figures[..self.figures.len() / TRAFFIC_PERIODS])
     }

@@ -1,8 +1,7 @@
 //! Whose routes lead over which edge. A thread asks for the routes of all robots under way, some at a time, round after round, so
 //! that no frame waits for it.
 
-use std::sync::mpsc::{self, Receiver, RecvTimeoutError, SyncSender};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::mpsc::{self, Receiver, RecvTimeoutError, Sender, SyncSender};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
@@ -43,13 +42,12 @@ impl Reservations {
     }
 }
 
-/// The newest round, which the thread replaces.
-type Newest = Arc<Mutex<Option<Arc<Reservations>>>>;
-
 /// The thread that asks. It ends when this is dropped.
 #[derive(Debug)]
 pub struct RouteWatch {
-    newest: Newest,
+    /// Each round, or `None` if there are no answers any more.
+    rounds: Receiver<Option<Reservations>>,
+    newest: Option<Reservations>,
     stop: Option<SyncSender<()>>,
     thread: Option<JoinHandle<()>>,
 }
@@ -58,21 +56,23 @@ impl RouteWatch {
     /// Starts to ask. If the thread can't be started, or the fleet can't be joined, there are no reservations, which is told.
     pub fn start(fleet: &FleetName) -> Self {
         let (stop, stopped) = mpsc::sync_channel(1);
-        let newest = Newest::default();
-        let (fleet, found) = (fleet.clone(), Arc::clone(&newest));
+        let (found, rounds) = mpsc::channel();
+        let fleet = fleet.clone();
         let thread = std::thread::Builder::new().name("routes".into()).spawn(move || {
             if let Err(error) = run(&fleet, &found, &stopped) {
                 regatta_plugin::tell!("traffic: routes aren't known: {error}");
             }
         });
         let thread = thread.inspect_err(|error| regatta_plugin::tell!("traffic: routes aren't known: {error}")).ok();
-        Self { newest, stop: Some(stop), thread }
+        Self { rounds, newest: None, stop: Some(stop), thread }
     }
 
     /// The newest round through a run, if there is one.
-    pub fn newest(&self, run_id: u64) -> Option<Arc<Reservations>> {
-        let newest = self.newest.lock().unwrap_or_else(PoisonError::into_inner);
-        newest.clone().filter(|found| found.run_id == run_id)
+    pub fn newest(&mut self, run_id: u64) -> Option<&Reservations> {
+        if let Some(newest) = self.rounds.try_iter().last() {
+            self.newest = newest;
+        }
+        self.newest.as_ref().filter(|found| found.run_id == run_id)
     }
 }
 
@@ -83,7 +83,7 @@ impl Drop for RouteWatch {
     }
 }
 
-fn run(fleet: &FleetName, newest: &Newest, stopped: &Receiver<()>) -> Result {
+fn run(fleet: &FleetName, found: &Sender<Option<Reservations>>, stopped: &Receiver<()>) -> Result {
     let participant = Participant::join(fleet, "traffic-routes")?;
     let (mut frames, mut worlds) = (Subscriber::open_on(&participant)?, WorldReader::open_on(&participant)?);
     let mut client = RouteClient::open_on(&participant)?;
@@ -92,11 +92,12 @@ fn run(fleet: &FleetName, newest: &Newest, stopped: &Receiver<()>) -> Result {
         frames.latest()?;
         worlds.latest()?;
         if let (Some(frame), Some(world)) = (frames.current()?, worlds.current()?) {
-            let found = match client.has_routes() {
+            let newest = match client.has_routes() {
                 true => round(&mut client, &frame, world.edges().len(), stopped),
                 false => None,
             };
-            *newest.lock().unwrap_or_else(PoisonError::into_inner) = found.map(Arc::new);
+            // Whoever doesn't take it any more has ended.
+            let _ = found.send(newest);
         }
         match stopped.recv_timeout(ROUND_EVERY.saturating_sub(start.elapsed())) {
             Err(RecvTimeoutError::Timeout) => {}
