@@ -7,7 +7,7 @@ use regatta_plugin::event::EventKind;
 use regatta_plugin::frame::ClockState;
 use regatta_plugin::{
     ColumnPublisher, ColumnReader, EventReader, FleetName, Frame, Orders, Participant, Plugin, ReadError, Reporter,
-    Result, Subscriber,
+    Result, Subscriber, WorldReader,
 };
 
 use crate::fleet::{Fleet, Process, TIMEOUT, graphs, regatta, unique};
@@ -15,9 +15,13 @@ use crate::fleet::{Fleet, Process, TIMEOUT, graphs, regatta, unique};
 const TICKS: u64 = 300;
 
 fn engine(fleet: &FleetName, args: &[&str]) -> Process {
+    engine_of("thirty.yaml", fleet, args)
+}
+
+fn engine_of(scenario: &str, fleet: &FleetName, args: &[&str]) -> Process {
     let ticks = TICKS.to_string();
     let common = ["--ticks", &ticks, "--speed", "max", "--digest", "--fleet", &fleet.to_string()].map(str::to_owned);
-    Process::start(regatta().arg("engine").arg(graphs("thirty.yaml")).args(common).args(args))
+    Process::start(regatta().arg("engine").arg(graphs(scenario)).args(common).args(args))
 }
 
 fn text(bytes: &[u8]) -> String {
@@ -64,6 +68,53 @@ fn a_controllers_run_is_reproducible_however_slow_it_is() {
     let alone = engine(&unique("lockstep-alone"), &[]).finish();
     assert_eq!(text(&fast.stdout), text(&slow.stdout));
     assert_ne!(text(&fast.stdout), text(&alone.stdout), "the controller's orders count");
+}
+
+/// A controller that closes edges and opens them again, by the tick that it sees, after a pause of its own.
+fn close_edges(fleet: &FleetName, pause: Duration) {
+    let participant = Participant::join(fleet, "controller").expect("joined");
+    let mut frames = Subscriber::open_on(&participant).expect("opened");
+    let mut worlds = WorldReader::open_on(&participant).expect("opened");
+    let mut orders = Orders::open_on(&participant).expect("opened");
+    let reporter = Reporter::open_on(&participant).expect("opened");
+    let mut closed = Vec::new();
+    for next in 0..=TICKS {
+        let (run, edge_ids) = {
+            let frame = frames.wait(TIMEOUT).expect("readable").expect("a frame in time");
+            assert_eq!(frame.tick(), next);
+            worlds.latest().expect("readable");
+            let world = worlds.current().expect("readable").expect("a world comes before its frames");
+            // Edges that robots are on, so that closing them makes a difference.
+            let edges = frame.edge().iter().take(50).filter_map(|edge| world.edges().get(*edge as usize));
+            (frame.run_id(), edges.map(|edge| edge.id).collect::<Vec<u32>>())
+        };
+        if next % 100 == 0 {
+            std::thread::sleep(pause);
+            closed = edge_ids;
+            closed.iter().for_each(|edge| _ = orders.close_edge(*edge));
+        } else if next % 100 == 80 {
+            closed.iter().for_each(|edge| _ = orders.open_edge(*edge));
+        }
+        orders.send().expect("sent");
+        reporter.done(run, next).expect("reported");
+    }
+}
+
+#[test]
+fn a_run_with_closures_repeats() {
+    let run = |test: &str, pause: Duration| {
+        let fleet = unique(test);
+        let engine = engine_of("warehouse-1000.yaml", &fleet, &["--robots", "200", "--lockstep", "controller"]);
+        close_edges(&fleet, pause);
+        let output = engine.finish();
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        text(&output.stdout)
+    };
+    let (fast, slow) = (run("closures-fast", Duration::ZERO), run("closures-slow", Duration::from_millis(50)));
+    assert_eq!(fast.trim().len(), 32, "{fast}");
+    assert_eq!(fast, slow, "the same digest twice");
+    let alone = engine_of("warehouse-1000.yaml", &unique("closures-alone"), &["--robots", "200"]).finish();
+    assert_ne!(fast, text(&alone.stdout), "closed edges make a difference");
 }
 
 #[test]

@@ -340,7 +340,8 @@ fn a_replay_tells_its_file_its_time_and_its_marks() {
     record_contacts("replay-marks-source", &file(&folder), &[]);
     let mut notes = file(&folder).into_os_string();
     notes.push(".notes");
-    std::fs::write(notes, "0.25 a first note\n\n1.0 a second one\n").expect("written");
+    std::fs::write(&notes, "0.25 a first note\n\n1.0 a second one\n").expect("written");
+    let file_of_notes = notes;
     let (fleet, process, mut control) = paused("replay-marks", &file(&folder), &[]);
     let participant = Participant::join(&fleet, "test").expect("joined");
     let mut reader = RecordingReader::open_on(&participant).expect("opened");
@@ -362,5 +363,15 @@ fn a_replay_tells_its_file_its_time_and_its_marks() {
         reader.current().map(|recording| *recording.header).filter(|header| !header.note().is_empty())
     });
     assert_eq!((header.note(), header.run_id, header.time_of(600_000_000)), ("a first note", seek.run_id, 600_000_000));
+    // Somebody adds a note while the recording stands.
+    std::fs::write(file_of_notes, "0.25 a first note\n0.500000000 added\n1.0 a second one\n").expect("written");
+    let (note, marks) = eventually("the added note", || {
+        reader.take().expect("readable");
+        let recording = reader.current().filter(|recording| recording.header.note() == "added")?;
+        Some((recording.header.note().to_owned(), recording.marks.to_vec()))
+    });
+    let notes: Vec<_> = marks.iter().filter(|mark| mark.kind() == Some(MarkKind::Note)).collect();
+    assert_eq!((note.as_str(), notes.len(), notes[1].time_nanos), ("added", 3, 500_000_000));
+    assert!(marks.is_sorted_by_key(|mark| mark.time_nanos) && marks.len() > notes.len(), "others are still there");
     assert!(process.interrupt().status.success());
 }

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use regatta_plugin::{Participant, TrafficReader};
+use regatta_plugin::{HistoryReader, Participant, TrafficReader};
 
 use crate::fleet::{Fleet, Process, eventually, graphs, regatta, unique};
 
@@ -54,6 +54,23 @@ fn a_fleet_has_one_traffic_plugin_and_files_that_can_be_written() {
         Some(traffic.periods[0].iter().map(|edge| edge.occupancy).sum::<f32>())
     });
     assert!((robots - 30.0).abs() < 1e-3, "{robots} robots at a time");
+    let routes = eventually("routes", || {
+        let traffic = reader.latest().expect("readable").filter(|traffic| traffic.header.has_routes == 1)?;
+        let sum = traffic.periods[0].iter().map(|edge| edge.released + edge.planned).sum::<f32>();
+        (sum > 0.0).then_some(sum)
+    });
+    assert!(routes.is_finite(), "routes over all edges: {routes}");
+    // Whoever comes later knows the run from the time on at which the plugin began.
+    let mut history = HistoryReader::open_on(&participant).expect("a reader");
+    let (began, samples) = eventually("the history", || {
+        history.update().expect("readable");
+        let (header, samples) = history.samples()?;
+        history.spots()?;
+        Some((header.began_nanos as f64 * 1e-9, samples.to_vec()))
+    });
+    let (first, last) = (samples[0], samples[samples.len() - 1]);
+    assert!(first.secs <= began + 1.0 && last.secs - first.secs > 1.0, "{began} s: {} to {} s", first.secs, last.secs);
+    assert_eq!((last.states.iter().sum::<u32>(), last.touching()), (30, None), "nobody checks for contacts");
     let second = Process::start(regatta().args(["plugin", "traffic", "--fleet", &fleet.name.to_string()])).finish();
     let error = String::from_utf8_lossy(&second.stderr).into_owned();
     assert!(

@@ -87,6 +87,20 @@ pub fn a_recording_is_scrubbed_stepped_and_greyed_after_its_replay() {
     eventually("one on", || control.status().ok().filter(|status| status.tick == tick));
     screen.xdotool(&["key", "z"]);
     eventually("the note", || control.status().ok().filter(|status| status.sim_time_nanos == 2_500_000_000));
+    // A note at the shown time, which is a mark from then on.
+    screen.xdotool(&["key", "period", "sleep", "0.3"]);
+    let noted = control.status().expect("it answers").sim_time_nanos;
+    screen.xdotool(&["key", "shift+n", "sleep", "0.5", "type", "--delay", "80", "jam here"]);
+    screen.xdotool(&["sleep", "0.3", "key", "Return"]);
+    let text = eventually("the note is in the file", || {
+        let text = std::fs::read_to_string(folder.path().join("run.mcap.notes")).ok()?;
+        text.contains("jam here").then_some(text)
+    });
+    assert!(text.starts_with("2.5 half way\n") && text.ends_with(" jam here\n"), "{text}");
+    screen.xdotool(&["sleep", "1", "key", "z"]);
+    eventually("the mark before", || control.status().ok().filter(|status| status.sim_time_nanos == 2_500_000_000));
+    screen.xdotool(&["key", "x"]);
+    eventually("the new mark", || control.status().ok().filter(|status| status.sim_time_nanos == noted));
     let before = screen.stable_screenshot();
     let replay = control.status().expect("it answers").pid;
     let replay = rustix::process::Pid::from_raw(replay as i32).expect("an id");

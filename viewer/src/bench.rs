@@ -149,7 +149,7 @@ impl Bench<'_> {
         }
         let camera = self.camera(view, stage.bounds());
         let plans = Inbox::open(&self.options.fleet, stage.plan_watch())?;
-        let jams = Inbox::open(&self.options.fleet, stage.jam_watch(None))?;
+        let jams = Inbox::open(&self.options.fleet, stage.jam_watch())?;
         let mut failed = None;
         let times = self.measure(|times| {
             let start = Instant::now();

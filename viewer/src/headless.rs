@@ -1,16 +1,17 @@
 //! Rendering without a window: a screenshot, a recording of a live fleet, or a film of a recording.
 
 mod film;
-mod scrub;
-
+mod levels;
 mod output;
+mod scrub;
+mod waiting;
 
 use std::path::Path;
 use std::time::{Duration, Instant};
 
 use glam::{UVec2, Vec2};
 use image::RgbaImage;
-use regatta_plugin::frame::{ClockState, RobotState};
+use regatta_plugin::frame::RobotState;
 use regatta_plugin::{Error, Participant, Result, Termination};
 
 use crate::camera::Camera;
@@ -36,21 +37,8 @@ use crate::watching::Inbox;
 
 /// The time between two polls for new data.
 const POLL: Duration = Duration::from_millis(2);
-/// The time after which a message says that the viewer waits for the fleet.
-const NOTICE_AFTER: Duration = Duration::from_secs(1);
-/// The longest time that the replay of a recording may take to start.
-const REPLAY_START: Duration = Duration::from_secs(30);
-/// The longest wait for columns, which may arrive some moments after their frame.
-const COLUMNS_WAIT: Duration = Duration::from_millis(300);
-/// The longest wait for a column that the command line names, whose plugin may just be starting.
-const REQUESTED_COLUMN_WAIT: Duration = Duration::from_secs(3);
 /// The timeout of a request for routes, for a screenshot and for a picture of a recording.
 const ROUTE_TIMEOUTS: [Duration; 2] = [Duration::from_secs(2), Duration::from_millis(100)];
-
-/// The longest wait for the figures of a heat map.
-const HEAT_WAIT: Duration = Duration::from_secs(3);
-/// The longest wait for the plans of all robots of a screenshot.
-const PLANS_WAIT: Duration = Duration::from_secs(10);
 
 /// A stage with the texture that it is drawn into.
 struct HeadlessViewer<'a> {
@@ -67,6 +55,9 @@ struct HeadlessViewer<'a> {
     caption: Caption,
     /// The time of the picture, where it isn't that of the newest frame, in seconds.
     clock: Option<f64>,
+    /// The number and the name of the level that is drawn into a part of the picture, if levels are shown side by side.
+    part: Option<(u32, String)>,
+    samples: u32,
     termination: Termination,
 }
 
@@ -81,7 +72,8 @@ pub fn run(options: &Options) -> Result {
     let gpu = Gpu::offscreen()?;
     // A measurement draws as a window does.
     let samples = if gpu.is_software() && !options.bench.is_empty() { 1 } else { 4 };
-    let target = TargetConfig::new(&gpu, FORMAT, options.look.samples.unwrap_or(samples));
+    let samples = options.look.samples.unwrap_or(samples);
+    let target = TargetConfig::new(&gpu, FORMAT, samples);
     let offscreen = Offscreen::new(&gpu, options.picture_size(), target)?;
     let participant = Participant::join(&options.fleet, "viewer")?;
     let mut renderer = Renderer::new(&gpu, target);
@@ -93,12 +85,14 @@ pub fn run(options: &Options) -> Result {
     // A film reads them with each frame, so that they don't depend on when a thread wakes.
     let watch = Watch { selected: followed, ..stage.plan_watch() };
     let plans = if options.film.is_some() { None } else { Inbox::open(&options.fleet, watch)? };
-    let jams = if options.film.is_some() { None } else { Inbox::open(&options.fleet, stage.jam_watch(None))? };
+    let jams = if options.film.is_some() { None } else { Inbox::open(&options.fleet, stage.jam_watch())? };
     let caption = Caption::new(&gpu);
     let mut viewer = HeadlessViewer {
         view,
         caption,
         clock: None,
+        part: None,
+        samples,
         options,
         gpu,
         participant,
@@ -128,7 +122,7 @@ impl HeadlessViewer<'_> {
         self.check_options()?;
         self.wait_for_plans()?;
         self.wait_for_heat()?;
-        let picture = self.render(1.0)?;
+        let picture = if self.options.levels { self.render_levels(self.samples)? } else { self.render(1.0)? };
         write_png(&picture, path)?;
         Ok(())
     }
@@ -198,108 +192,6 @@ impl HeadlessViewer<'_> {
         if let Some(world) = self.stage.feed.world().filter(|_| news.world) {
             self.caption.labels = Labels::new(&world, self.options.look.level.as_deref());
         }
-    }
-
-    /// Waits for a world, and for a frame at or after the requested time. Returns false if interrupted.
-    fn wait_for_fleet(&mut self) -> Result<bool> {
-        let (started, mut is_notified, mut polls) = (Instant::now(), false, 0);
-        let from = self.options.at.map_or(Duration::ZERO, Into::into);
-        while !self.termination.requested() {
-            let news = self.stage.update(Instant::now())?;
-            self.update_labels(news);
-            if news.frame && self.stage.scene.trails.points > 0 {
-                self.stage.collect_trails();
-            }
-            let time = self.stage.feed.frame().map(|frame| frame.sim_time());
-            polls += u32::from(time.is_some());
-            if let Some(time) = time.filter(|time| polls == 1 && self.options.at.is_some() && *time > from) {
-                let (time, fleet) = (time.as_secs_f64(), &self.options.fleet);
-                return Err(Error::new(format!(
-                    "fleet '{fleet}' is already at {time:.2} s, after --at: give a later time, or replay a recording"
-                )));
-            }
-            if time.is_some_and(|time| time >= from) && self.stage.feed.world().is_some() {
-                let bounds = self.stage.bounds();
-                self.options.look.load_floor_picture(&mut self.stage.renderer, bounds);
-                return Ok(true);
-            }
-            if self.options.recording.is_some() && time.is_none() && started.elapsed() > REPLAY_START {
-                return Err(Error::new("the replay of the recording doesn't start; `regatta replay FILE` says why"));
-            }
-            if !is_notified && started.elapsed() > NOTICE_AFTER {
-                let what = if time.is_some() { "the time --at of " } else { "" };
-                eprintln!("waiting for {what}fleet '{}'", self.options.fleet);
-                is_notified = true;
-            }
-            if time.is_none() && started.elapsed() > self.options.timeout.into() {
-                let (fleet, timeout) = (&self.options.fleet, self.options.timeout);
-                return Err(Error::new(format!(
-                    "no frame of fleet '{fleet}' within {timeout}: start it with `regatta run`, or give a longer --timeout"
-                )));
-            }
-            if let Some(time) = time.filter(|_| self.has_ended()) {
-                let (time, fleet) = (time.as_secs_f64(), &self.options.fleet);
-                return Err(Error::new(format!("fleet '{fleet}' ended at {time:.2} s, before --at")));
-            }
-            std::thread::sleep(POLL);
-        }
-        Ok(false)
-    }
-
-    /// Whether the producer has stopped or is gone.
-    fn has_ended(&self) -> bool {
-        let header = self.stage.feed.frame().map(|frame| *frame.header());
-        header.is_some_and(|header| header.clock == ClockState::Stopped as u32) || !self.stage.feed.has_producer()
-    }
-
-    /// Waits a moment for the columns of robot types and values.
-    fn wait_for_columns(&mut self) -> Result {
-        let started = Instant::now();
-        let has_column = matches!(self.stage.scene.colouring, Colouring::Column(_));
-        let lacks = |stage: &Stage| stage.feed.robot_type().is_none() || has_column && stage.feed.value().is_none();
-        let wait = if self.options.look.colour.is_some() { REQUESTED_COLUMN_WAIT } else { COLUMNS_WAIT };
-        while lacks(&self.stage) && started.elapsed() < wait && !self.termination.requested() {
-            std::thread::sleep(POLL);
-            self.stage.update(Instant::now())?;
-        }
-        Ok(())
-    }
-
-    /// Waits until the routes of all robots have been asked for once, and who waits is known.
-    fn wait_for_plans(&mut self) -> Result {
-        let started = Instant::now();
-        let layers = self.stage.scene.layers;
-        while self.plans.is_some() && started.elapsed() < PLANS_WAIT && !self.termination.requested() {
-            std::thread::sleep(POLL);
-            self.stage.update(Instant::now())?;
-            let Some(facts) = self.update_plans()? else { continue };
-            let has_round = facts.routes.is_some_and(|routes| routes.round_secs.is_finite() || routes.under_way == 0);
-            // Without a fleet manager, nobody publishes the columns.
-            let is_late = started.elapsed() > COLUMNS_WAIT;
-            let has_columns = facts.has_goals && (!layers.waits || facts.waiting.is_some());
-            if (!layers.plans || has_round) && (has_columns || is_late) {
-                break;
-            }
-        }
-        Ok(())
-    }
-
-    /// Waits a moment for the figures of the heat map, which are published once a simulated second.
-    fn wait_for_heat(&mut self) -> Result {
-        let started = Instant::now();
-        while self.jams.is_some() && started.elapsed() < HEAT_WAIT && !self.termination.requested() {
-            std::thread::sleep(POLL);
-            self.stage.update(Instant::now())?;
-            self.update_jams()?;
-            if self.stage.jam_facts().heat.is_some() {
-                return Ok(());
-            }
-        }
-        if self.jams.is_some() {
-            let fleet = &self.options.fleet;
-            tracing::warn!("nobody publishes the figures of edges; start: regatta plugin traffic --fleet {fleet}");
-        }
-        Ok(())
     }
 
     /// Takes what was found of where it jams.
@@ -399,13 +291,19 @@ impl HeadlessViewer<'_> {
         let size = self.size();
         self.stage.draw(&mut encoder, &self.offscreen.view, &camera, size, alpha);
         let (target, legend) = ((&self.offscreen.overlay, size), self.stage.legend());
-        let legend = (!self.options.look.no_legend).then_some(&legend);
+        let is_first = self.part.as_ref().is_none_or(|(number, _)| *number == 0);
+        let legend = (!self.options.look.no_legend && is_first).then_some(&legend);
         let selected = self.selected().filter(|_| !self.options.look.no_ids);
         let robots = selected.filter_map(|robot| Some((robot, self.pose(robot)?.0))).collect();
         let plans = self.stage.plan_facts();
         let time = self.clock.or_else(|| Some(self.stage.feed.frame()?.sim_time().as_secs_f64()));
         let look = &self.options.look;
-        let banner = Banner { title: look.title.clone(), clock: time.filter(|_| look.clock), scale: look.scale };
+        let level = self.part.as_ref().map(|(_, name)| name.clone());
+        let heading = match (&look.title, level) {
+            (Some(title), Some(level)) => Some(format!("{title}: {level}")),
+            (title, level) => title.clone().or(level),
+        };
+        let banner = Banner { title: heading, clock: time.filter(|_| look.clock), scale: look.scale };
         let frame = self.stage.feed.frame();
         let robot_radius = self.stage.feed.world().map_or(0.5, |world| robot_spots::radius(&world));
         let heat = self.stage.jam_facts().heat;

@@ -9,6 +9,8 @@ pub mod camera_controller;
 mod cameras;
 mod collisions;
 mod connection;
+pub mod edge_finder;
+mod edge_hover;
 mod filter;
 mod fleet_list;
 pub mod heat;
@@ -21,6 +23,7 @@ mod log_panel;
 pub mod measure;
 mod menu;
 mod minimap;
+mod notes;
 pub mod overlay;
 mod performance;
 mod places;
@@ -91,12 +94,10 @@ impl Interface {
         // The picture goes on under the panels, so that it doesn't move when one is opened.
         let picture = ui.available_rect_before_wrap();
         self.panels(ui, model, &mut actions);
-        let visible = CentralPanel::no_frame()
-            .show(ui, |ui| {
-                self.pointer_input(ui, picture, &mut actions);
-                ui.max_rect()
-            })
+        let (visible, pointer) = CentralPanel::no_frame()
+            .show(ui, |ui| (ui.max_rect(), self.pointer_input(ui, picture, &mut actions)))
             .inner;
+        self.hover_edge(ui.ctx(), picture, pointer, model);
         self.overlay(ui.ctx(), picture, visible, model);
         self.menu(ui.ctx(), visible, model, &mut actions);
         if model.engine != EngineState::Awaited {

@@ -3,18 +3,19 @@
 //! for it.
 
 pub mod heat;
-pub mod series;
+pub mod presence;
 pub mod spots;
 mod watcher;
 
 use std::sync::Arc;
 use std::sync::mpsc::Receiver;
 
+use regatta_plugin::history::FleetSample;
 use regatta_plugin::traffic::{EdgeTraffic, TRAFFIC_PERIODS};
 use regatta_plugin::{FleetName, Result};
 
 use heat::{Heat, HeatFacts, HeatMap};
-use series::Sample;
+use presence::Presence;
 use spots::Spot;
 
 use crate::watching::Watched;
@@ -24,8 +25,10 @@ use crate::watching::Watched;
 pub struct Watch {
     /// The heat map to work out.
     pub heat: Option<Heat>,
-    /// The edge whose figures are wanted, by its index in the world.
-    pub edge: Option<u32>,
+    /// The edges whose figures are wanted, by their indices in the world: the selected one, and the one under the pointer.
+    pub edges: Vec<u32>,
+    /// The node whose robots are wanted, by its index in the world.
+    pub node: Option<u32>,
     /// Whether hot spots and figures over time are kept.
     pub history: bool,
 }
@@ -51,8 +54,17 @@ pub struct EdgeFacts {
     pub edge: u32,
     /// What happened there in each period; `None` without a traffic plugin.
     pub traffic: Option<[EdgeTraffic; TRAFFIC_PERIODS]>,
-    /// The number of robots that wait there now.
-    pub waiting: u32,
+    /// The robots there.
+    pub present: Presence,
+}
+
+/// What is known of a node.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct NodeFacts {
+    /// Its index in the world.
+    pub node: u32,
+    /// The robots over it.
+    pub present: Presence,
 }
 
 /// What the interface shows of all this.
@@ -60,24 +72,46 @@ pub struct EdgeFacts {
 pub struct JamFacts {
     /// The scale of the heat map; `None` as long as there is none.
     pub heat: Option<HeatFacts>,
-    /// The selected edge.
-    pub edge: Option<EdgeFacts>,
+    /// The watched edges.
+    pub edges: Vec<EdgeFacts>,
+    /// The watched node.
+    pub node: Option<NodeFacts>,
     /// The hot spots, the worst first.
     pub spots: Arc<[Spot]>,
     /// The figures over time, the oldest first.
-    pub series: Arc<[Sample]>,
+    pub series: Arc<[FleetSample]>,
+    /// From when on both are known.
+    pub since: Since,
 }
 
-/// The hot spots, the worst one first, and the figures over time.
-pub type History = (Arc<[Spot]>, Arc<[Sample]>);
+/// From when on the history of a run is known.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Since {
+    /// Simulated seconds.
+    pub secs: f64,
+    /// Whether a plugin keeps it; if not, this window does.
+    pub is_published: bool,
+}
+
+impl JamFacts {
+    /// What is known of an edge, by its index in the world.
+    pub fn edge(&self, edge: u32) -> Option<&EdgeFacts> {
+        self.edges.iter().find(|facts| facts.edge == edge)
+    }
+}
+
+/// The hot spots, the worst one first, the figures over time, and from when on they are known.
+pub type History = (Arc<[Spot]>, Arc<[FleetSample]>, Since);
 
 /// What was found since the report before.
 #[derive(Clone, Debug, Default)]
 pub struct JamReport {
     /// Another heat map; `Some(None)` if there is none any more.
     pub heat: Option<Option<HeatMap>>,
-    /// What is known of the watched edge.
-    pub edge: Option<EdgeFacts>,
+    /// What is known of the watched edges.
+    pub edges: Vec<EdgeFacts>,
+    /// What is known of the watched node.
+    pub node: Option<NodeFacts>,
     /// The hot spots and the figures over time, if there are newer ones.
     pub history: Option<History>,
 }

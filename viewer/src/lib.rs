@@ -23,6 +23,7 @@ pub mod log;
 mod memory;
 pub mod mesh;
 pub mod mesh_file;
+pub mod notes;
 pub mod options;
 pub mod orders;
 pub mod palette;

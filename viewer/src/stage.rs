@@ -1,6 +1,8 @@
 //! The stage: passes new data from the feed to the renderer, and derives from it what the renderer needs beside it:
 //! bounds, legend and routes.
 
+mod columns;
+
 use std::time::Instant;
 
 use glam::{UVec2, Vec2};
@@ -24,13 +26,6 @@ use crate::route::{Remaining, remaining_route};
 use crate::scene::Scene;
 use crate::svg;
 use crate::tasks::TaskBook;
-
-/// The number of rows that are sampled to find the range of a column's values.
-const SAMPLED_ROWS: usize = 1_024;
-/// The number of frames between two samplings of the range.
-const RANGE_EVERY: u64 = 16;
-/// The number of frames between two updates of the robots' bounds, for a fleet without a graph.
-const BOUNDS_EVERY: u64 = 64;
 
 /// A feed and the renderer that draws it.
 #[derive(Debug)]
@@ -214,21 +209,23 @@ impl Stage {
         self.plan_facts
     }
 
-    /// What is to be watched of where it jams. `edge` is the selected one.
-    pub fn jam_watch(&self, edge: Option<u32>) -> JamWatched {
-        JamWatched { heat: self.scene.heat, edge, history: false }
+    /// What is to be watched of where it jams for the pictures.
+    pub fn jam_watch(&self) -> JamWatched {
+        JamWatched { heat: self.scene.heat, ..JamWatched::default() }
     }
 
     /// Takes what was found of where it jams. Returns whether it makes a difference.
     pub fn set_jams(&mut self, report: JamReport) -> bool {
-        let is_new = report.heat.is_some() || report.history.is_some() || report.edge != self.jam_facts.edge;
+        let facts = &self.jam_facts;
+        let is_same = report.edges == facts.edges && report.node == facts.node;
+        let is_new = report.heat.is_some() || report.history.is_some() || !is_same;
         if let Some(map) = report.heat {
             self.jam_facts.heat = map.as_ref().map(|map| map.facts);
             self.renderer.set_heat(map.as_ref());
         }
-        self.jam_facts.edge = report.edge;
-        if let Some((spots, series)) = report.history {
-            (self.jam_facts.spots, self.jam_facts.series) = (spots, series);
+        (self.jam_facts.edges, self.jam_facts.node) = (report.edges, report.node);
+        if let Some((spots, series, since)) = report.history {
+            (self.jam_facts.spots, self.jam_facts.series, self.jam_facts.since) = (spots, series, since);
         }
         is_new
     }
@@ -276,60 +273,6 @@ impl Stage {
         self.renderer.set_routes(&all);
     }
 
-    fn update_columns(&mut self, news: News, is_recoloured: bool) {
-        if (news.robot_type || news.frame)
-            && let Some(robot_type) = self.feed.robot_type()
-        {
-            // A frame may have replaced the buffers, which are empty then.
-            if news.robot_type || self.renderer.lacks_robot_type_column() {
-                self.renderer.set_robot_type_column(robot_type);
-            }
-        }
-        let is_due = self.robot_bounds.is_none() || self.feed.counts().read.is_multiple_of(BOUNDS_EVERY);
-        if news.frame && self.graph_bounds.is_none() && is_due {
-            self.update_robot_bounds();
-        }
-        let frame = self.feed.frame();
-        let values = match &self.scene.colouring {
-            Colouring::Speed if news.frame || is_recoloured => Some(frame.map(|frame| frame.speed())),
-            // A frame may have replaced the buffers, which are empty then.
-            Colouring::Column(_) if news.value || is_recoloured || (news.frame && self.renderer.lacks_values()) => {
-                Some(self.feed.value())
-            }
-            _ => None,
-        };
-        let is_kept = matches!(self.scene.colouring, Colouring::Speed);
-        let values = match (self.looking_back, values) {
-            (Some(_), Some(_)) if !is_kept => None,
-            (Some((_, time)), Some(_)) => {
-                Some(self.past.as_ref().and_then(|past| past.at(time)).map(|frame| frame.speed()))
-            }
-            (_, values) => values,
-        };
-        if let Some(values) = values {
-            let is_due = self.range.is_none() || self.feed.counts().read.is_multiple_of(RANGE_EVERY);
-            if let Some(values) = values.filter(|_| is_due) {
-                self.range = widened(self.range, values);
-            }
-            self.renderer.set_values(values);
-        }
-    }
-
-    /// Grows the robots' bounds. They never shrink during a run, and grow in large steps, so that the view seldom moves.
-    fn update_robot_bounds(&mut self) {
-        let Some(frame) = self.feed.frame() else { return };
-        let run = frame.run_id();
-        let old = self.robot_bounds.filter(|_| self.robot_bounds_run == run);
-        let bounds = match (old, bounds_of_robots(&frame)) {
-            (Some(old), Some(new)) if old.contains(new) => Some(old),
-            (old, new) => new.map(|new| old.map_or(new, |old| old.union(new)).padded()),
-        };
-        (self.robot_bounds_run, self.robot_bounds) = (run, bounds);
-        if let Some(bounds) = bounds {
-            self.renderer.set_ground((bounds.high - bounds.low).element_product());
-        }
-    }
-
     /// Hides the robots that are on another level than the scene's. A window has this done by its other thread.
     pub fn hide_other_levels(&mut self) {
         let (Some(frame), Some(world), Some(_)) = (self.feed.frame(), self.feed.world(), &self.scene.level) else {
@@ -370,6 +313,7 @@ impl Stage {
             colouring: &self.scene.colouring,
             legend: &legend,
             theme,
+            closed: &self.closed.1,
             bounds: Bounds { low: bounds.low - 1.0, high: bounds.high + 1.0 },
             offset: self.scene.offset,
             scale,
@@ -428,37 +372,4 @@ fn bounds_of_graph(world: &World<'_>) -> Option<Bounds> {
     let points = |curve| [0.0, 0.25, 0.5, 0.75, 1.0].map(|parameter| curve_point(curve, parameter));
     Bounds::from_points(world.all_curves().iter().flat_map(points))
         .or_else(|| Bounds::from_points(world.nodes().iter().map(|node| Vec2::new(node.x, node.y))))
-}
-
-fn bounds_of_robots(frame: &Frame<'_>) -> Option<Bounds> {
-    Bounds::from_points(frame.x().iter().zip(frame.y()).map(|(x, y)| Vec2::new(*x, *y)))
-}
-
-/// Extends a range by a sample of the values, rounded outwards so that it seldom changes.
-fn widened(range: Option<(f32, f32)>, values: &[f32]) -> Option<(f32, f32)> {
-    let step = values.len().div_ceil(SAMPLED_ROWS).max(1);
-    let finite = values.iter().step_by(step).copied().filter(|value| value.is_finite());
-    let ends = range.into_iter().flat_map(|(low, high)| [low, high]);
-    let (low, high) = ends
-        .chain(finite)
-        .fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)));
-    if low > high {
-        return None;
-    }
-    let unit = 10_f32.powf((high - low).max(1e-3).log10().floor()) * 0.5;
-    Some(((low / unit).floor() * unit, (high / unit).ceil() * unit))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn ranges_contain_their_values_and_are_rounded() {
-        assert_eq!(widened(None, &[]), None);
-        assert_eq!(widened(None, &[f32::NAN]), None);
-        let range = widened(None, &[0.13, 1.37]).unwrap();
-        assert!((range.0 - 0.0).abs() < 1e-6 && (range.1 - 1.5).abs() < 1e-6, "{range:?}");
-        assert_eq!(widened(Some(range), &[1.0]), Some(range), "no value is outside the range");
-    }
 }

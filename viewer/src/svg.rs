@@ -5,10 +5,11 @@ use std::fmt::Write;
 
 use glam::Vec2;
 use regatta_plugin::frame::{Frame, RobotState};
-use regatta_plugin::world::{NodeRole, RobotTypeRecord};
+use regatta_plugin::world::{EdgeRecord, NodeRole, RobotTypeRecord};
 use regatta_plugin::{Result, World};
 
 use crate::camera::Bounds;
+use crate::curves::midpoint;
 use crate::footprint::Footprint;
 use crate::interface::plan::{metres_text, round_step};
 use crate::palette::{COLOURS, Colouring, Legend, Rgb, Scale, Theme};
@@ -17,6 +18,8 @@ use crate::palette::{COLOURS, Colouring, Legend, Rgb, Scale, Theme};
 const MAX_ROBOTS: usize = 200_000;
 /// The longest side of a drawing whose scale isn't given, in millimetres: that of A3, less a margin.
 const LONGEST_MM: f32 = 380.0;
+/// The colour of closed edges, as in closures.wgsl.
+const CLOSED: &str = "#d8232e";
 /// The margin around the drawing, and the height of the line below it, in millimetres.
 const MARGIN: f32 = 10.0;
 const FOOTER: f32 = 14.0;
@@ -38,6 +41,8 @@ pub struct Plan<'a> {
     pub legend: &'a Legend,
     /// The colour theme.
     pub theme: Theme,
+    /// The indices of closed edges, sorted.
+    pub closed: &'a [u32],
     /// What is to be seen, in metres.
     pub bounds: Bounds,
     /// Metres added to all positions.
@@ -140,17 +145,12 @@ fn graph(text: &mut String, plan: &Plan<'_>, per_metre: f32) {
     let _ = writeln!(text, "<g id=\"edges\" fill=\"none\" stroke-width=\"{line:.5}\">");
     for edge in world.edges() {
         let colour = if edge.velocity_backwards > 0.0 { colours.two_way } else { colours.edge };
-        let mut path = String::new();
-        for (number, curve) in world.curves(edge).iter().enumerate() {
-            let [a, b, c, d] = curve.control_points.map(|point| Vec2::from(point) + plan.offset);
-            if number == 0 {
-                let _ = write!(path, "M{:.4} {:.4}", a.x, a.y);
-            }
-            let _ = write!(path, "C{:.4} {:.4} {:.4} {:.4} {:.4} {:.4}", b.x, b.y, c.x, c.y, d.x, d.y);
-        }
+        let path = path_of(plan, edge);
         let _ = writeln!(text, "<path id=\"e{}\" stroke=\"{}\" d=\"{path}\"/>", edge.id, hex(colour));
     }
-    let _ = writeln!(text, "</g>\n<g id=\"nodes\" fill=\"{}\">", hex(colours.node));
+    text.push_str("</g>\n");
+    closures(text, plan, per_metre);
+    let _ = writeln!(text, "<g id=\"nodes\" fill=\"{}\">", hex(colours.node));
     for node in world.nodes() {
         let (at, is_station) = (Vec2::new(node.x, node.y) + plan.offset, node.role() != NodeRole::None);
         let radius = if is_station { 0.7 } else { 0.35 } / per_metre;
@@ -159,6 +159,47 @@ fn graph(text: &mut String, plan: &Plan<'_>, per_metre: f32) {
         let _ = writeln!(
             text,
             "<circle id=\"n{id}\" cx=\"{x:.4}\" cy=\"{y:.4}\" r=\"{radius:.4}\"><title>{name}</title></circle>"
+        );
+    }
+    text.push_str("</g>\n");
+}
+
+/// The curves of an edge.
+fn path_of(plan: &Plan<'_>, edge: &EdgeRecord) -> String {
+    let mut path = String::new();
+    for (number, curve) in plan.world.curves(edge).iter().enumerate() {
+        let [a, b, c, d] = curve.control_points.map(|point| Vec2::from(point) + plan.offset);
+        if number == 0 {
+            let _ = write!(path, "M{:.4} {:.4}", a.x, a.y);
+        }
+        let _ = write!(path, "C{:.4} {:.4} {:.4} {:.4} {:.4} {:.4}", b.x, b.y, c.x, c.y, d.x, d.y);
+    }
+    path
+}
+
+/// Closed edges, as in pictures: dashed, with a no-entry sign in the middle of each.
+fn closures(text: &mut String, plan: &Plan<'_>, per_metre: f32) {
+    if plan.closed.is_empty() {
+        return;
+    }
+    let [line, dash, gap, radius, bar] = [0.7, 1.8, 1.2, 1.7, 0.7].map(|millimetres: f32| millimetres / per_metre);
+    let _ = writeln!(
+        text,
+        "<g id=\"closed\" fill=\"none\" stroke=\"{CLOSED}\" stroke-width=\"{line:.5}\" stroke-dasharray=\"{dash:.5} {gap:.5}\">"
+    );
+    let edges = || plan.closed.iter().filter_map(|index| plan.world.edges().get(*index as usize));
+    for edge in edges() {
+        let _ = writeln!(text, "<path id=\"closed-e{}\" d=\"{}\"/>", edge.id, path_of(plan, edge));
+    }
+    text.push_str("</g>\n<g id=\"no-entry\">\n");
+    for at in edges().filter_map(|edge| midpoint(&plan.world, edge)) {
+        let at = at + plan.offset;
+        let (x, y, left, below) = (at.x, at.y, at.x - 0.65 * radius, at.y - 0.5 * bar);
+        let width = 1.3 * radius;
+        let _ = writeln!(
+            text,
+            "<circle cx=\"{x:.4}\" cy=\"{y:.4}\" r=\"{radius:.5}\" fill=\"{CLOSED}\"/>\
+             <rect x=\"{left:.4}\" y=\"{below:.4}\" width=\"{width:.5}\" height=\"{bar:.5}\" fill=\"#ffffff\"/>"
         );
     }
     text.push_str("</g>\n");
@@ -249,7 +290,7 @@ fn footer(text: &mut String, plan: &Plan<'_>, [width, height]: [f32; 2], scale: 
 #[cfg(test)]
 mod tests {
     use regatta_plugin::frame::{ColumnsMut, FrameHeader, Line, frame_lines, stride_lines};
-    use regatta_plugin::world::{CurveRecord, EdgeRecord, NodeRecord, WorldData};
+    use regatta_plugin::world::{CurveRecord, NodeRecord, WorldData};
 
     use super::*;
 
@@ -285,6 +326,7 @@ mod tests {
             colouring: &colouring,
             legend: &legend,
             theme: Theme::Light,
+            closed: &[],
             bounds: Bounds { low: Vec2::ZERO, high: Vec2::new(4.0, 2.0) },
             offset: Vec2::ZERO,
             scale: Some(50.0),
@@ -300,6 +342,12 @@ mod tests {
             "{text}"
         );
         assert!(text.contains("matrix(20 0 0 -20 10.0000 50.0000)"), "{text}");
+        assert_eq!(text.matches("<g").count(), text.matches("</g>").count());
+        assert!(!text.contains("closed"));
+        let text = draw(&Plan { closed: &[0, 7], ..plan }).expect("a drawing");
+        let path = "<path id=\"closed-e9\" d=\"M0.0000 0.0000C1.0000 0.0000 1.0000 2.0000 4.0000 2.0000\"/>";
+        assert!(text.contains(path) && text.contains("stroke-dasharray"), "{text}");
+        assert_eq!(text.matches("fill=\"#d8232e\"").count(), 1, "a sign for each closed edge that the world has");
         assert_eq!(text.matches("<g").count(), text.matches("</g>").count());
     }
 }

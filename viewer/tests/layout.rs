@@ -16,7 +16,8 @@ use regatta_viewer::interface::measure::End;
 use regatta_viewer::interface::settings::{LeftPanel, RightPanel, Settings};
 use regatta_viewer::interface::timing::Timing;
 use regatta_viewer::interface::view_model::{Action, EngineState, Item, ViewModel};
-use regatta_viewer::jams::JamFacts;
+use regatta_viewer::jams::presence::Presence;
+use regatta_viewer::jams::{EdgeFacts, JamFacts, NodeFacts};
 use regatta_viewer::log::{AlarmChange, AlarmKey, Entry, Kind, LogReport, Place, Severity};
 use regatta_viewer::palette::{Colouring, Legend, Theme};
 use regatta_viewer::plans::PlanFacts;
@@ -122,10 +123,35 @@ fn harness([width, height]: [f32; 2], scale: f32, prepare: impl FnOnce(&mut Inte
     harness
 }
 
+/// What the names of rows of lists contain.
+const ROWS: [&str; 3] = ["'robot ", "'acknowledge ", " broke down "];
+
+/// Checks the controls in panels, of which the ones below the window's end are scrolled to: none is cut at its sides, and no two
+/// that are in sight overlap. Returns how many are in sight.
+fn check_panels(harness: &Harness<'_, Fixture>, [width, height]: [f32; 2], what: &str) -> usize {
+    let scale = harness.state().interface.settings.scale;
+    // Between the bar at the top and the one at the bottom.
+    let area = Rect::from_min_max(egui::pos2(0.0, 42.0), egui::pos2(width / scale, height / scale - 48.0));
+    let in_sight = |rect: &Rect| rect.top() >= area.top() && rect.bottom() <= area.bottom();
+    // Rows of lists are drawn beyond the ends of their lists, and cut there.
+    let is_row = |name: &str| ROWS.iter().any(|row| name.contains(row));
+    let all = controls(harness).into_iter();
+    let controls: Vec<_> = all.filter(|(name, rect)| in_sight(rect) && !is_row(name)).collect();
+    no_overlap(&controls, area, what);
+    controls.len()
+}
+
 /// Checks the controls of the bars: they are whole, and don't overlap. `area` is the window, in points.
 fn check(harness: &Harness<'_, Fixture>, [width, height]: [f32; 2], what: &str) {
     let scale = harness.state().interface.settings.scale;
     let area = Rect::from_min_size(egui::Pos2::ZERO, egui::vec2(width, height) / scale);
+    let controls = controls(harness);
+    assert!(controls.len() > 4, "{what}: {controls:?}");
+    no_overlap(&controls, area, what);
+}
+
+/// The names and places of all controls.
+fn controls(harness: &Harness<'_, Fixture>) -> Vec<(String, Rect)> {
     let is_control = |role: egui::accesskit::Role| {
         use egui::accesskit::Role::{Button, CheckBox, ComboBox, Slider, SpinButton, TextInput};
         matches!(role, Button | CheckBox | ComboBox | Slider | SpinButton | TextInput)
@@ -137,7 +163,10 @@ fn check(harness: &Harness<'_, Fixture>, [width, height]: [f32; 2], what: &str) 
             controls.push((format!("{role:?} '{name}'"), node.rect()));
         }
     }
-    assert!(controls.len() > 4, "{what}: {controls:?}");
+    controls
+}
+
+fn no_overlap(controls: &[(String, Rect)], area: Rect, what: &str) {
     for (i, (name, rect)) in controls.iter().enumerate() {
         assert!(area.expand(0.6).contains_rect(*rect), "{what}: {name} at {rect:?} is cut by {area:?}");
         for (other, beside) in &controls[..i] {
@@ -161,9 +190,10 @@ fn the_bars_fit_into_windows_of_all_sizes() {
 
 #[test]
 fn panels_fit_into_windows_of_all_sizes() {
+    let mut controls = 0;
     for size in SIZES {
         for scale in SCALES {
-            for right in [RightPanel::Performance, RightPanel::Selection] {
+            for right in [RightPanel::Performance, RightPanel::Selection, RightPanel::View, RightPanel::Connection] {
                 let harness = harness(size, scale, |interface| {
                     interface.select(Some(Item::Robot(3)));
                     (interface.settings.left, interface.settings.right) = (Some(LeftPanel::Fleet), Some(right));
@@ -172,9 +202,11 @@ fn panels_fit_into_windows_of_all_sizes() {
                 let room = size[0] / scale;
                 let links = harness.query_all_by_label("robot 3").count();
                 assert_eq!(links > 0, room >= 620.0, "one panel only in a narrow window: {size:?} at {scale}");
+                controls += check_panels(&harness, size, &format!("{right:?}, {size:?} at {scale}"));
             }
         }
     }
+    assert!(controls > 200, "{controls} controls were compared");
 }
 
 #[test]
@@ -207,6 +239,19 @@ fn the_menu_and_the_log_fit_into_windows_of_all_sizes() {
             });
             log.get_by_label("40 alarms");
             log.get_by_label("text of entries");
+            check_panels(&log, size, &format!("log, {size:?} at {scale}"));
+        }
+    }
+}
+
+#[test]
+fn lists_fit_into_windows_of_all_sizes() {
+    for size in SIZES {
+        for scale in SCALES {
+            for left in [LeftPanel::Fleet, LeftPanel::Collisions, LeftPanel::Spots] {
+                let harness = harness(size, scale, |interface| interface.settings.left = Some(left));
+                check_panels(&harness, size, &format!("{left:?}, {size:?} at {scale}"));
+            }
         }
     }
 }
@@ -277,13 +322,21 @@ fn keys_right_after_the_search_shortcut_are_for_the_search() {
 #[test]
 fn an_edge_lists_its_robots_and_a_column_of_categories_its_word() {
     let mut harness = harness(SIZES[1], 1.0, |interface| interface.select(Some(Item::Edge(0))));
-    harness.get_by_label("ROBOTS ON IT: 10");
+    harness.state_mut().jams.edges = vec![EdgeFacts {
+        present: Presence { robots: 14, waiting: 0, listed: (0..12).collect() },
+        ..EdgeFacts::default()
+    }];
+    harness.run_steps(4);
+    harness.get_by_label("ROBOTS ON IT: 14");
+    harness.get_by_label("and 2 more");
     harness.get_by_label("robot 4").click();
     harness.run_steps(4);
     assert_eq!(harness.state().interface.selected, Some(Item::Robot(4)));
     assert_eq!(harness.query_all_by_label("touching").count(), 2, "in the panel and in the legend");
     assert!(harness.query_by_label("2.000").is_none());
     harness.state_mut().interface.select(Some(Item::Node(0)));
+    let present = Presence { robots: 1, waiting: 0, listed: vec![3] };
+    harness.state_mut().jams.node = Some(NodeFacts { node: 0, present });
     harness.run_steps(4);
     harness.get_by_label("ROBOTS OVER IT: 1");
 }

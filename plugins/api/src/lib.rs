@@ -43,6 +43,7 @@ pub use ports::control::{Control, ControlError, TIMEOUT as CONTROL_TIMEOUT};
 pub use ports::error::{OpenError, PublishError, ReadError};
 pub use ports::events::{EventReader, Events};
 pub use ports::frames::Subscriber;
+pub use ports::history::{HistoryPublisher, HistoryReader};
 pub use ports::lockstep::{LockstepError, Reporter};
 pub use ports::manager::{ManagerClient, ManagerError, ManagerServer};
 pub use ports::order_log::{OrderLog, OrderLogReader};
@@ -58,6 +59,7 @@ pub use process::csv_file::{CsvChange, CsvError, CsvFile, RowCounts};
 pub use process::dispatch::{DispatchError, Dispatcher};
 pub use process::domain::{DomainError, RUNTIME_DIR_VARIABLE, config as iceoryx2_config};
 pub use process::health;
+pub use process::history::{series::Series, spots::Spots};
 pub use process::join::Participant;
 pub use process::log::set_verbosity;
 pub use process::plugin::Plugin;
@@ -72,6 +74,6 @@ pub use records::frame::Frame;
 pub use records::name::{ColumnName, FleetName, MAX_NAME_BYTES, NameError};
 pub use records::world::World;
 pub use records::{
-    activity, closure, column, contact, control, event, frame, manager, order, order_log, recording, route, sequence,
-    task, traffic, world,
+    activity, closure, column, contact, control, event, frame, history, manager, order, order_log, recording, route,
+    sequence, task, traffic, world,
 };

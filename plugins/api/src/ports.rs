@@ -18,6 +18,7 @@ mod every_tick;
 mod frame_loan;
 pub mod frames;
 pub(crate) mod full_memory;
+pub mod history;
 mod inbox;
 pub mod lockstep;
 pub mod manager;

@@ -11,6 +11,7 @@ pub mod contact;
 pub mod control;
 pub mod event;
 pub mod frame;
+pub mod history;
 pub mod lockstep;
 pub mod manager;
 pub mod name;

@@ -20,6 +20,7 @@ use regatta_plugin::contact::{
 use regatta_plugin::control::{ControlKind, ControlRequest, ControlResponse};
 use regatta_plugin::event::{BreakdownCause, EventHeader, EventKind, EventRecord, Refusal};
 use regatta_plugin::frame::{CONTRACT_VERSION, ClockState, FrameHeader, NO_EDGE, RobotState};
+use regatta_plugin::history::{FleetSample, HistoryHeader, HotSpot, Trend};
 use regatta_plugin::manager::{ManagerAnswer, ManagerRequest, ManagerRequestKind, ManagerResponse};
 use regatta_plugin::order::{OrderHeader, OrderKind, OrderRecord};
 use regatta_plugin::order_log::OrderLogHeader;
@@ -30,8 +31,8 @@ use regatta_plugin::task::{NO_ROBOT, StopAction, TaskHeader, TaskKind, TaskRecor
 use regatta_plugin::traffic::{EdgeTraffic, TrafficHeader};
 use regatta_plugin::world::{CurveRecord, EdgeRecord, NodeRecord, NodeRole, RobotTypeRecord, Shape, WorldHeader};
 use regatta_plugin::{
-    ColumnReader, ContactEventReader, ContactReader, FleetName, ManagerServer, OrderLogReader, Participant,
-    RecordingReader, Result, RouteServer, TaskReader, TrafficReader, services,
+    ColumnReader, ContactEventReader, ContactReader, FleetName, HistoryReader, ManagerServer, OrderLogReader,
+    Participant, RecordingReader, Result, RouteServer, TaskReader, TrafficReader, services,
 };
 use serde_json::{Map, Value, json};
 
@@ -85,8 +86,11 @@ fn all_records() -> Map<String, Value> {
         TaskHeader { run_id, tick, dropped, sequence }
         TaskRecord { task, kind, robot, stop, node, action, dwell_secs, detail, reserved }
         TrafficHeader { run_id, tick, sim_time_nanos, world_revision, sequence, period_secs, edges, has_contacts,
-            reserved }
-        EdgeTraffic { occupancy, entered_per_hour, relative_speed, waiting_secs, contact_secs }
+            has_routes }
+        EdgeTraffic { occupancy, entered_per_hour, relative_speed, waiting_secs, contact_secs, released, planned }
+        HistoryHeader { run_id, tick, sim_time_nanos, began_nanos, sequence }
+        FleetSample { secs, states, touching, throughput, mean_speed, reserved }
+        HotSpot { contact_secs, standing_secs, seen, x, y, edges, trend, reserved }
         ContactHeader { run_id, tick, sim_time_nanos, touching_ever, possible_ever, frames_skipped, sequence, touching,
             possible, capped, reserved }
         ContactRecord { since_tick, since_nanos, robots, level, edge, x, y, relative_speed, reserved }
@@ -129,6 +133,7 @@ fn all_enums() -> Map<String, Value> {
         MarkKind { Contact, Fault, Stop, Note }
         ManagerRequestKind { Send, Recall }
         ManagerAnswer { Now, Later, UnknownRobot, UnknownNode, NoWay, NotSent, NotReady, UnknownKind }
+        Trend { Growing, Steady, Easing, Over }
         ControlKind { Status, Pause, Resume, Step, Speed, Robots, Seek }
     }
 }
@@ -142,7 +147,7 @@ fn all_services(fleet: &FleetName) -> Result<Map<String, Value>> {
     let (_log, _routes) = (OrderLogReader::open_on(&other)?, RouteServer::open_on(&other)?);
     let (_tasks, _traffic) = (TaskReader::open_on(&other)?, TrafficReader::open_on(&other)?);
     let _manager = ManagerServer::open_on(&other)?;
-    let _recording = RecordingReader::open_on(&other)?;
+    let (_recording, _history) = (RecordingReader::open_on(&other)?, HistoryReader::open_on(&other)?);
     let prefix = services::service_name(fleet, "");
     let mut services = Map::new();
     ipc::Service::list(regatta_plugin::iceoryx2_config()?, |service| {

@@ -105,6 +105,7 @@ pub fn jams() -> Arc<[Jam]> {
         relative_speed: 0.25,
         waiting_secs: 456.0,
         contact_secs: 0.0,
+        ..EdgeTraffic::default()
     };
     let jam = |edge, name: &str| Jam { edge, name: name.into(), figures };
     [jam(567, ""), jam(8, "dock 3")].into()

@@ -290,7 +290,7 @@ class TrafficHeader(Sequenced):
     period_secs: Annotated[Any, ctypes.c_float * 3]
     edges: u32
     has_contacts: u32
-    reserved: u32
+    has_routes: u32
 
 
 @record
@@ -302,6 +302,45 @@ class EdgeTraffic(Record):
     relative_speed: f32
     waiting_secs: f32
     contact_secs: f32
+    released: f32
+    planned: f32
+
+
+@record
+class HistoryHeader(Sequenced):
+    """The header of the history of a run so far: of its figures over time, and of its hot spots."""
+
+    run_id: u64
+    tick: u64
+    sim_time_nanos: u64
+    began_nanos: u64
+    sequence: u64
+
+
+@record
+class FleetSample(Record):
+    """The figures of a fleet at a time."""
+
+    secs: f64
+    states: Annotated[Any, ctypes.c_uint32 * 8]
+    touching: u32
+    throughput: f32
+    mean_speed: f32
+    reserved: u32
+
+
+@record
+class HotSpot(Record):
+    """A place where robots lose time."""
+
+    contact_secs: f64
+    standing_secs: f64
+    seen: Annotated[Any, ctypes.c_double * 2]
+    x: f32
+    y: f32
+    edges: Annotated[Any, ctypes.c_uint32 * 4]
+    trend: u32
+    reserved: u32
 
 
 @record

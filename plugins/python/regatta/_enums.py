@@ -252,6 +252,22 @@ class ManagerAnswer(IntEnum):
     UNKNOWN_KIND = 8
 
 
+class Trend(IntEnum):
+    """Whether a place where robots lose time gets worse."""
+
+    GROWING = 1
+    """It costs more time than it used to."""
+
+    STEADY = 2
+    """It costs about as much as before."""
+
+    EASING = 3
+    """It costs less."""
+
+    OVER = 4
+    """Nobody loses time there any more."""
+
+
 class MarkKind(IntEnum):
     """Kinds of marks of a recording."""
 

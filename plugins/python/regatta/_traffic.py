@@ -20,7 +20,8 @@ if TYPE_CHECKING:
 class Traffic:
     """The traffic on all edges. Each period is a structured array, a copy, with a row for each edge of the world:
     ``occupancy`` (the mean number of robots), ``entered_per_hour``, ``relative_speed`` (the mean speed over the speed
-    limit), ``waiting_secs`` and ``contact_secs`` (added up over robots)."""
+    limit), ``waiting_secs`` and ``contact_secs`` (added up over robots), ``released`` and ``planned`` (the mean number of
+    robots whose released route leads over the edge, and of others whose planned one does; 0 unless ``header.has_routes``)."""
 
     header: TrafficHeader
     """The run and tick of the newest frame, and the lengths of the periods."""

@@ -82,6 +82,8 @@ mod tests {
             relative_speed: 0.25 * number,
             waiting_secs: 100.0 * number,
             contact_secs: 1000.0 * number,
+            released: 2.0 * number,
+            planned: 3.0 * number,
         });
         write(&path, &Report { secs: 60.0, edges: &edges, figures: &figures }).expect("written");
         let reader = SerializedFileReader::new(File::open(&path).expect("a file")).expect("readable");
@@ -91,9 +93,9 @@ mod tests {
             rows,
             [
                 "{edge: 5, origin: 1, destination: 2, name: \"dock, \"north\"\", occupancy: 1.0, entered_per_hour: 10.0, \
-             relative_speed: 0.25, waiting_secs: 100.0, contact_secs: 1000.0}",
+             relative_speed: 0.25, waiting_secs: 100.0, contact_secs: 1000.0, released: 2.0, planned: 3.0}",
                 "{edge: 4294967295, origin: 2, destination: 3, name: \"\", occupancy: 2.0, entered_per_hour: 20.0, \
-             relative_speed: 0.5, waiting_secs: 200.0, contact_secs: 2000.0}",
+             relative_speed: 0.5, waiting_secs: 200.0, contact_secs: 2000.0, released: 4.0, planned: 6.0}",
             ]
         );
     }

@@ -10,6 +10,8 @@ use crate::tally::Counts;
 const PART_SECS: f64 = 10.0;
 /// The number of parts in a minute.
 const PARTS: usize = 6;
+/// The number of values of [`Counts`].
+const VALUES: usize = 7;
 /// The number of minutes that are kept.
 const MINUTES: usize = 10;
 
@@ -39,10 +41,12 @@ impl Counts {
         self.metres += other.metres;
         self.waiting += other.waiting;
         self.touching += other.touching;
+        self.released += other.released;
+        self.planned += other.planned;
     }
 
-    fn values(&self) -> [f32; 5] {
-        [self.robots, self.entered, self.metres, self.waiting, self.touching]
+    fn values(&self) -> [f32; VALUES] {
+        [self.robots, self.entered, self.metres, self.waiting, self.touching, self.released, self.planned]
     }
 }
 
@@ -59,13 +63,18 @@ pub struct Periods {
     minutes: VecDeque<Span>,
     run_secs: f64,
     /// By edge: all parts of the run. A day of seconds is too long for single precision.
-    run: Vec<[f64; 5]>,
+    run: Vec<[f64; VALUES]>,
 }
 
 impl Periods {
     /// Begins a run on a number of edges.
     pub fn new(edges: usize) -> Self {
-        Self { part: Span::new(edges), minute: (Span::new(edges), 0), run: vec![[0.0; 5]; edges], ..Self::default() }
+        Self {
+            part: Span::new(edges),
+            minute: (Span::new(edges), 0),
+            run: vec![[0.0; VALUES]; edges],
+            ..Self::default()
+        }
     }
 
     /// Adds the counts of a frame that lasted for some simulated seconds.
@@ -131,7 +140,11 @@ impl Periods {
     }
 }
 
-fn traffic([robots, entered, metres, waiting, touching]: [f64; 5], secs: f64, limit: f32) -> EdgeTraffic {
+fn traffic(
+    [robots, entered, metres, waiting, touching, released, planned]: [f64; VALUES],
+    secs: f64,
+    limit: f32,
+) -> EdgeTraffic {
     let over = |value: f64, by: f64| if by > 0.0 { (value / by) as f32 } else { 0.0 };
     EdgeTraffic {
         occupancy: over(robots, secs),
@@ -139,6 +152,8 @@ fn traffic([robots, entered, metres, waiting, touching]: [f64; 5], secs: f64, li
         relative_speed: over(metres, robots * f64::from(limit)),
         waiting_secs: waiting as f32,
         contact_secs: touching as f32,
+        released: over(released, secs),
+        planned: over(planned, secs),
     }
 }
 
@@ -149,7 +164,8 @@ mod tests {
     use super::*;
 
     fn frame(robots: f32, entered: f32) -> Counts {
-        Counts { robots, entered, metres: robots, waiting: 0.5 * robots, touching: 0.0 }
+        let (released, planned) = (robots, 2.0 * robots);
+        Counts { robots, entered, metres: robots, waiting: 0.5 * robots, touching: 0.0, released, planned }
     }
 
     #[test]
@@ -163,6 +179,7 @@ mod tests {
         assert_eq!(periods.secs(), [65.0, 605.0, 665.0]);
         assert!((figures[0].occupancy - 3.0).abs() < 1e-3, "{figures:?}");
         assert!((figures[0].entered_per_hour - 3600.0).abs() < 5.0, "one a second: {figures:?}");
+        assert!((figures[0].released - 3.0).abs() < 1e-3 && (figures[0].planned - 6.0).abs() < 1e-3, "{figures:?}");
         assert!((figures[0].relative_speed - 0.5).abs() < 1e-3 && (figures[0].waiting_secs - 97.5).abs() < 0.5);
         assert!((figures[2].occupancy - (600.0 + 195.0) / 665.0).abs() < 1e-3, "{figures:?}");
         // Half an hour later the minute and the ten minutes have forgotten them.

@@ -5,14 +5,17 @@ use std::io::Write as _;
 use std::path::PathBuf;
 
 use clap::Parser;
-use regatta_plugin::traffic::{EdgeTraffic, TrafficHeader};
+use regatta_plugin::traffic::{EdgeTraffic, TRAFFIC_PERIODS, TrafficHeader};
 use regatta_plugin::{
-    ColumnReader, Error, Frame, Options, Participant, Plugin, Rate, Result, TrafficPublisher, World, usage_line,
+    ColumnReader, Error, FleetName, Frame, Options, Participant, Plugin, Rate, Result, TrafficPublisher, World,
+    usage_line,
 };
 
+use crate::history::RunHistory;
 use crate::parquet_file;
 use crate::periods::Periods;
 use crate::report::{self, Edge, Report};
+use crate::routes::RouteWatch;
 use crate::tally::Tally;
 
 /// How often figures are published, in simulated seconds.
@@ -22,7 +25,7 @@ const LONGEST_GAP_SECS: f64 = 10.0;
 
 /// The command line of `regatta plugin traffic`.
 #[derive(Clone, Debug, Parser)]
-#[command(about = "Publishes what happens on each edge: occupancy, throughput, speed, waiting, contacts")]
+#[command(about = "Publishes what happens on each edge: occupancy, throughput, speed, waiting, contacts, routes")]
 pub struct Cli {
     /// At the end, write the figures of all edges for the run to this file
     #[arg(long, value_name = "FILE.csv")]
@@ -68,6 +71,10 @@ pub fn plugin(cli: Cli) -> impl Plugin {
 struct Ports {
     traffic: TrafficPublisher,
     contacts: ColumnReader,
+    history: RunHistory,
+    fleet: FleetName,
+    /// Who has which route; `None` until the first frame that isn't in lockstep.
+    routes: Option<RouteWatch>,
 }
 
 /// The frame before.
@@ -115,6 +122,7 @@ impl TrafficPlugin {
         self.periods = Periods::new(self.limits.len());
         self.before = None;
         self.next_publication_secs = 0.0;
+        self.figures.clear();
     }
 
     /// Returns for how long a frame stands, in simulated seconds: 0 for the first one, and after a gap or a jump.
@@ -130,7 +138,7 @@ impl TrafficPlugin {
         if secs > LONGEST_GAP_SECS { 0.0 } else { secs }
     }
 
-    fn publish(&mut self, frame: &Frame<'_>, has_contacts: bool) -> Result {
+    fn publish(&mut self, frame: &Frame<'_>, has_contacts: bool, has_routes: bool) -> Result {
         let sim_secs = frame.sim_time().as_secs_f64();
         let Some(ports) = &mut self.ports else { return Ok(()) };
         if sim_secs < self.next_publication_secs {
@@ -145,6 +153,7 @@ impl TrafficPlugin {
             world_revision: self.world_revision,
             period_secs: self.periods.secs().map(|secs| secs as f32),
             has_contacts: has_contacts.into(),
+            has_routes: has_routes.into(),
             ..TrafficHeader::default()
         };
         Ok(ports.traffic.publish(&header, &self.figures)?)
@@ -175,7 +184,8 @@ impl TrafficPlugin {
 impl Plugin for TrafficPlugin {
     fn on_start(&mut self, fleet: &Participant) -> Result {
         let contacts = ColumnReader::open_on(fleet, "collision")?;
-        self.ports = Some(Ports { traffic: TrafficPublisher::open_on(fleet)?, contacts });
+        let (traffic, history) = (TrafficPublisher::open_on(fleet)?, RunHistory::open(fleet)?);
+        self.ports = Some(Ports { traffic, contacts, history, fleet: fleet.fleet().clone(), routes: None });
         Ok(())
     }
 
@@ -193,14 +203,27 @@ impl Plugin for TrafficPlugin {
         ports.contacts.latest()?;
         let contacts = ports.contacts.current()?.filter(|column| column.header.run_id == frame.run_id());
         let has_contacts = contacts.is_some();
-        let counts = self.tally.count(&frame.columns(), contacts.map_or(&[][..], |column| column.values));
+        let mut counts = self.tally.count(&frame.columns(), contacts.map_or(&[][..], |column| column.values));
+        // When an answer comes is never the same twice.
+        let routes = if frame.header().lockstep == 0 {
+            ports.routes.get_or_insert_with(|| RouteWatch::start(&ports.fleet)).newest(frame.run_id())
+        } else {
+            None
+        };
+        let has_routes = routes.is_some();
+        if let Some(routes) = routes {
+            counts = self.tally.count_routes(&routes.edges);
+        }
         self.periods.add(counts, secs);
-        self.publish(frame, has_contacts)
+        self.publish(frame, has_contacts, has_routes)?;
+        let Some(ports) = &mut self.ports else { return Ok(()) };
+        ports.history.add(frame, &self.figures[..self.figures.len() / TRAFFIC_PERIODS])
     }
 
     fn on_idle(&mut self, _has_producer: bool) -> Result {
         if let Some(ports) = &self.ports {
             ports.traffic.update();
+            ports.history.update();
         }
         Ok(())
     }

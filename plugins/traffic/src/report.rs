@@ -14,12 +14,14 @@ const LISTED: usize = 10;
 type Figure = fn(&EdgeTraffic) -> f32;
 
 /// The names of the figures in files, and their values.
-pub const FIGURES: [(&str, Figure); 5] = [
+pub const FIGURES: [(&str, Figure); 7] = [
     ("occupancy", |figures| figures.occupancy),
     ("entered_per_hour", |figures| figures.entered_per_hour),
     ("relative_speed", |figures| figures.relative_speed),
     ("waiting_secs", |figures| figures.waiting_secs),
     ("contact_secs", |figures| figures.contact_secs),
+    ("released", |figures| figures.released),
+    ("planned", |figures| figures.planned),
 ];
 
 /// What a report says of an edge beside its figures.
@@ -62,7 +64,7 @@ impl Report<'_> {
         let waiting: f64 = self.figures.iter().map(|figures| f64::from(figures.waiting_secs)).sum();
         let mut text = format!("traffic in {:.0} s: robots waited for {waiting:.0} s\n", self.secs);
         for (edge, figures) in rows.into_iter().filter(|row| row.1.waiting_secs > 0.0).take(LISTED) {
-            let EdgeTraffic { occupancy, entered_per_hour, relative_speed, waiting_secs, contact_secs } = figures;
+            let EdgeTraffic { occupancy, entered_per_hour, relative_speed, waiting_secs, contact_secs, .. } = figures;
             let [from, to] = edge.nodes;
             let _ = writeln!(
                 text,
@@ -94,7 +96,7 @@ impl Report<'_> {
                 "edge": edge.id, "origin": edge.nodes[0], "destination": edge.nodes[1], "name": edge.name,
                 "occupancy": figures.occupancy, "entered_per_hour": figures.entered_per_hour,
                 "relative_speed": figures.relative_speed, "waiting_secs": figures.waiting_secs,
-                "contact_secs": figures.contact_secs,
+                "contact_secs": figures.contact_secs, "released": figures.released, "planned": figures.planned,
             })
         };
         let edges: Vec<_> = self.edges.iter().zip(self.figures).map(edge).collect();
@@ -150,7 +152,7 @@ mod tests {
         assert_eq!(lines.len(), 3, "an edge where nobody waited isn't listed: {summary}");
         assert!(lines[0].contains("12 s") && lines[1].contains("edge      7 (3 to 1): waiting 9 s"), "{summary}");
         let csv = report.csv();
-        assert_eq!(csv.lines().nth(1), Some("5,1,2,\"dock, \"\"north\"\"\",0,0,0.5,3,0"));
+        assert_eq!(csv.lines().nth(1), Some("5,1,2,\"dock, \"\"north\"\"\",0,0,0.5,3,0,0,0"));
         let json: serde_json::Value = serde_json::from_str(&report.json()).expect("JSON");
         assert_eq!((&json["secs"], &json["edges"][2]["waiting_secs"]), (&60.0.into(), &9.0.into()));
     }

@@ -16,6 +16,10 @@ pub struct Counts {
     pub waiting: f32,
     /// Robots there that touch others; seconds.
     pub touching: f32,
+    /// Robots whose released route leads over it; robot seconds.
+    pub released: f32,
+    /// Other robots whose planned route leads over it; robot seconds.
+    pub planned: f32,
 }
 
 impl Counts {
@@ -26,6 +30,8 @@ impl Counts {
         self.metres += frame.metres * secs;
         self.waiting += frame.waiting * secs;
         self.touching += frame.touching * secs;
+        self.released += frame.released * secs;
+        self.planned += frame.planned * secs;
     }
 }
 
@@ -44,6 +50,14 @@ impl Tally {
         self.counts.clear();
         self.counts.resize(edges, Counts::default());
         self.edges.clear();
+    }
+
+    /// Adds the robots whose routes lead over each edge to the counts of a frame: whose released, and whose planned one.
+    pub fn count_routes(&mut self, routes: &[[u32; 2]]) -> &[Counts] {
+        for (counts, [released, planned]) in self.counts.iter_mut().zip(routes) {
+            (counts.released, counts.planned) = (*released as f32, *planned as f32);
+        }
+        &self.counts
     }
 
     /// Counts the robots of a frame. `contacts` has a [`ContactLevel`] for each robot, or is empty if nobody checks for contacts.

@@ -85,6 +85,8 @@ pub fn traffic(world: &World<'_>) -> SyntheticTraffic {
         relative_speed: value(edge),
         waiting_secs: 60.0 * value(edge),
         contact_secs: value(edge),
+        released: value(edge),
+        planned: value(edge),
     };
     SyntheticTraffic { header: TrafficHeader::default(), edges: (0..world.edges().len()).map(figures).collect() }
 }

@@ -28,6 +28,7 @@ impl HeatLegend {
             ui.label(RichText::new("no figures: regatta plugin traffic").size(11.0).color(colours.warn));
             return;
         };
+        Self::lacks(ui, theme, &facts);
         if facts.edges == 0 {
             ui.label(faint(ui, theme, "no edge has a value yet"));
             return;
@@ -39,8 +40,17 @@ impl HeatLegend {
         }
         ramp::show(ui, theme, &heat_ramp(theme), &numbers);
         ui.label(faint(ui, theme, period_text(&facts)));
+    }
+
+    /// Says what the figure lacks.
+    fn lacks(ui: &mut Ui, theme: Theme, facts: &HeatFacts) {
+        let colours = style::colours(theme);
         if facts.heat.figure == Figure::Contacts && !facts.has_contacts {
             ui.label(RichText::new("nobody checks: regatta plugin collision").size(11.0).color(colours.warn));
+        }
+        if facts.heat.figure == Figure::Routes && !facts.has_routes {
+            let text = "no routes are known: none in lockstep, none of recordings";
+            ui.label(RichText::new(text).size(11.0).color(colours.warn));
         }
     }
 }
@@ -106,10 +116,10 @@ impl Interface {
 
     /// Shows what happens on the selected edge: the robots that are there, and the traffic.
     pub(super) fn edge_traffic(&mut self, ui: &mut Ui, model: &ViewModel<'_>, edge: u32) {
-        let Some(facts) = model.jams.edge.as_ref().filter(|facts| facts.edge == edge) else { return };
+        let Some(facts) = model.jams.edge(edge) else { return };
         let theme = self.settings.theme();
         heading(ui, theme, "traffic");
-        line(ui, theme, "waiting now", facts.waiting.to_string());
+        line(ui, theme, "waiting now", facts.present.waiting.to_string());
         match &facts.traffic {
             None => self.no_traffic(ui, model),
             Some(periods) => {

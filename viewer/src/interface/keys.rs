@@ -11,10 +11,12 @@ pub enum Command {
     Step,
     /// Go back by one frame of a recording.
     StepBack,
-    /// Go to the next mark of a recording.
+    /// Go to the next mark.
     NextMark,
-    /// Go to the previous mark of a recording.
+    /// Go to the previous mark.
     PreviousMark,
+    /// Write a note about the shown time.
+    Note,
     /// Begin a part of a recording to repeat, end it, or stop repeating.
     Loop,
     /// Show or hide the last minutes of a live run.
@@ -118,8 +120,9 @@ const SHORTCUTS: &[Shortcut] = &[
     shortcut(NONE, Key::Space, Command::Pause, "pause, resume"),
     shortcut(NONE, Key::Period, Command::Step, "advance one tick"),
     shortcut(NONE, Key::Comma, Command::StepBack, "recording, past: one frame back"),
-    shortcut(NONE, Key::X, Command::NextMark, "recording: next mark"),
-    shortcut(NONE, Key::Z, Command::PreviousMark, "recording: previous mark"),
+    shortcut(NONE, Key::X, Command::NextMark, "next mark (of a live run: note)"),
+    shortcut(NONE, Key::Z, Command::PreviousMark, "previous mark"),
+    shortcut(SHIFT, Key::N, Command::Note, "write a note at this time"),
     shortcut(NONE, Key::Y, Command::Loop, "recording: repeat a part from, to, end"),
     shortcut(NONE, Key::U, Command::Past, "live run: the last ten minutes"),
     shortcut(NONE, Key::OpenBracket, Command::Slower, "half the speed"),

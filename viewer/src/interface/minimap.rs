@@ -1,6 +1,9 @@
 //! The minimap: the whole graph, small, and the part of it that the picture shows. A click moves the camera there.
 
-use egui::{Area, Color32, Context, Id, Order, Pos2, Rect, Sense, Shape, Stroke, vec2};
+use std::sync::Arc;
+
+use egui::epaint::Tessellator;
+use egui::{Area, Color32, Context, Id, Mesh, Order, Pos2, Rect, Sense, Shape, Stroke, vec2};
 use glam::Vec2;
 use regatta_plugin::World;
 
@@ -21,16 +24,49 @@ pub struct Minimap {
     /// The counts of nodes and edges, and the run of the world that the lines are of.
     source: Option<(usize, usize, u64)>,
     lines: Vec<[Vec2; 2]>,
+    drawn: Option<(Drawn, Arc<Mesh>)>,
+}
+
+/// What the triangles of the lines depend on, beside the lines.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Drawn {
+    /// Where the map is, in points.
+    place: Rect,
+    /// The lower left corner of what it shows, in metres, without the offset.
+    low: Vec2,
+    /// Points per metre.
+    scale: f32,
+    colour: Color32,
+    pixels_per_point: f32,
 }
 
 impl Minimap {
+    /// Returns the triangles of all lines. They are made once, until the map is elsewhere or shows another world.
+    fn mesh(&mut self, context: &Context, drawn: Drawn) -> Arc<Mesh> {
+        if let Some((_, mesh)) = self.drawn.as_ref().filter(|(known, _)| *known == drawn) {
+            return Arc::clone(mesh);
+        }
+        let options = context.tessellation_options(|options| *options);
+        // Lines need no texture, so its size is of no importance.
+        let mut tessellator = Tessellator::new(drawn.pixels_per_point, options, [1, 1], Vec::new());
+        let mut mesh = Mesh::default();
+        for line in &self.lines {
+            let ends = line.map(|end| drawn.at(end));
+            let shape = Shape::line_segment(ends, Stroke::new(1.0, drawn.colour));
+            tessellator.tessellate_shape(shape, &mut mesh);
+        }
+        let mesh = Arc::new(mesh);
+        self.drawn = Some((drawn, Arc::clone(&mesh)));
+        mesh
+    }
+
     /// Takes the lines of a world if it is another one; `run` is its run.
     fn update(&mut self, world: &World<'_>, run: u64) {
         let source = Some((world.nodes().len(), world.edges().len(), run));
         if self.source == source {
             return;
         }
-        self.source = source;
+        (self.source, self.drawn) = (source, None);
         let step = world.edges().len().div_ceil(MAX_EDGES).max(1);
         let lines = world.edges().iter().step_by(step).flat_map(|edge| world.curves(edge)).flat_map(|curve| {
             // The more edges there are, the smaller is each.
@@ -39,6 +75,13 @@ impl Minimap {
             (0..parts).map(move |part| [point(part), point(part + 1)])
         });
         self.lines = lines.collect();
+    }
+}
+
+impl Drawn {
+    fn at(&self, point: Vec2) -> Pos2 {
+        let at = (point - self.low) * self.scale;
+        Pos2::new(self.place.left() + at.x, self.place.bottom() - at.y)
     }
 }
 
@@ -62,6 +105,7 @@ impl Interface {
             frame.show(ui, |ui| ui.allocate_exact_size(size, Sense::click_and_drag())).inner
         });
         let (place, response) = shown.inner;
+        response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, true, "minimap"));
         let at = |point: Vec2| {
             Pos2::new(
                 place.left() + (point.x - bounds.low.x) * scale,
@@ -70,12 +114,14 @@ impl Interface {
         };
         let painter = context.layer_painter(shown.response.layer_id).with_clip_rect(place.expand(2.0));
         let colours = self.colours();
-        for [from, to] in &self.minimap.lines {
-            painter.line_segment(
-                [at(*from + offset), at(*to + offset)],
-                Stroke::new(1.0, colours.faint.gamma_multiply(0.7)),
-            );
-        }
+        let drawn = Drawn {
+            place,
+            low: bounds.low - offset,
+            scale,
+            colour: colours.faint.gamma_multiply(0.7),
+            pixels_per_point: context.pixels_per_point(),
+        };
+        painter.add(Shape::Mesh(self.minimap.mesh(context, drawn)));
         if let Some(seen) = self.seen_ground(picture, visible, bounds) {
             painter.add(Shape::closed_line(seen.map(at).to_vec(), Stroke::new(1.5, colours.accent)));
             painter.add(Shape::convex_polygon(
@@ -108,5 +154,32 @@ impl Interface {
             })
         };
         size.is_finite().then(|| corners.map(ground))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use regatta_plugin::world::{CurveRecord, EdgeRecord, WorldData};
+
+    use super::*;
+
+    #[test]
+    fn lines_are_made_into_triangles_once_and_anew_where_the_map_is_elsewhere() {
+        let mut world = WorldData::default();
+        world.add_edge(EdgeRecord::default(), [CurveRecord::straight([0.0, 0.0], [10.0, 0.0])]);
+        let (context, mut minimap) = (Context::default(), Minimap::default());
+        minimap.update(&world.view(1, 1), 1);
+        let place = Rect::from_min_size(Pos2::new(20.0, 30.0), vec2(170.0, 90.0));
+        let drawn = Drawn { place, low: Vec2::ZERO, scale: 10.0, colour: Color32::WHITE, pixels_per_point: 1.0 };
+        let first = minimap.mesh(&context, drawn);
+        assert!(Arc::ptr_eq(&first, &minimap.mesh(&context, drawn)), "the same triangles");
+        let bounds = first.calc_bounds();
+        assert!((bounds.left() - 20.0).abs() < 2.0 && (bounds.right() - 120.0).abs() < 2.0, "{bounds:?}");
+        assert!((bounds.center().y - 120.0).abs() < 1.0, "the south is below: {bounds:?}");
+        let moved = minimap.mesh(&context, Drawn { place: place.translate(vec2(50.0, 0.0)), ..drawn });
+        assert!((moved.calc_bounds().left() - 70.0).abs() < 2.0);
+        world.add_edge(EdgeRecord::default(), [CurveRecord::straight([0.0, 0.0], [0.0, 10.0])]);
+        minimap.update(&world.view(1, 2), 1);
+        assert!(minimap.mesh(&context, drawn).vertices.len() > first.vertices.len(), "another world");
     }
 }

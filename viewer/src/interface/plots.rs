@@ -4,13 +4,26 @@
 use egui::{Color32, Ui};
 use egui_plot::{Line, Plot, PlotPoint, PlotPoints};
 use regatta_plugin::control::{ControlKind, ControlRequest};
+use regatta_plugin::frame::RobotState;
+use regatta_plugin::history::{FLEET_STATES, FleetSample as Sample};
 
-use super::spots::clock;
+use super::spots::{SINCE_HINT, clock, since_text};
 use super::state::Interface;
 use super::style::{self, color32};
 use super::view_model::{Action, ViewModel};
-use crate::jams::series::{STATES, Sample};
 use crate::palette::{Colouring, Scale};
+
+/// The states that are counted, in the order of their values.
+const STATES: [RobotState; FLEET_STATES] = [
+    RobotState::Idle,
+    RobotState::Driving,
+    RobotState::Waiting,
+    RobotState::Held,
+    RobotState::Faulted,
+    RobotState::Turning,
+    RobotState::Stalled,
+    RobotState::Broken,
+];
 
 /// A plot: its title, and its lines with their names and colours.
 struct Figure {
@@ -30,6 +43,7 @@ impl Interface {
         let figures = self.figures(samples);
         let hovered = self.hovered_secs;
         let (mut now_hovered, mut clicked) = (None, None);
+        ui.label(style::faint(ui, theme, since_text(model))).on_hover_text(SINCE_HINT);
         ui.columns(figures.len(), |columns| {
             for (ui, figure) in columns.iter_mut().zip(&figures) {
                 let found = self.plot_of(ui, figure, ends, samples, hovered);
@@ -57,7 +71,7 @@ impl Interface {
         let states = seen.map(|(number, (state, (_, colour)))| {
             line(state.name(), color32(*colour), &|sample| Some(sample.states[number].into()))
         });
-        let waiting = STATES.iter().position(|state| *state == regatta_plugin::frame::RobotState::Waiting);
+        let waiting = STATES.iter().position(|state| *state == RobotState::Waiting);
         let one = |title, colour, value: &dyn Fn(&Sample) -> Option<f64>| Figure {
             title,
             lines: vec![line("", colour, value)],
@@ -65,8 +79,8 @@ impl Interface {
         vec![
             Figure { title: "robots by state", lines: states.collect() },
             one("waiting", colours.warn, &|sample| waiting.map(|state| sample.states[state].into())),
-            one("touching pairs", colours.bad, &|sample| sample.touching.map(f64::from)),
-            one("edges entered per hour", colours.good, &|sample| sample.throughput.map(f64::from)),
+            one("touching pairs", colours.bad, &|sample| sample.touching().map(f64::from)),
+            one("edges entered per hour", colours.good, &|sample| sample.throughput().map(f64::from)),
             one("mean speed, m/s", colours.accent, &|sample| Some(sample.mean_speed.into())),
         ]
     }

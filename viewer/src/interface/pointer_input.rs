@@ -20,8 +20,9 @@ const CLICK: f32 = 6.0;
 impl Interface {
     /// Moves the camera by the input on the picture, and requests picks for clicks.
     ///
-    /// The picture goes on under the panels; `ui` has the part of it that is in sight.
-    pub(super) fn pointer_input(&mut self, ui: &Ui, picture: Rect, actions: &mut Vec<Action>) {
+    /// The picture goes on under the panels; `ui` has the part of it that is in sight. Returns where the pointer is over it, unless it
+    /// drags.
+    pub(super) fn pointer_input(&mut self, ui: &Ui, picture: Rect, actions: &mut Vec<Action>) -> Option<Pos2> {
         let visible = ui.max_rect();
         let response = ui.interact(visible, ui.scope_id().with("picture"), Sense::click_and_drag());
         let size = glam(picture.size());
@@ -45,6 +46,7 @@ impl Interface {
             }
         }
         self.held_keys(ui, size);
+        response.hover_pos().filter(|_| self.drag.is_none())
     }
 
     /// Handles the pointer event by event: where a picture takes long, a whole drag may happen between two pictures, which

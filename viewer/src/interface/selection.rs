@@ -251,7 +251,7 @@ impl Interface {
         line(ui, theme, "x", format!("{:.3} m", node.x + offset[0]));
         line(ui, theme, "y", format!("{:.3} m", node.y + offset[1]));
         line(ui, theme, "θ", format!("{:.2}°", node.theta.to_degrees()));
-        self.robots_at_node(ui, model, node);
+        self.robots_at_node(ui, model, index, node);
         heading(ui, theme, "edges");
         let edges =
             model.world.edges().iter().enumerate().filter(|(_, edge)| [edge.origin, edge.destination].contains(&index));

@@ -27,6 +27,7 @@ impl Interface {
             Command::NextMark => self.go_to_mark(model, true, actions),
             Command::PreviousMark => self.go_to_mark(model, false, actions),
             Command::Loop => self.cycle_loop(model),
+            Command::Note => self.begin_note(model),
             Command::Past => self.toggle_past(actions),
             Command::Slower => actions.push(self.times_speed(model, 0.5)),
             Command::Faster => actions.push(self.times_speed(model, 2.0)),

@@ -12,6 +12,12 @@ use crate::jams::spots::{Spot, Trend, csv};
 /// The radius of the mark in metres, and its least one in points.
 const MARK: (f32, f32) = (5.0, 14.0);
 
+/// Who has seen the first simulated seconds of a run has seen all of it.
+const FROM_START: f64 = 2.0;
+/// How to know all of a run.
+pub(super) const SINCE_HINT: &str =
+    "regatta plugin traffic keeps all that it has seen of the run, for windows that open later";
+
 impl Interface {
     pub(super) fn hot_spots(&mut self, ui: &mut Ui, model: &ViewModel<'_>, actions: &mut Vec<Action>) {
         let (theme, colours) = (self.settings.theme(), self.colours());
@@ -19,6 +25,7 @@ impl Interface {
         let total: f64 = spots.iter().map(Spot::lost_secs).sum();
         ui.label(egui::RichText::new(format!("{} robot s lost", thousands(total.round() as u64))).size(20.0));
         ui.label(style::faint(ui, theme, "by contacts and by robots that stand and can't drive on"));
+        ui.label(style::faint(ui, theme, since_text(model))).on_hover_text(SINCE_HINT);
         ui.horizontal(|ui| {
             let path = &mut self.files.spots;
             ui.add(egui::TextEdit::singleline(path).desired_width(150.0))
@@ -29,7 +36,7 @@ impl Interface {
             }
         });
         if spots.is_empty() {
-            ui.label(style::faint(ui, theme, "nobody has lost time since this window opened"));
+            ui.label(style::faint(ui, theme, "nobody has lost time"));
             return;
         }
         header(ui, &colours);
@@ -124,6 +131,16 @@ fn details(spot: &Spot) -> String {
         clock(spot.seen[1]),
         spot.trend.name()
     )
+}
+
+/// Says from when on the hot spots and the figures over time are known.
+pub(super) fn since_text(model: &ViewModel<'_>) -> String {
+    let since = model.jams.since;
+    match (since.is_published, since.secs < FROM_START) {
+        (_, true) => "since the start of the run".to_owned(),
+        (true, false) => format!("since {}, when regatta plugin traffic began", clock(since.secs)),
+        (false, false) => format!("since {}, when this window began to watch", clock(since.secs)),
+    }
 }
 
 /// Formats a simulated time as hours, minutes and seconds.

@@ -5,11 +5,14 @@ use egui::{PointerButton, Pos2};
 use glam::Vec2;
 
 use super::camera_controller::CameraController;
+use super::edge_hover::EdgeHover;
 use super::history::{History, Recorder};
 use super::log_panel::LogPanel;
 use super::measure::Measuring;
 use super::menu::Menu;
 use super::minimap::Minimap;
+use super::notes::Notes;
+use super::places::PastPresence;
 use super::rows::{RowQuery, Rows};
 use super::settings::{RightPanel, RobotMesh, Settings};
 use super::style::{self, ThemeColours};
@@ -52,6 +55,7 @@ pub struct Interface {
     pub(super) sliders: SliderDrafts,
     pub(super) files: FileDrafts,
     pub(super) timeline: TimelineState,
+    pub(super) notes: Notes,
     /// Whether the help is open.
     pub(super) help: bool,
     pub(super) drag: Option<Drag>,
@@ -60,6 +64,8 @@ pub struct Interface {
     /// The part of the picture that no panel covers.
     pub(super) window: Window,
     pub(super) minimap: Minimap,
+    pub(super) edge_hover: EdgeHover,
+    pub(super) past_presence: PastPresence,
     /// The recent values of all robots of a fleet that is not too large.
     pub(super) recorder: Recorder,
     /// Keys for the search field that were pressed before it had the focus.
@@ -157,11 +163,14 @@ impl Interface {
             history: History::default(),
             sliders: SliderDrafts::default(),
             timeline: TimelineState::default(),
+            notes: Notes::default(),
             help: false,
             drag: None,
             typing: false,
             window: Window::whole(16.0 / 9.0),
             minimap: Minimap::default(),
+            edge_hover: EdgeHover::default(),
+            past_presence: PastPresence::default(),
             recorder: Recorder::default(),
             late_input: None,
             levels: Vec::new(),

@@ -1,15 +1,18 @@
 //! The timeline: a bar over the whole recording with marks of what happened in it, the playhead, and a part that is repeated.
 
-use egui::{Align2, FontId, Modifiers, Painter, Pos2, Rect, Response, RichText, Sense, Ui, pos2, vec2};
+mod paint;
+
+use egui::{Modifiers, Rect, Response, RichText, Sense, Ui, vec2};
 use regatta_plugin::control::{ControlKind, ControlRequest};
-use regatta_plugin::recording::{MarkKind, RecordingMark};
+use regatta_plugin::recording::MarkKind;
 
 use super::icons::{self, Icon};
 use super::state::Interface;
-use super::style::{self, ThemeColours};
+use super::style;
 use super::transport::clock_text;
 use super::view_model::{Action, Live, Timeline, ViewModel};
 use crate::past::BUDGET;
+pub(super) use paint::colour_of;
 
 /// The height of the timeline, in points.
 pub const HEIGHT: f32 = 62.0;
@@ -64,13 +67,20 @@ fn seek(time: u64) -> Action {
 impl Interface {
     pub(super) fn timeline(&mut self, ui: &mut Ui, model: &ViewModel<'_>, actions: &mut Vec<Action>) {
         let Some(timeline) = model.timeline else { return };
+        let run = model.frame.map_or(0, |frame| frame.run_id());
+        let marks = self.notes.marks(run);
+        let note = self.notes.text_at(run, timeline.now.unwrap_or(timeline.end)).to_owned();
+        let timeline = match timeline.live {
+            None => timeline,
+            Some(_) => Timeline { marks: &marks, note: &note, ..timeline },
+        };
         match timeline.live {
             None => {
                 self.repeat(model, &timeline, actions);
                 ui.horizontal(|ui| self.timeline_title(ui, &timeline, model, actions));
             }
             Some(live) => {
-                ui.horizontal(|ui| self.past_title(ui, &timeline, live, actions));
+                ui.horizontal(|ui| self.past_title(ui, &timeline, live, model, actions));
             }
         }
         self.timeline_bar(ui, &timeline, actions);
@@ -88,14 +98,7 @@ impl Interface {
         ui.label(RichText::new(timeline.name).strong());
         let ends = [timeline.start, timeline.end].map(|time| clock_text(time as f64 * 1e-9));
         ui.label(style::faint(ui, theme, ends.join(" – ")));
-        let size = vec2(26.0, 20.0);
-        for (icon, name, forward) in [(Icon::PreviousMark, "Previous mark", false), (Icon::NextMark, "Next mark", true)]
-        {
-            let key = if forward { "X" } else { "Z" };
-            if icons::button(ui, icon, name, size).on_hover_text(format!("{name} ({key})")).clicked() {
-                self.go_to_mark(model, forward, actions);
-            }
-        }
+        self.mark_buttons(ui, model, actions);
         let text = match (self.timeline.loop_start, self.timeline.repeated) {
             (Some(_), _) => "loop: end here",
             (None, Some(_)) => "end the loop",
@@ -105,6 +108,7 @@ impl Interface {
         if ui.button(RichText::new(text).size(11.0)).on_hover_text(hint).clicked() {
             self.cycle_loop(model);
         }
+        self.note_field(ui, model, actions);
         if timeline.searched < timeline.end {
             ui.label(style::faint(
                 ui,
@@ -119,12 +123,34 @@ impl Interface {
         }
     }
 
+    fn mark_buttons(&mut self, ui: &mut Ui, model: &ViewModel<'_>, actions: &mut Vec<Action>) {
+        let size = vec2(26.0, 20.0);
+        for (icon, name, forward) in [(Icon::PreviousMark, "Previous mark", false), (Icon::NextMark, "Next mark", true)]
+        {
+            let key = if forward { "X" } else { "Z" };
+            if icons::button(ui, icon, name, size).on_hover_text(format!("{name} ({key})")).clicked() {
+                self.go_to_mark(model, forward, actions);
+            }
+        }
+    }
+
     /// Tells how much of a live run is kept, and leads back to it.
-    fn past_title(&mut self, ui: &mut Ui, timeline: &Timeline<'_>, live: Live, actions: &mut Vec<Action>) {
+    fn past_title(
+        &mut self,
+        ui: &mut Ui,
+        timeline: &Timeline<'_>,
+        live: Live,
+        model: &ViewModel<'_>,
+        actions: &mut Vec<Action>,
+    ) {
         let (theme, colours) = (self.settings.theme(), self.colours());
         let (text, colour) = if live.is_past { ("past", colours.warn) } else { ("live", colours.good) };
         ui.label(RichText::new(text).strong().color(colour));
         let kept = clock_text(timeline.end.saturating_sub(timeline.start) as f64 * 1e-9);
+        if !timeline.marks.is_empty() {
+            self.mark_buttons(ui, model, actions);
+        }
+        self.note_field(ui, model, actions);
         let megabytes = live.bytes as f64 / f64::from(1 << 20);
         let text = format!("the last {kept} are kept, up to ten minutes: {megabytes:.0} of {} MB", BUDGET >> 20);
         ui.label(style::faint(ui, theme, text));
@@ -134,6 +160,9 @@ impl Interface {
                 actions.push(Action::LookBack(None));
             }
             ui.label(style::faint(ui, theme, "columns, contacts and routes are not kept"));
+        }
+        if !timeline.note.is_empty() {
+            ui.label(RichText::new(timeline.note).color(colour_of(MarkKind::Note, &colours)));
         }
     }
 
@@ -211,7 +240,9 @@ impl Interface {
 
     /// Goes to the next mark, or to the previous one.
     pub(super) fn go_to_mark(&mut self, model: &ViewModel<'_>, forward: bool, actions: &mut Vec<Action>) {
-        let Some(timeline) = model.recording() else { return };
+        let Some(timeline) = model.timeline else { return };
+        let notes = self.notes.marks(model.frame.map_or(0, |frame| frame.run_id()));
+        let timeline = if timeline.live.is_some() { Timeline { marks: &notes, ..timeline } } else { timeline };
         let now = timeline.now.unwrap_or(timeline.start);
         // The frame of a mark may lie before it, if not every frame was recorded.
         let reached = self.timeline.asked.filter(|asked| *asked >= now && asked - now < REACHED);
@@ -222,6 +253,10 @@ impl Interface {
             timeline.marks.iter().rev().map(|mark| mark.time_nanos).find(|time| *time < from && *time >= timeline.start)
         };
         match found {
+            Some(time) if timeline.live.is_some() => {
+                (self.timeline.asked, self.timeline.shows_past) = (Some(time), true);
+                actions.push(Action::LookBack(Some(time)));
+            }
             Some(time) => self.ask_for(time, actions),
             None => self.notify(if forward { "no mark after this" } else { "no mark before this" }),
         }
@@ -277,78 +312,5 @@ impl Interface {
         if !is_running {
             actions.push(Action::Control(ControlRequest::new(ControlKind::Resume)));
         }
-    }
-
-    /// Returns a time, and what happened near it.
-    fn describe(&self, timeline: &Timeline<'_>, rect: Rect, time: u64) -> String {
-        let near = (timeline.end.saturating_sub(timeline.start) as f32 / rect.width().max(1.0) * 3.0) as u64;
-        let mut text = clock_text(time as f64 * 1e-9);
-        for (kind, name) in KINDS {
-            let marks = timeline.marks.iter().filter(|mark| mark.kind() == Some(kind));
-            let near: Vec<&RecordingMark> = marks.filter(|mark| mark.time_nanos.abs_diff(time) <= near).collect();
-            let count: u32 = near.iter().map(|mark| mark.count).sum();
-            match near.first() {
-                Some(_) if kind == MarkKind::Note => text += &format!("\n{count} × {name}"),
-                Some(first) => text += &format!("\n{count} × {name}, robot {}", first.robot),
-                None => {}
-            }
-        }
-        text
-    }
-
-    fn paint_timeline(&self, painter: &Painter, rect: Rect, timeline: &Timeline<'_>, now: u64) {
-        let colours = self.colours();
-        let x = |time: u64| rect.left() + timeline.part(time) * rect.width();
-        let lanes = LANE * KINDS.len() as f32;
-        let bar =
-            Rect::from_min_max(pos2(rect.left(), rect.top() + lanes + 2.0), pos2(rect.right(), rect.bottom() - 2.0));
-        painter.rect_filled(bar, 3.0, colours.field);
-        painter.rect_filled(bar.with_max_x(x(now)), 3.0, colours.accent.gamma_multiply(0.55));
-        if let Some((from, to)) = self.timeline.repeated {
-            let part = Rect::from_min_max(pos2(x(from), rect.top()), pos2(x(to), rect.bottom()));
-            painter.rect_filled(part, 2.0, colours.accent.gamma_multiply(0.16));
-            [from, to].into_iter().for_each(|end| _ = painter.vline(x(end), rect.y_range(), (1.5, colours.accent)));
-        }
-        if let Some(start) = self.timeline.loop_start {
-            painter.vline(x(start), rect.y_range(), (1.5, colours.accent));
-        }
-        for (lane, (kind, _)) in KINDS.into_iter().enumerate() {
-            let top = rect.top() + lane as f32 * LANE;
-            paint_marks(painter, timeline, kind, (top, &x), &colours);
-        }
-        painter.vline(x(now), rect.y_range(), (2.0, colours.text));
-        painter.circle_filled(Pos2::new(x(now), bar.center().y), 5.0, colours.text);
-        if timeline.live.is_none() && timeline.marks.is_empty() && timeline.searched >= timeline.end {
-            let font = FontId::proportional(10.0);
-            painter.text(rect.left_top(), Align2::LEFT_TOP, "no contacts, faults, stops or notes", font, colours.faint);
-        }
-    }
-}
-
-/// Paints the marks of a kind, one for each point of the bar.
-fn paint_marks(
-    painter: &Painter,
-    timeline: &Timeline<'_>,
-    kind: MarkKind,
-    (top, x): (f32, &dyn Fn(u64) -> f32),
-    colours: &ThemeColours,
-) {
-    let mut last = f32::NEG_INFINITY;
-    for mark in timeline.marks.iter().filter(|mark| mark.kind() == Some(kind)) {
-        let at = x(mark.time_nanos).round();
-        if at - last >= 1.0 {
-            last = at;
-            let size = vec2(if kind == MarkKind::Note { 4.0 } else { 2.0 }, LANE - 0.5);
-            painter.rect_filled(Rect::from_min_size(pos2(at - size.x / 2.0, top), size), 0.5, colour_of(kind, colours));
-        }
-    }
-}
-
-fn colour_of(kind: MarkKind, colours: &ThemeColours) -> egui::Color32 {
-    match kind {
-        MarkKind::Contact => colours.bad,
-        MarkKind::Fault => colours.warn,
-        MarkKind::Stop => colours.accent,
-        MarkKind::Note => colours.good,
     }
 }

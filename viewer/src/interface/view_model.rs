@@ -199,6 +199,13 @@ pub enum Action {
     Order(UserOrder),
     /// Show a live run as it was at a simulated time in nanoseconds, or again as it is.
     LookBack(Option<u64>),
+    /// Write a note of the recording.
+    Note {
+        /// Nanoseconds on the recording's clock.
+        time: u64,
+        /// Its text.
+        text: String,
+    },
     /// Take the robot or the place at a point of the picture as an end of what is measured.
     Measure {
         /// Points from the top left corner of the picture.

@@ -26,6 +26,8 @@ pub enum Figure {
     Waiting,
     /// Seconds that robots have touched others.
     Contacts,
+    /// Robots whose routes lead over it, released or planned.
+    Routes,
 }
 
 /// The time that a figure is about.
@@ -53,13 +55,14 @@ pub struct Heat {
 /// The error of parsing a [`Heat`].
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "{0:?} is not a heat map such as waiting:10min; figures are occupancy, throughput, speed, waiting and contacts, windows are minute, 10min and run"
+    "{0:?} is not a heat map such as waiting:10min; figures are occupancy, throughput, speed, waiting, contacts and routes, windows are minute, 10min and run"
 )]
 pub struct HeatError(String);
 
 impl Figure {
     /// All figures, in the order of menus.
-    pub const ALL: [Self; 5] = [Self::Occupancy, Self::Throughput, Self::Speed, Self::Waiting, Self::Contacts];
+    pub const ALL: [Self; 6] =
+        [Self::Occupancy, Self::Throughput, Self::Speed, Self::Waiting, Self::Contacts, Self::Routes];
 
     /// The name in options and files.
     pub fn name(self) -> &'static str {
@@ -69,6 +72,7 @@ impl Figure {
             Self::Speed => "speed",
             Self::Waiting => "waiting",
             Self::Contacts => "contacts",
+            Self::Routes => "routes",
         }
     }
 
@@ -80,6 +84,7 @@ impl Figure {
             Self::Speed => "mean speed, % of the limit",
             Self::Waiting => "waiting, s",
             Self::Contacts => "contact, s",
+            Self::Routes => "routes over the edge",
         }
     }
 
@@ -92,6 +97,7 @@ impl Figure {
             Self::Speed => return (edge.occupancy > 0.0).then_some(100.0 * edge.relative_speed),
             Self::Waiting => edge.waiting_secs,
             Self::Contacts => edge.contact_secs,
+            Self::Routes => edge.released + edge.planned,
         };
         (value > 0.0).then_some(value)
     }
@@ -163,6 +169,8 @@ pub struct HeatFacts {
     pub secs: f32,
     /// Whether a collision checker runs.
     pub has_contacts: bool,
+    /// Whether routes are known.
+    pub has_routes: bool,
 }
 
 /// The heat map, to be drawn: the hottest curves last, so that they are over the others.
@@ -203,6 +211,7 @@ impl HeatMap {
             edges: values.len() as u32,
             secs: traffic.header.period_secs[period],
             has_contacts: traffic.header.has_contacts != 0,
+            has_routes: traffic.header.has_routes != 0,
         };
         Self { straight, bent, facts }
     }

@@ -1,19 +1,21 @@
 //! The thread that watches: its ports, and when it looks at them.
 
-use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant};
 
-use regatta_plugin::frame::RobotState;
+use glam::Vec2;
+use regatta_plugin::history::FleetSample;
 use regatta_plugin::traffic::{EdgeTraffic, TRAFFIC_PERIODS};
 use regatta_plugin::{
-    ContactReader, FleetName, Frame, Participant, ReadError, Result, Subscriber, Traffic, TrafficReader, WorldReader,
+    ContactReader, FleetName, HistoryReader, Participant, ReadError, Result, Series, Spots, Subscriber, Traffic,
+    TrafficReader, WorldReader,
 };
 
-use super::heat::HeatMap;
-use super::series::{Sample, Series};
-use super::spots::{Spot, Spots};
-use super::{EdgeFacts, JamReport, Watch};
+use super::heat::{Heat, HeatMap};
+use super::presence::Presence;
+use super::spots::Spot;
+use super::{EdgeFacts, History, JamReport, NodeFacts, Since, Watch};
+use crate::interface::robot_spots;
 use crate::watching::Watched;
 
 /// The time between two looks, unless they take long.
@@ -33,7 +35,6 @@ pub fn run(fleet: &FleetName, changed: &Receiver<Watch>, report: &mut dyn FnMut(
             None => changed.recv().map_err(|_| RecvTimeoutError::Disconnected),
             Some(open) => changed.recv_timeout(open.look_at.saturating_duration_since(Instant::now())),
         };
-        let is_changed = change.is_ok();
         match change {
             Ok(newer) => watch = changed.try_iter().last().unwrap_or(newer),
             Err(RecvTimeoutError::Timeout) => {}
@@ -46,7 +47,7 @@ pub fn run(fleet: &FleetName, changed: &Receiver<Watch>, report: &mut dyn FnMut(
                 Some(open) => open,
                 none => none.insert(Watcher::open(&participant)?),
             };
-            Some(open.look(&watch, is_changed)?)
+            Some(open.look(&watch)?)
         };
         if found.is_some_and(|found| !report(found)) {
             return Ok(());
@@ -54,17 +55,20 @@ pub fn run(fleet: &FleetName, changed: &Receiver<Watch>, report: &mut dyn FnMut(
     }
 }
 
-/// Hot spots, and figures over time.
-type History = (Arc<[Spot]>, Arc<[Sample]>);
-
 /// The ports that are open while something is watched.
 struct Watcher {
     frames: Subscriber,
     worlds: WorldReader,
     traffic: TrafficReader,
     contacts: ContactReader,
+    published: HistoryReader,
     spots: Spots,
     series: Series,
+    /// The heat map that was worked out last, and whether there is something newer.
+    heat: Option<Heat>,
+    is_heat_old: bool,
+    /// Whether there is a frame that the hot spots don't count yet.
+    has_frame: bool,
     look_at: Instant,
     list_at: Instant,
 }
@@ -76,29 +80,38 @@ impl Watcher {
             worlds: WorldReader::open_on(participant)?,
             traffic: TrafficReader::open_on(participant)?,
             contacts: ContactReader::open_on(participant)?,
+            published: HistoryReader::open_on(participant)?,
             spots: Spots::default(),
             series: Series::default(),
+            heat: None,
+            is_heat_old: true,
+            has_frame: false,
             list_at: Instant::now(),
             look_at: Instant::now(),
         })
     }
 
-    /// Looks at everything that is watched. The heat map is worked out when the figures are new, or with `anew`.
-    fn look(&mut self, watch: &Watch, anew: bool) -> Result<JamReport> {
+    /// Looks at everything that is watched. Before the next look is due, as when the pointer moves to another edge, only at what
+    /// takes one pass over the robots.
+    fn look(&mut self, watch: &Watch) -> Result<JamReport> {
         let start = Instant::now();
-        let has_frame = self.frames.latest()?.is_some();
+        self.has_frame |= self.frames.latest()?.is_some();
         self.contacts.latest()?;
-        let has_world = self.worlds.latest()?.is_some();
-        let has_traffic = self.traffic.latest()?.is_some();
+        self.is_heat_old |= self.worlds.latest()?.is_some();
+        self.is_heat_old |= self.traffic.latest()?.is_some();
+        let is_due = start >= self.look_at;
+        let is_other = std::mem::replace(&mut self.heat, watch.heat) != watch.heat;
+        let draws_heat = is_other || is_due && self.is_heat_old;
         let report = JamReport {
-            heat: if anew || has_world || has_traffic { Some(self.heat_map(watch)?) } else { None },
-            edge: match watch.edge {
-                Some(edge) => Some(self.edge_facts(edge)?),
-                None => None,
-            },
-            history: if watch.history { self.history(has_frame)? } else { None },
+            heat: if draws_heat { Some(self.heat_map(watch)?) } else { None },
+            edges: watch.edges.iter().map(|edge| self.edge_facts(*edge)).collect::<Result<_, _>>()?,
+            node: self.node_facts(watch)?,
+            history: if watch.history && is_due { self.history()? } else { None },
         };
-        self.look_at = Instant::now() + LOOK_EVERY.max(start.elapsed() * PAUSES);
+        self.is_heat_old &= !draws_heat;
+        if is_due {
+            self.look_at = Instant::now() + LOOK_EVERY.max(start.elapsed() * PAUSES);
+        }
         Ok(report)
     }
 
@@ -120,8 +133,11 @@ impl Watcher {
         Ok(self.traffic.current()?.filter(fits))
     }
 
-    /// Adds a new frame to the hot spots and the figures over time. Returns both from time to time.
-    fn history(&mut self, has_frame: bool) -> Result<Option<History>, ReadError> {
+    /// Adds a new frame to the hot spots and the figures over time. Returns both from time to time: those of a plugin, which has
+    /// seen more of the run, if there is one.
+    fn history(&mut self) -> Result<Option<History>, ReadError> {
+        let has_frame = std::mem::take(&mut self.has_frame);
+        self.published.update()?;
         let Some(frame) = self.frames.current()?.filter(|_| has_frame) else { return Ok(None) };
         let run = frame.run_id();
         let has_checker = self.contacts.has_publisher();
@@ -129,17 +145,31 @@ impl Watcher {
         self.spots.add(&frame, contacts.map_or(&[], |contacts| contacts.pairs));
         if self.series.wants(run, frame.sim_time().as_secs_f64()) {
             let entered = |edges: &[EdgeTraffic]| edges.iter().map(|edge| edge.entered_per_hour).sum();
-            let throughput = self.current_traffic()?.map(|traffic| entered(traffic.periods[0]));
+            let throughput = self.current_traffic()?.map_or(f32::NAN, |traffic| entered(traffic.periods[0]));
             let touching = contacts.map(|contacts| contacts.header.touching);
-            self.series.add(run, Sample::of(&frame, touching, throughput));
+            self.series.add(run, FleetSample { throughput, ..FleetSample::of(&frame) }.with_touching(touching));
         }
         if Instant::now() < self.list_at {
             return Ok(None);
         }
         let start = Instant::now();
-        let found = (self.spots.list().into(), self.series.samples.clone().into());
+        let found = self.published(run).unwrap_or_else(|| self.own());
         self.list_at = Instant::now() + LIST_EVERY.max(start.elapsed() * PAUSES);
         Ok(Some(found))
+    }
+
+    /// What a plugin has found in a run.
+    fn published(&self, run: u64) -> Option<History> {
+        let (header, samples) = self.published.samples().filter(|_| self.published.has_publisher())?;
+        let (_, spots) = self.published.spots().filter(|(spots, _)| spots.run_id == run && header.run_id == run)?;
+        let since = Since { secs: header.began_nanos as f64 * 1e-9, is_published: true };
+        Some((spots.iter().map(Spot::from).collect(), samples.into(), since))
+    }
+
+    /// What was found here, since this thread began to watch.
+    fn own(&self) -> History {
+        let since = Since { secs: self.spots.began().1, is_published: false };
+        (self.spots.list().iter().map(Spot::from).collect(), self.series.samples.clone().into(), since)
     }
 
     fn edge_facts(&self, edge: u32) -> Result<EdgeFacts, ReadError> {
@@ -148,39 +178,18 @@ impl Watcher {
                 traffic.periods.iter().filter_map(|edges| edges.get(edge as usize).copied()).collect();
             <[_; TRAFFIC_PERIODS]>::try_from(figures).ok()
         });
-        let mut facts = EdgeFacts { edge, traffic, ..EdgeFacts::default() };
-        if let Some(frame) = self.frames.current()? {
-            facts.waiting = waiting(edge, &frame);
-        }
-        Ok(facts)
+        let frame = self.frames.current()?;
+        let present = frame.map(|frame| Presence::on_edge(&frame, edge)).unwrap_or_default();
+        Ok(EdgeFacts { edge, traffic, present })
     }
-}
 
-/// Counts the robots that wait on an edge.
-fn waiting(edge: u32, frame: &Frame<'_>) -> u32 {
-    let on_edge = (0..frame.len()).filter(|robot| frame.edge()[*robot] == edge);
-    on_edge.filter(|robot| frame.state_of(*robot) == RobotState::Waiting).count() as u32
-}
-
-#[cfg(test)]
-mod tests {
-    use regatta_plugin::frame::{ColumnsMut, FrameHeader, Line, frame_lines, stride_lines};
-
-    use super::*;
-
-    #[test]
-    fn robots_that_wait_on_an_edge_are_counted() {
-        let robots = 40;
-        let header =
-            FrameHeader { robots: robots as u32, stride_lines: stride_lines(robots) as u32, ..FrameHeader::default() };
-        let mut lines = vec![Line::default(); frame_lines(robots)];
-        let columns = ColumnsMut::split(&mut lines, robots);
-        for i in 0..robots {
-            columns.edge[i] = (i % 2) as u32;
-            let waits = if i % 4 == 1 { RobotState::Waiting } else { RobotState::Driving };
-            columns.state[i] = if i == 1 { RobotState::Absent as u8 } else { waits as u8 };
-        }
-        let frame = Frame::new(&header, &lines).expect("a frame");
-        assert_eq!((waiting(0, &frame), waiting(1, &frame)), (0, 9));
+    fn node_facts(&self, watch: &Watch) -> Result<Option<NodeFacts>, ReadError> {
+        let (frame, world) = (self.frames.current()?, self.worlds.current()?);
+        let (Some(frame), Some(world), Some(index)) = (frame, world, watch.node) else { return Ok(None) };
+        let facts = world.nodes().get(index as usize).map(|node| {
+            let place = Vec2::new(node.x, node.y);
+            NodeFacts { node: index, present: Presence::around(&frame, place, robot_spots::radius(&world)) }
+        });
+        Ok(facts)
     }
 }

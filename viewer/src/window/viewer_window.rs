@@ -68,6 +68,8 @@ pub struct ViewerWindow {
     fleet: FleetName,
     /// What is shown: a file, or a fleet.
     name: String,
+    /// The file that was opened with this window.
+    recording: Option<std::path::PathBuf>,
     is_hidden: bool,
     is_closing: bool,
     assets: Assets,
@@ -130,6 +132,7 @@ impl ViewerWindow {
             look,
             fleet: options.fleet.clone(),
             name: options.name(),
+            recording: options.recording.clone(),
             is_hidden: false,
             is_closing: false,
             assets: Assets::default(),
@@ -274,8 +277,8 @@ impl ViewerWindow {
             self.fleet_state.watched.clone_from(&watch);
             self.link.plans(watch);
         }
-        let edge = if let Some(Item::Edge(edge)) = self.interface.selected { Some(edge) } else { None };
-        let jams = JamWatched { history: true, ..self.stage.jam_watch(edge) };
+        let (edges, node) = self.interface.watched_places();
+        let jams = JamWatched { history: true, edges, node, ..self.stage.jam_watch() };
         if self.fleet_state.jams_watched != jams {
             self.fleet_state.jams_watched.clone_from(&jams);
             self.link.jams(jams);

@@ -13,7 +13,8 @@
 //! | orders, per sender | 1 | 256 | 1 | 0 | 1 | 258 | 40 B a record, 64 to begin with: 0.7 MB |
 //! | columns, each | 64 | 1 or 8 | 2 | 1 | 1 | 642 | 4.0 MB |
 //! | contacts | 64 | 1 or 8 | 2 | 1 | 1 | 642 | 48 B a pair, 64 pairs to begin with: 2.0 MB |
-//! | traffic | 64 | 1 | 2 | 1 | 1 | 194 | 20 B an edge and period: 6.0 MB at 100 k edges |
+//! | traffic | 64 | 1 | 2 | 1 | 1 | 194 | 28 B an edge and period: 8.4 MB at 100 k edges |
+//! | history, spots | 64 | 1 | 2 | 1 | 1 | 194 | 56 and 64 B each, 1,200 and 200 at most: 67 and 13 kB |
 //! | closures | 64 | 1 | 2 | 1 | 1 | 194 | 4 B an edge, 64 edges to begin with: 50 kB |
 //! | recording | 64 | 1 | 2 | 1 | 1 | 194 | 24 B a mark, 64 marks to begin with, 65,536 at most: 1.6 MB |
 //! | contact events, order log, tasks | 64 | 64 | 1 | 0 | 1 | 4161 | 56, 40 and 40 B each, 64 to begin with: 15, 11 and 11 MB |
@@ -43,6 +44,7 @@ use crate::records::contact::{ContactEvent, ContactEventHeader, ContactHeader, C
 use crate::records::control::{ControlRequest, ControlResponse};
 use crate::records::event::{EventHeader, EventRecord};
 use crate::records::frame::{CONTRACT_VERSION, FrameHeader, Line};
+use crate::records::history::{FleetSample, HistoryHeader, HotSpot};
 use crate::records::lockstep::Done;
 use crate::records::manager::{ManagerRequest, ManagerResponse};
 use crate::records::name::{ColumnName, FleetName};
@@ -105,6 +107,8 @@ pub(crate) type ContactEvents = publish_subscribe::PortFactory<Ipc, [ContactEven
 pub(crate) type OrderLogs = publish_subscribe::PortFactory<Ipc, [OrderRecord], OrderLogHeader>;
 pub(crate) type Tasks = publish_subscribe::PortFactory<Ipc, [TaskRecord], TaskHeader>;
 pub(crate) type Traffic = publish_subscribe::PortFactory<Ipc, [EdgeTraffic], TrafficHeader>;
+pub(crate) type History = publish_subscribe::PortFactory<Ipc, [FleetSample], HistoryHeader>;
+pub(crate) type Spots = publish_subscribe::PortFactory<Ipc, [HotSpot], HistoryHeader>;
 pub(crate) type Closures = publish_subscribe::PortFactory<Ipc, [ClosedEdge], ClosureHeader>;
 pub(crate) type Recording = publish_subscribe::PortFactory<Ipc, [RecordingMark], RecordingHeader>;
 pub(crate) type Dones = publish_subscribe::PortFactory<Ipc, Done, ()>;
@@ -186,6 +190,22 @@ pub(crate) fn tasks(node: &Node<Ipc>, fleet: &FleetName) -> Result<Tasks, OpenEr
 pub(crate) fn traffic(node: &Node<Ipc>, fleet: &FleetName) -> Result<Traffic, OpenError> {
     open(node, fleet, "traffic", MessagingPattern::PublishSubscribe, |builder, version| {
         newest_only(builder.publish_subscribe::<[EdgeTraffic]>().user_header::<TrafficHeader>(), 1)
+            .open_or_create_with_attributes(version)
+    })
+}
+
+/// Opens the figures of the run over time, from a plugin.
+pub(crate) fn history(node: &Node<Ipc>, fleet: &FleetName) -> Result<History, OpenError> {
+    open(node, fleet, "history", MessagingPattern::PublishSubscribe, |builder, version| {
+        newest_only(builder.publish_subscribe::<[FleetSample]>().user_header::<HistoryHeader>(), 1)
+            .open_or_create_with_attributes(version)
+    })
+}
+
+/// Opens the places where robots lose time, from a plugin.
+pub(crate) fn spots(node: &Node<Ipc>, fleet: &FleetName) -> Result<Spots, OpenError> {
+    open(node, fleet, "spots", MessagingPattern::PublishSubscribe, |builder, version| {
+        newest_only(builder.publish_subscribe::<[HotSpot]>().user_header::<HistoryHeader>(), 1)
             .open_or_create_with_attributes(version)
     })
 }

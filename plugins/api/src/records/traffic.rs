@@ -31,8 +31,8 @@ pub struct TrafficHeader {
     pub edges: u32,
     /// 1 if a collision checker publishes contacts; if not, contact times are 0.
     pub has_contacts: u32,
-    /// Zero.
-    pub reserved: u32,
+    /// 1 if routes are known; if not, `released` and `planned` are 0. They aren't asked for in lockstep, and replays know none.
+    pub has_routes: u32,
 }
 
 /// What happened on an edge in a period. Times are simulated.
@@ -50,6 +50,10 @@ pub struct EdgeTraffic {
     pub waiting_secs: f32,
     /// The time that robots there have touched others, added up over robots, in seconds.
     pub contact_secs: f32,
+    /// The mean number of robots whose released route leads over the edge, the ones that are on it included.
+    pub released: f32,
+    /// The mean number of other robots whose planned route (horizon) leads over it.
+    pub planned: f32,
 }
 
 impl Sequenced for TrafficHeader {

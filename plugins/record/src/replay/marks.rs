@@ -99,12 +99,17 @@ fn search_message(topic: &Topic, time: u64, message: &[u8]) -> Result<Searched, 
 /// The notes of a recording: time on its clock in nanoseconds, and text.
 pub(super) type Notes = Vec<(u64, String)>;
 
+/// Returns the file of a recording's notes.
+pub(super) fn notes_file(recording: &Path) -> PathBuf {
+    let mut path = recording.as_os_str().to_owned();
+    path.push(".notes");
+    path.into()
+}
+
 /// Reads the notes of a recording: lines of `FILE.notes`, each a time in seconds, a space and a text. Lines that aren't are left
 /// out, and told.
 pub(super) fn notes(recording: &Path) -> Notes {
-    let mut path = recording.as_os_str().to_owned();
-    path.push(".notes");
-    let path = PathBuf::from(path);
+    let path = notes_file(recording);
     let Ok(text) = std::fs::read_to_string(&path) else { return Vec::new() };
     let mut notes = Vec::new();
     for (i, line) in text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty()) {

@@ -11,6 +11,7 @@ use super::{ViewerWindow, size_of, title};
 use crate::interface::measure::End;
 use crate::interface::pose::interpolate;
 use crate::interface::view_model::{Action, EngineState, Item, Timeline, ViewModel};
+use crate::notes;
 
 /// The time without a frame after which a running engine is considered silent.
 const MAX_SILENCE: Duration = Duration::from_millis(1500);
@@ -104,6 +105,7 @@ impl ViewerWindow {
                 Action::Order(order) => self.link.order(order),
                 Action::LookBack(time) => self.stage.look_back(time),
                 Action::WriteSvg => self.write_svg(),
+                Action::Note { time, text } => self.write_note(time, &text),
                 Action::Measure { at } => self.measure(at, pixels_per_point),
                 Action::Rows(query) => self.link.rows(query),
                 Action::Filter(filter) => {
@@ -151,6 +153,17 @@ impl ViewerWindow {
         let written = written.map_err(|error| error.to_string());
         let written = written.and_then(|text| std::fs::write(&path, text).map_err(|error| format!("{path}: {error}")));
         self.interface.notify(written.map_or_else(|error| error, |()| format!("the plan is in {path}")));
+    }
+
+    /// Writes a note into the file beside the recording, which the replay reads again.
+    fn write_note(&mut self, time: u64, text: &str) {
+        self.interface.notify(match &self.recording {
+            None => "the recording's file isn't known here; open it with: regatta viewer FILE".to_owned(),
+            Some(recording) => match notes::append(recording, time, text) {
+                Ok(()) => format!("the note is in {}", notes::file_of(recording).display()),
+                Err(error) => format!("can't write {}: {error}", notes::file_of(recording).display()),
+            },
+        });
     }
 
     /// Takes what is at a point of the picture as an end of what is measured.

@@ -1,43 +1,17 @@
-//! The figures of a fleet over time, of the run since the viewer began to watch.
+//! The figures of a fleet over time.
 
-use regatta_plugin::Frame;
-use regatta_plugin::frame::RobotState;
+use crate::records::frame::Frame;
+use crate::records::history::{FLEET_STATES, FleetSample};
 
-/// The states that are counted, in the order of their values.
-pub const STATES: [RobotState; 8] = [
-    RobotState::Idle,
-    RobotState::Driving,
-    RobotState::Waiting,
-    RobotState::Held,
-    RobotState::Faulted,
-    RobotState::Turning,
-    RobotState::Stalled,
-    RobotState::Broken,
-];
 /// The most samples: beyond, every second one is left out, and fewer are taken from then on.
 const MAX_SAMPLES: usize = 1_200;
 /// The least simulated time between two samples at first, in seconds.
 const FIRST_GAP: f64 = 0.5;
 
-/// The figures of a fleet at a time.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Sample {
-    /// Simulated seconds.
-    pub secs: f64,
-    /// Robots by state, as in [`STATES`].
-    pub states: [u32; STATES.len()],
-    /// Pairs of robots that touch; `None` without a collision checker.
-    pub touching: Option<u32>,
-    /// Robots that enter an edge, per hour, over the last minute; `None` without a traffic plugin.
-    pub throughput: Option<f32>,
-    /// The mean speed of all robots, in metres per second.
-    pub mean_speed: f32,
-}
-
-impl Sample {
-    /// Takes the figures of a frame.
-    pub fn of(frame: &Frame<'_>, touching: Option<u32>, throughput: Option<f32>) -> Self {
-        let mut states = [0; STATES.len()];
+impl FleetSample {
+    /// Takes the figures of a frame: the states and the speeds of its robots.
+    pub fn of(frame: &Frame<'_>) -> Self {
+        let mut states = [0; FLEET_STATES];
         let (mut sum, mut robots) = (0.0_f64, 0_u32);
         for (state, speed) in frame.state().iter().zip(frame.speed()) {
             // A row without a robot has a state beyond the list.
@@ -47,7 +21,7 @@ impl Sample {
             }
         }
         let mean_speed = (sum / f64::from(robots.max(1))) as f32;
-        Self { secs: frame.sim_time().as_secs_f64(), states, touching, throughput, mean_speed }
+        Self { secs: frame.sim_time().as_secs_f64(), states, mean_speed, ..Self::default() }
     }
 }
 
@@ -57,7 +31,7 @@ pub struct Series {
     run: u64,
     gap: f64,
     /// The samples, the oldest first.
-    pub samples: Vec<Sample>,
+    pub samples: Vec<FleetSample>,
 }
 
 impl Default for Series {
@@ -73,7 +47,7 @@ impl Series {
     }
 
     /// Adds a sample. Another run, or a time that goes back, begins anew.
-    pub fn add(&mut self, run: u64, sample: Sample) {
+    pub fn add(&mut self, run: u64, sample: FleetSample) {
         if self.run != run || self.samples.last().is_some_and(|last| sample.secs < last.secs) {
             *self = Self { run, ..Self::default() };
         }
@@ -99,7 +73,7 @@ mod tests {
         let mut secs = 0.0;
         while secs < 20_000.0 {
             if series.wants(1, secs) {
-                series.add(1, Sample { secs, ..Sample::default() });
+                series.add(1, FleetSample { secs, ..FleetSample::default() });
             }
             secs += 0.25;
         }
@@ -109,7 +83,7 @@ mod tests {
         let gaps = samples.windows(2).map(|pair| pair[1].secs - pair[0].secs);
         assert!(gaps.fold(0.0, f64::max) < 70.0, "even over the run");
         assert!(series.wants(2, 0.0) && series.wants(1, 5.0), "another run, or back in time");
-        series.add(1, Sample { secs: 5.0, ..Sample::default() });
+        series.add(1, FleetSample { secs: 5.0, ..FleetSample::default() });
         assert_eq!(series.samples.len(), 1);
     }
 }

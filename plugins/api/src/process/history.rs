@@ -1,0 +1,4 @@
+//! The history of a run so far, in bounded memory: kept by the plugin that publishes it, and by a reader that has nobody to ask.
+
+pub mod series;
+pub mod spots;

@@ -1,0 +1,160 @@
+//! The history of a run so far: figures of the fleet over time on `regatta/F/history`, and the places where robots lose time on
+//! `regatta/F/spots`. Both are published whole, so that a reader that joins late has all of it.
+
+use bytemuck::{Pod, Zeroable};
+use iceoryx2::prelude::ZeroCopySend;
+
+use super::frame::NO_EDGE;
+use super::sequence::Sequenced;
+
+/// The number of states in [`FleetSample::states`]: all but [`Absent`](super::frame::RobotState::Absent).
+pub const FLEET_STATES: usize = 8;
+/// The most edges of a [`HotSpot`].
+pub const SPOT_EDGES: usize = 4;
+/// The value of [`FleetSample::touching`] if nobody checks for contacts.
+const UNKNOWN: u32 = u32::MAX;
+
+/// The iceoryx2 user header of `regatta/F/history`, with a payload of [`FleetSample`]s, and of `regatta/F/spots`, with one of
+/// [`HotSpot`]s.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
+#[repr(C)]
+#[type_name("regatta_HistoryHeader")]
+pub struct HistoryHeader {
+    /// The run.
+    pub run_id: u64,
+    /// The tick of the newest frame that is counted.
+    pub tick: u64,
+    /// Its simulated time, in nanoseconds.
+    pub sim_time_nanos: u64,
+    /// The simulated time of the first frame that is counted, in nanoseconds: what was before isn't known.
+    pub began_nanos: u64,
+    /// Counts the samples of the run, from 1. The publisher fills it in.
+    pub sequence: u64,
+}
+
+/// The figures of a fleet at a time.
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable, ZeroCopySend)]
+#[repr(C)]
+#[type_name("regatta_FleetSample")]
+pub struct FleetSample {
+    /// Simulated seconds.
+    pub secs: f64,
+    /// Robots by state, in the order of [`RobotState`](super::frame::RobotState).
+    pub states: [u32; FLEET_STATES],
+    /// Pairs of robots that touch; [`touching`](Self::touching()) reads it.
+    pub touching: u32,
+    /// Robots that enter an edge, per hour, over the last minute; NaN if it isn't known.
+    pub throughput: f32,
+    /// The mean speed of all robots, in metres per second.
+    pub mean_speed: f32,
+    /// Zero.
+    pub reserved: u32,
+}
+
+impl FleetSample {
+    /// Adds the pairs that touch; `None` if nobody checks.
+    #[must_use]
+    pub fn with_touching(self, pairs: Option<u32>) -> Self {
+        Self { touching: pairs.unwrap_or(UNKNOWN), ..self }
+    }
+
+    /// Pairs of robots that touch; `None` if nobody checks.
+    pub fn touching(&self) -> Option<u32> {
+        (self.touching != UNKNOWN).then_some(self.touching)
+    }
+
+    /// Robots that enter an edge, per hour, over the last minute; `None` if it isn't known.
+    pub fn throughput(&self) -> Option<f32> {
+        (!self.throughput.is_nan()).then_some(self.throughput)
+    }
+}
+
+impl Default for FleetSample {
+    fn default() -> Self {
+        let states = [0; FLEET_STATES];
+        Self { secs: 0.0, states, touching: UNKNOWN, throughput: f32::NAN, mean_speed: 0.0, reserved: 0 }
+    }
+}
+
+/// Whether a [`HotSpot`] gets worse.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u32)]
+pub enum Trend {
+    /// It costs more time than it used to.
+    Growing = 1,
+    /// It costs about as much as before.
+    Steady = 2,
+    /// It costs less.
+    Easing = 3,
+    /// Nobody loses time there any more.
+    Over = 4,
+}
+
+impl Trend {
+    /// The word for it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Growing => "growing",
+            Self::Steady => "steady",
+            Self::Easing => "easing",
+            Self::Over => "over",
+        }
+    }
+}
+
+/// A place where robots lose time.
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable, ZeroCopySend)]
+#[repr(C)]
+#[type_name("regatta_HotSpot")]
+pub struct HotSpot {
+    /// The time that robots have touched others there, added up over robots, in simulated seconds.
+    pub contact_secs: f64,
+    /// The time that other robots have stood there and couldn't drive on.
+    pub standing_secs: f64,
+    /// The simulated times of the first and of the last loss, in seconds.
+    pub seen: [f64; 2],
+    /// The middle of the losses, in metres east.
+    pub x: f32,
+    /// The middle of the losses, in metres north.
+    pub y: f32,
+    /// The edges with the most losses, by their indices in the world; [`NO_EDGE`] where there are fewer.
+    pub edges: [u32; SPOT_EDGES],
+    /// A [`Trend`]; [`trend`](Self::trend()) reads it.
+    pub trend: u32,
+    /// Zero.
+    pub reserved: u32,
+}
+
+impl Default for HotSpot {
+    fn default() -> Self {
+        Self { edges: [NO_EDGE; SPOT_EDGES], trend: Trend::Steady as u32, ..Self::zeroed() }
+    }
+}
+
+impl HotSpot {
+    /// All time that was lost, in robot seconds.
+    pub fn lost_secs(&self) -> f64 {
+        self.contact_secs + self.standing_secs
+    }
+
+    /// The edges with the most losses, by their indices in the world.
+    pub fn edges(&self) -> impl Iterator<Item = u32> {
+        self.edges.into_iter().filter(|edge| *edge != NO_EDGE)
+    }
+
+    /// Whether it gets worse. A number that this version doesn't know is [`Steady`](Trend::Steady).
+    pub fn trend(&self) -> Trend {
+        let all = [Trend::Growing, Trend::Easing, Trend::Over];
+        all.into_iter().find(|trend| *trend as u32 == self.trend).unwrap_or(Trend::Steady)
+    }
+}
+
+impl Sequenced for HistoryHeader {
+    fn run_id(&self) -> u64 {
+        self.run_id
+    }
+
+    fn sequence(&self) -> u64 {
+        self.sequence
+    }
+}

@@ -1,0 +1,80 @@
+//! The history of the run so far, published for readers that join later.
+
+use std::time::{Duration, Instant};
+
+use regatta_plugin::history::{FleetSample, HistoryHeader};
+use regatta_plugin::traffic::EdgeTraffic;
+use regatta_plugin::{ContactReader, Frame, HistoryPublisher, Participant, Result, Series, Spots};
+
+/// The time between two publications, unless they take long.
+const PUBLISH_EVERY: Duration = Duration::from_millis(500);
+/// A publication is followed by a pause of at least so many times the time that it took.
+const PAUSES: u32 = 20;
+
+/// Hot spots and figures over time, and who reads them.
+pub struct RunHistory {
+    publisher: HistoryPublisher,
+    contacts: ContactReader,
+    spots: Spots,
+    series: Series,
+    publish_at: Instant,
+}
+
+impl RunHistory {
+    /// Opens the ports.
+    ///
+    /// # Errors
+    /// If another process publishes the history, or shared memory fails.
+    pub fn open(fleet: &Participant) -> Result<Self> {
+        Ok(Self {
+            publisher: HistoryPublisher::open_on(fleet)?,
+            contacts: ContactReader::open_on(fleet)?,
+            spots: Spots::default(),
+            series: Series::default(),
+            publish_at: Instant::now(),
+        })
+    }
+
+    /// Adds a frame. `figures` are those of the last minute, by edge; empty if there are none yet.
+    ///
+    /// # Errors
+    /// If shared memory fails.
+    pub fn add(&mut self, frame: &Frame<'_>, figures: &[EdgeTraffic]) -> Result {
+        let run_id = frame.run_id();
+        self.contacts.latest()?;
+        let has_checker = self.contacts.has_publisher();
+        let contacts = self.contacts.current().filter(|contacts| has_checker && contacts.header.run_id == run_id);
+        self.spots.add(frame, contacts.map_or(&[], |contacts| contacts.pairs));
+        if self.series.wants(run_id, frame.sim_time().as_secs_f64()) {
+            let throughput = match figures {
+                [] => f32::NAN,
+                figures => figures.iter().map(|edge| edge.entered_per_hour).sum(),
+            };
+            let touching = contacts.map(|contacts| contacts.header.touching);
+            self.series.add(run_id, FleetSample { throughput, ..FleetSample::of(frame) }.with_touching(touching));
+        }
+        self.publish(frame)
+    }
+
+    fn publish(&mut self, frame: &Frame<'_>) -> Result {
+        let start = Instant::now();
+        if start < self.publish_at {
+            return Ok(());
+        }
+        let header = HistoryHeader {
+            run_id: frame.run_id(),
+            tick: frame.tick(),
+            sim_time_nanos: frame.header().sim_time_nanos,
+            began_nanos: (self.spots.began().1 * 1e9) as u64,
+            sequence: 0,
+        };
+        self.publisher.publish(&header, &self.series.samples, &self.spots.list())?;
+        self.publish_at = Instant::now() + PUBLISH_EVERY.max(start.elapsed() * PAUSES);
+        Ok(())
+    }
+
+    /// Gives the newest history to readers that have joined since.
+    pub fn update(&self) {
+        self.publisher.update();
+    }
+}

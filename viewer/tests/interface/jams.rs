@@ -1,0 +1,205 @@
+//! Edges, the heat map, hot spots and figures over time.
+
+use super::*;
+
+#[test]
+fn an_edge_and_its_nodes_link_to_each_other() {
+    let mut harness = harness(Fixture::new(5));
+    harness.state_mut().interface.select(Some(Item::Edge(0)));
+    settle(&mut harness);
+    harness.get_by_label("Edge 34");
+    harness.get_by_label("node 7").click();
+    settle(&mut harness);
+    harness.get_by_label("Node 7");
+    harness.get_by_label("edge 34").click();
+    settle(&mut harness);
+    assert_eq!(harness.state().interface.selected, Some(Item::Edge(0)));
+}
+
+#[test]
+fn the_heat_map_is_chosen_and_says_what_it_lacks() {
+    let mut fixture = Fixture::new(5);
+    fixture.interface.settings.right = Some(RightPanel::View);
+    let mut harness = harness(fixture);
+    assert!(harness.query_by_label("no figures: regatta plugin traffic").is_none());
+    harness.key_press_modifiers(Modifiers::SHIFT, Key::H);
+    settle(&mut harness);
+    harness.get_by_label("no figures: regatta plugin traffic");
+    harness.get_by_label("regatta plugin traffic --fleet test");
+    harness.get_by_label("heat map: figure").click();
+    settle(&mut harness);
+    harness.get_by_role_and_label(egui::accesskit::Role::Button, "speed").click();
+    settle(&mut harness);
+    assert_eq!(harness.state().interface.settings.heat_of.to_string(), "speed:10min");
+    harness.key_press_modifiers(Modifiers::SHIFT, Key::G);
+    settle(&mut harness);
+    let heat: Heat = "waiting".parse().expect("a heat map");
+    assert!(harness.state().interface.settings.heat && harness.state().interface.settings.heat_of == heat);
+    let (ends, has_contacts, has_routes) = ([0.0, 50.0], true, false);
+    let facts = HeatFacts { heat, ends, is_exceeded: true, edges: 12, secs: 240.0, has_contacts, has_routes };
+    harness.state_mut().jams.heat = Some(facts);
+    settle(&mut harness);
+    harness.get_by_label("last ten minutes (4 min)");
+    harness.get_by_label("12 edges have a value");
+    harness.state_mut().interface.settings.heat_of = "routes".parse().expect("a heat map");
+    let routes = HeatFacts { heat: "routes".parse().expect("a heat map"), edges: 0, ..facts };
+    harness.state_mut().jams.heat = Some(routes);
+    settle(&mut harness);
+    harness.get_by_label("no routes are known: none in lockstep, none of recordings");
+    harness.state_mut().jams.heat = Some(HeatFacts { has_routes: true, ..routes });
+    settle(&mut harness);
+    assert!(harness.query_by_label("no routes are known: none in lockstep, none of recordings").is_none());
+    harness.key_press_modifiers(Modifiers::SHIFT, Key::H);
+    settle(&mut harness);
+    assert!(!harness.state().interface.settings.heat);
+}
+
+#[test]
+fn an_edge_tells_its_robots_and_its_traffic() {
+    let mut harness = harness(Fixture::new(5));
+    harness.state_mut().interface.select(Some(Item::Edge(0)));
+    let present = Presence { robots: 3, waiting: 1, listed: vec![0, 2, 4] };
+    let mut facts = EdgeFacts { edge: 0, present, traffic: None };
+    harness.state_mut().jams.edges = vec![facts.clone()];
+    settle(&mut harness);
+    harness.get_by_label("regatta plugin traffic --fleet test");
+    facts.traffic = Some([EdgeTraffic { entered_per_hour: 1234.0, waiting_secs: 56.5, ..EdgeTraffic::default() }; 3]);
+    harness.state_mut().jams.edges = vec![facts];
+    settle(&mut harness);
+    assert_eq!(harness.query_all_by_label("1234").count(), 3);
+    assert_eq!(harness.query_all_by_label("56.5").count(), 3);
+    harness.get_by_label("robot 4").click();
+    settle(&mut harness);
+    assert_eq!(harness.state().interface.selected, Some(Item::Robot(4)));
+}
+
+/// The place of a point of the ground in the window.
+fn on_screen(harness: &Harness<'_, Fixture>, at: Vec2) -> egui::Pos2 {
+    let (camera, picture) = (harness.state().interface.camera_controller.camera(), harness.state().picture);
+    let at = camera.project(at.extend(0.0), Vec2::new(picture.width(), picture.height())).expect("in sight");
+    pos2(picture.left() + at.x, picture.top() + at.y)
+}
+
+#[test]
+fn the_edge_under_the_pointer_tells_its_figures() {
+    let mut harness = harness(Fixture::new(5));
+    let (edge, beside) = (on_screen(&harness, Vec2::new(0.5, 1.0)), on_screen(&harness, Vec2::new(3.0, -3.0)));
+    harness.hover_at(edge);
+    settle(&mut harness);
+    harness.get_by_label("edge 34");
+    assert_eq!(harness.state().interface.watched_places(), (vec![0], None), "another thread counts its robots");
+    let figures = EdgeTraffic { occupancy: 1.5, entered_per_hour: 321.0, waiting_secs: 56.5, ..EdgeTraffic::default() };
+    let present = Presence { robots: 7, waiting: 4, listed: vec![0] };
+    let facts = EdgeFacts { edge: 0, present, traffic: None };
+    harness.state_mut().jams.edges = vec![facts.clone()];
+    settle(&mut harness);
+    harness.get_by_label("more with: regatta plugin traffic");
+    harness.get_by_label("7");
+    harness.state_mut().jams.edges = vec![EdgeFacts { traffic: Some([figures; 3]), ..facts }];
+    settle(&mut harness);
+    for label in ["321", "56.5", "7", "4", "last ten minutes"] {
+        harness.get_by_label(label);
+    }
+    assert!(harness.query_by_label("robots on the edge").is_none(), "not without the heat map");
+    let settings = &mut harness.state_mut().interface.settings;
+    (settings.heat, settings.heat_of) = (true, "occupancy:run".parse().expect("a heat map"));
+    settle(&mut harness);
+    for label in ["1.5", "321", "contact, s", "the run so far"] {
+        harness.get_by_label(label);
+    }
+    harness.state_mut().closed = vec![0];
+    settle(&mut harness);
+    harness.get_by_label("closed");
+    harness.hover_at(beside);
+    settle(&mut harness);
+    assert!(harness.query_by_label("edge 34").is_none());
+    assert_eq!(harness.state().interface.watched_places(), (vec![], None));
+}
+
+#[test]
+fn in_the_past_only_the_robots_of_an_edge_are_told() {
+    let mut fixture = Fixture::new(5);
+    (fixture.is_past, fixture.interface.settings.edges) = (true, true);
+    let mut harness = harness(fixture);
+    let present = Presence { robots: 7, waiting: 4, listed: vec![0] };
+    harness.state_mut().jams.edges = vec![EdgeFacts { edge: 0, present, traffic: None }];
+    let edge = on_screen(&harness, Vec2::new(0.5, 1.0));
+    harness.hover_at(edge);
+    settle(&mut harness);
+    harness.get_by_label("edge 34");
+    harness.get_by_label("5");
+    assert!(harness.query_by_label("7").is_none(), "as many as there are now");
+    assert!(harness.query_by_label("more with: regatta plugin traffic").is_none());
+}
+
+#[test]
+fn a_hot_spot_is_flown_to_and_the_list_is_exported() {
+    let mut harness = harness(Fixture::new(5));
+    let spot = |x: f32, contact_secs| Spot {
+        place: Vec2::new(x, 3.0),
+        contact_secs,
+        standing_secs: 10.0,
+        seen: [61.0, 90.0],
+        edges: vec![0],
+        trend: Trend::Growing,
+    };
+    press(&mut harness, Key::Num7);
+    harness.get_by_label("nobody has lost time");
+    harness.get_by_label("since the start of the run");
+    harness.state_mut().jams.since = Since { secs: 754.0, is_published: false };
+    settle(&mut harness);
+    harness.get_by_label("since 12:34, when this window began to watch");
+    harness.state_mut().jams.since.is_published = true;
+    settle(&mut harness);
+    harness.get_by_label("since 12:34, when regatta plugin traffic began");
+    harness.state_mut().jams.spots = [spot(40.0, 25.0), spot(7.0, 0.0)].into();
+    settle(&mut harness);
+    harness.get_by_label("45 robot s lost");
+    harness.get_by_label("hot spot 1").click();
+    harness.run_steps(120);
+    let target = harness.state().interface.camera_controller.camera().target;
+    assert!((target.x - 40.0).abs() < 0.5 && (target.y - 3.0).abs() < 0.5, "{target}");
+    assert_eq!(harness.state().interface.selected, Some(Item::Edge(0)));
+    harness.get_by_label("export").click();
+    settle(&mut harness);
+    let written = harness.state().actions.iter().find_map(|action| match action {
+        Action::Write { path, text } => Some((path.clone(), text.clone())),
+        _ => None,
+    });
+    let (path, text) = written.expect("a file");
+    assert_eq!((path.to_str(), text.lines().count()), (Some("hot-spots.csv"), 3));
+    assert_eq!(text.lines().nth(1), Some("1,40.00,3.00,35.0,25.0,10.0,61.0,90.0,growing,34"));
+}
+
+#[test]
+fn plots_show_the_figures_at_the_time_under_the_pointer_and_a_click_goes_there() {
+    let mut fixture = Fixture::new(5);
+    let sample = |second: u32| Sample {
+        secs: f64::from(second),
+        states: [0, 100 - second, second, 0, 0, 0, 0, 0],
+        touching: 2,
+        mean_speed: 0.75,
+        ..Sample::default()
+    };
+    fixture.jams.series = (0..=80).map(sample).collect();
+    let mut harness = harness(fixture);
+    assert!(harness.query_by_label("mean speed, m/s").is_none());
+    press(&mut harness, Key::Num8);
+    harness.get_by_label("waiting 80");
+    harness.get_by_label("0.75");
+    harness.get_by_label("not published");
+    // Over the middle of the plot of those that wait.
+    let title = harness.get_by_label("touching pairs").rect();
+    let at = pos2(title.left() + 130.0, title.top() + 70.0);
+    harness.hover_at(at);
+    settle(&mut harness);
+    let times =
+        harness.query_all_by_label_contains("at 0:").count() + harness.query_all_by_label_contains("at 1:").count();
+    assert_eq!(times, 5, "each plot tells the same time");
+    harness.drag_at(at);
+    harness.drop_at(at);
+    settle(&mut harness);
+    let seeks: Vec<_> =
+        harness.state().requests().into_iter().filter(|(kind, ..)| *kind == ControlKind::Seek).collect();
+    assert!(seeks.len() == 1 && seeks[0].1 > 10_000_000_000 && seeks[0].1 < 80_000_000_000, "{seeks:?}");
+}

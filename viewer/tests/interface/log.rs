@@ -1,0 +1,64 @@
+//! The log and its alarms.
+
+use super::*;
+
+/// An entry about a robot.
+fn entry(time: u64, kind: Kind, robot: u32, text: &str) -> Entry {
+    let severity = Severity::Warning;
+    Entry {
+        time_nanos: time * 1_000_000_000,
+        kind,
+        severity,
+        robot: Some(robot),
+        place: Place::None,
+        text: text.into(),
+    }
+}
+
+#[test]
+fn alarms_are_acknowledged_and_entries_filtered_and_jumped_to() {
+    let mut fixture = Fixture::new(50);
+    fixture.interface.settings.left = Some(LeftPanel::Log);
+    let news = vec![
+        (entry(3, Kind::Fault, 7, "robot 7 broke down"), AlarmChange::Begins(AlarmKey::Robot(7))),
+        (entry(4, Kind::Stop, 9, "robot 9 stalls"), AlarmChange::None),
+        (Entry { robot: None, place: Place::Edge(34), ..entry(5, Kind::Edge, 0, "edge 34 closed") }, AlarmChange::None),
+    ];
+    fixture.interface.log().take(LogReport { news, ..LogReport::default() });
+    let mut harness = harness(fixture);
+    harness.get_by_label("1 alarm");
+    harness.get_by_label("Alarms 1");
+    harness.get_by_label("acknowledge Robot(7)").click();
+    settle(&mut harness);
+    assert_eq!(harness.state_mut().interface.log().unacknowledged(), 0);
+    harness.get_by_label("1 alarm");
+    let over = (entry(6, Kind::Fault, 7, "robot 7 repaired"), AlarmChange::Ends(AlarmKey::Robot(7)));
+    harness.state_mut().interface.log().take(LogReport { news: vec![over], ..LogReport::default() });
+    settle(&mut harness);
+    harness.get_by_label("no alarms");
+    harness.get_by_label_contains("robot 9 stalls").click();
+    settle(&mut harness);
+    assert_eq!(harness.state().interface.selected, Some(Item::Robot(9)));
+    harness.get_by_label_contains("edge 34 closed").click();
+    settle(&mut harness);
+    assert_eq!(harness.state().interface.selected, Some(Item::Edge(0)));
+    harness.get_by_label("text of entries").click();
+    settle(&mut harness);
+    harness.event(egui::Event::Text("#7".into()));
+    settle(&mut harness);
+    assert!(harness.query_by_label_contains("robot 9 stalls").is_none());
+    harness.get_by_label_contains("robot 7 broke down");
+}
+
+#[test]
+fn the_log_of_a_recording_jumps_to_its_marks() {
+    let mut fixture = replay(1.0);
+    fixture.interface.settings.left = Some(LeftPanel::Log);
+    let mut harness = harness(fixture);
+    harness.get_by_label("2 marks");
+    harness.get_by_label_contains("robot 3 and 1 more broke down").click();
+    settle(&mut harness);
+    let sought = harness.state().requests().into_iter().find(|(kind, ..)| *kind == ControlKind::Seek);
+    assert_eq!(sought.map(|(_, time, _)| time), Some(6_000_000_000));
+    assert_eq!(harness.state().interface.selected, Some(Item::Robot(3)));
+}

@@ -1,0 +1,116 @@
+//! Layers, files, and programs that are started.
+
+use super::*;
+
+#[test]
+fn panels_themes_and_colourings_have_keys_that_the_help_lists() {
+    let mut harness = harness(Fixture::new(5));
+    for (key, panel) in [
+        (Key::Num3, RightPanel::Selection),
+        (Key::Num4, RightPanel::View),
+        (Key::Num5, RightPanel::Performance),
+        (Key::Num6, RightPanel::Connection),
+    ] {
+        press(&mut harness, key);
+        assert_eq!(harness.state().interface.settings.right, Some(panel));
+    }
+    press(&mut harness, Key::L);
+    assert!(harness.state().interface.settings.light);
+    let mut colours = Vec::new();
+    for _ in 0..5 {
+        press(&mut harness, Key::C);
+        colours.push(harness.state().interface.settings.colour.clone());
+    }
+    assert_eq!(colours, ["state", "speed", "type", "battery", "collision"]);
+    press(&mut harness, Key::F1);
+    harness.get_by_label("pause, resume");
+    press(&mut harness, Key::Escape);
+    assert!(harness.query_by_label("pause, resume").is_none());
+}
+
+#[test]
+fn plans_of_all_robots_are_switched_on_and_say_what_they_lack() {
+    let mut fixture = Fixture::new(5);
+    fixture.interface.settings.right = Some(RightPanel::View);
+    let mut harness = harness(fixture);
+    harness.get_by_label("routes and goals of all robots").click();
+    settle(&mut harness);
+    assert!(harness.state().interface.settings.plans);
+    harness.get_by_label("nothing known yet");
+    harness.get_by_label("goals: not published");
+    let routes = Coverage { known: 640, under_way: 990, round_secs: f32::INFINITY };
+    harness.state_mut().plans = PlanFacts { routes: Some(routes), has_goals: true, waiting: None };
+    settle(&mut harness);
+    harness.get_by_label("routes of 640 of 990 robots under way so far");
+    harness.get_by_label("routes of 640 of 990 robots");
+    harness.get_by_label("planned");
+    let routes = Coverage { known: 985, under_way: 990, round_secs: 1.25 };
+    harness.state_mut().plans = PlanFacts { routes: Some(routes), has_goals: true, waiting: None };
+    settle(&mut harness);
+    harness.get_by_label("routes of 985 of 990 robots under way, at most 1.2 s old");
+    assert!(harness.query_by_label("routes of 985 of 990 robots").is_none(), "nothing notable is missing");
+    press(&mut harness, Key::H);
+    assert!(!harness.state().interface.settings.plans);
+    assert!(harness.query_by_label("planned").is_none());
+}
+
+#[test]
+fn who_waits_is_switched_on_and_counted() {
+    let mut harness = harness(Fixture::new(5));
+    press(&mut harness, Key::B);
+    assert!(harness.state().interface.settings.waits);
+    harness.get_by_label("who waits: not published");
+    harness.state_mut().plans = PlanFacts { waiting: Some([17, 4]), ..PlanFacts::default() };
+    settle(&mut harness);
+    harness.get_by_label("waits for (17)");
+    harness.get_by_label("ring of waiting (4)");
+    press(&mut harness, Key::Num4);
+    harness.get_by_label("17 wait, 4 of them in rings");
+}
+
+#[test]
+fn udp_is_started_with_the_typed_addresses() {
+    let mut harness = harness(Fixture::new(5));
+    press(&mut harness, Key::Num6);
+    harness.get_by_label("Receive").click();
+    settle(&mut harness);
+    harness.get_by_label("Send").click();
+    settle(&mut harness);
+    let wanted = [
+        Action::StartUdpSource { listen: "127.0.0.1:9870".into(), echo_to: None, offset: Vec2::ZERO },
+        Action::StartUdpSender { to: "127.0.0.1:9870".into() },
+    ];
+    let started: Vec<_> = harness.state().actions.iter().filter(|action| wanted.contains(action)).cloned().collect();
+    assert_eq!(started, wanted);
+}
+
+#[test]
+fn files_for_the_floor_and_the_robots_are_typed_or_dropped() {
+    let mut harness = harness(Fixture::new(5));
+    press(&mut harness, Key::Num4);
+    harness.get_by_label("floor file").scroll_to_me();
+    settle(&mut harness);
+    let line = harness.get_by_label("floor file");
+    line.focus();
+    line.type_text("map.yaml");
+    settle(&mut harness);
+    harness.get_all_by_label("load").next().expect("a button").scroll_to_me();
+    settle(&mut harness);
+    assert_eq!(harness.state().interface.settings.floor_image, "", "the file is not loaded yet");
+    harness.get_all_by_label("load").next().expect("a button").click();
+    settle(&mut harness);
+    assert_eq!(harness.state().interface.settings.floor_image, "map.yaml");
+    harness.state_mut().interface.use_file(std::path::Path::new("tug.STL"));
+    settle(&mut harness);
+    let mesh = harness.state().interface.settings.mesh.clone().expect("a mesh");
+    assert_eq!((mesh.file.as_str(), mesh.scale, mesh.z, mesh.yaw), ("tug.STL", 1.0, 0.0, 0.0));
+    harness.get_all_by_label("remove").next().expect("a button").click();
+    settle(&mut harness);
+    assert_eq!(harness.state().interface.settings.floor_image, "");
+    assert!(harness.state().interface.settings.mesh.is_some());
+    harness.get_by_label("add a lamp").scroll_to_me();
+    settle(&mut harness);
+    harness.get_by_label("add a lamp").click();
+    settle(&mut harness);
+    assert_eq!(harness.state().interface.settings.lamps.len(), 1);
+}
