@@ -166,6 +166,37 @@ fn jobs_are_exported_for_a_shell() {
     assert_eq!(files(&folder.join("results")), before, "no run is done again");
 }
 
+#[cfg(unix)]
+#[test]
+fn a_large_job_array_fits_slurms_limit() {
+    use std::os::unix::fs::PermissionsExt;
+    let folder = tempfile::tempdir().expect("a folder");
+    let array = folder.path().join("array");
+    let robots: Vec<String> = (1..=410).map(|robots| robots.to_string()).collect();
+    let args = ["--robots", &robots.join(","), "--seeds", "3", "--duration", "2min", "--export-jobs"];
+    success(
+        &regatta().arg("study").arg(graphs("thirty.yaml")).args(args).arg(&array).output().expect("regatta starts"),
+    );
+    let script = fs::read_to_string(array.join("run.sh")).expect("a script");
+    assert!(script.contains("--array=1-1000\n"), "{script}");
+    // Instead of doing a job, this notes it.
+    let program = folder.path().join("regatta");
+    fs::write(&program, "#!/bin/sh\necho \"$2\" >> done.txt\n").expect("written");
+    fs::set_permissions(&program, fs::Permissions::from_mode(0o755)).expect("executable");
+    let path = format!("{}:{}", folder.path().display(), std::env::var("PATH").unwrap_or_default());
+    for task in ["1", "230", "231", "1000"] {
+        let mut command = Command::new(array.join("run.sh"));
+        command.env("PATH", &path).env("SLURM_ARRAY_TASK_ID", task).env("SLURM_SUBMIT_DIR", &array);
+        success(&command.output().expect("a shell"));
+    }
+    let list = fs::read_to_string(array.join("jobs.txt")).expect("jobs");
+    let list: Vec<&str> = list.lines().collect();
+    assert_eq!(list.len(), 1230);
+    let expected = [1, 1001, 230, 1230, 231, 1000].map(|number| format!("jobs/{}.json", list[number - 1]));
+    let done = fs::read_to_string(array.join("done.txt")).expect("what was done");
+    assert_eq!(done.lines().collect::<Vec<_>>(), expected);
+}
+
 #[test]
 fn what_cannot_be_studied_is_told_in_one_line() {
     let folder = tempfile::tempdir().expect("a folder");

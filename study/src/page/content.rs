@@ -270,8 +270,9 @@ fn bottleneck_row(bottleneck: &Bottleneck, rank: usize) -> Vec<String> {
     let more = if bottleneck.edges.len() > 4 { " …" } else { "" };
     let remedy = match &bottleneck.remedy {
         Some(Remedy::Faster(edges)) => {
+            let plural = if edges.len() == 1 { "" } else { "s" };
             let edges: Vec<String> = edges.iter().map(u32::to_string).collect();
-            format!("edges {}: speed × 1.5", edges.join(", "))
+            format!("edge{plural} {}: speed × 1.5", edges.join(", "))
         }
         Some(Remedy::Second(edge)) => format!("a second edge beside {edge}"),
         None => NONE.to_owned(),
