@@ -9,6 +9,7 @@ mod engine;
 mod failure;
 mod fleets;
 mod graph;
+mod lockstep_run;
 mod new;
 mod order;
 mod orders;

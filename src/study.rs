@@ -62,7 +62,7 @@ pub struct StudyArgs {
     output: Option<PathBuf>,
     /// Runs side by side on this machine [default: the number of cores]
     #[arg(short, long, value_name = "N", conflicts_with = "on")]
-    jobs: Option<usize>,
+    jobs: Option<std::num::NonZeroUsize>,
     /// Cluster that does the runs: tcp://HOST:PORT of a Dask scheduler, or ray://HOST:PORT
     #[arg(long, value_name = "ADDRESS", value_parser = parse_address)]
     on: Option<String>,
@@ -114,6 +114,9 @@ pub fn run(args: &StudyArgs) -> Result<ExitCode, Failure> {
     if args.record {
         output::record(&plan, &store, &answer)?;
     }
+    if let Some((name, reason)) = answer.variants.iter().find_map(|variant| Some((&variant.name, variant.failure()?))) {
+        return Err(format!("{name}: no run has succeeded: {reason}").into());
+    }
     let contacts: u64 = answer.variants.iter().map(|variant| variant.contacts).sum();
     Ok(if contacts == 0 { ExitCode::SUCCESS } else { ExitCode::from(TOUCHED) })
 }
@@ -132,7 +135,10 @@ fn conduct(plan: &Plan, store: &Store, workers: &mut dyn Workers, watcher: &Term
 fn workers(args: &StudyArgs, watcher: &Terminal) -> Result<Box<dyn Workers>, Failure> {
     let Some(address) = &args.on else {
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
-        return Ok(Box::new(Local::new(std::env::current_exe()?, args.jobs.unwrap_or(cores))));
+        return Ok(Box::new(Local::new(
+            std::env::current_exe()?,
+            args.jobs.map_or(cores, std::num::NonZeroUsize::get),
+        )));
     };
     let python = std::env::var_os("REGATTA_PYTHON").unwrap_or_else(|| "python3".into());
     let mut command = Command::new(python);

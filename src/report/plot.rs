@@ -5,21 +5,10 @@ use std::ops::Range;
 use plotters::coord::Shift;
 use plotters::coord::ranged1d::{Ranged, ValueFormatter};
 use plotters::prelude::*;
+use regatta_study::page::COLOURS;
 
 use super::published::Pose;
 use crate::failure::Failure;
-
-/// Colours that colour-blind people can distinguish (Okabe and Ito), without the yellow that is hard to see on white. No plot
-/// has more series.
-const COLOURS: [RGBColor; 7] = [
-    RGBColor(0, 114, 178),
-    RGBColor(213, 94, 0),
-    RGBColor(0, 158, 115),
-    RGBColor(204, 121, 167),
-    RGBColor(230, 159, 0),
-    RGBColor(86, 180, 233),
-    RGBColor(0, 0, 0),
-];
 
 /// The size of a plot in pixels: two charts side by side.
 const SIZE: (u32, u32) = (1100, 500);

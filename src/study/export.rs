@@ -8,6 +8,10 @@ use regatta_study::store::Store;
 use crate::failure::Failure;
 use crate::output::{Force, unwritable, write_file};
 
+/// The largest number of tasks in an array: Slurm's `MaxArraySize` is 1001 unless it is set, and indices are below it. With more
+/// jobs, each task does several.
+const LARGEST_ARRAY: usize = 1000;
+
 /// Writes the runs of the first round as a job array: they are what any answer needs.
 pub fn export(plan: &Plan, folder: &Path) -> Result<(), Failure> {
     let store = Store::open(folder)?;
@@ -24,7 +28,8 @@ pub fn export(plan: &Plan, folder: &Path) -> Result<(), Failure> {
     }
     let list = folder.join("jobs.txt");
     write_file(&list, (ids.join("\n") + "\n").as_bytes(), Force { force: true })?;
-    let script = include_str!("job-array.sh").replace("@COUNT@", &ids.len().to_string());
+    let tasks = ids.len().min(LARGEST_ARRAY);
+    let script = include_str!("job-array.sh").replace("@TASKS@", &tasks.to_string());
     let path = folder.join("run.sh");
     write_file(&path, script.as_bytes(), Force { force: true })?;
     make_executable(&path).map_err(|error| unwritable(&path, &error))?;

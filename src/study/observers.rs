@@ -15,6 +15,9 @@ pub struct ObserverArgs {
     /// File for the traffic on edges, as JSON
     #[arg(long, value_name = "FILE")]
     traffic: PathBuf,
+    /// File for what robots wait for, as JSON
+    #[arg(long, value_name = "FILE")]
+    queues: PathBuf,
     /// File for what the fleet carries, as JSON
     #[arg(long, value_name = "FILE")]
     meter: PathBuf,
@@ -34,6 +37,7 @@ pub fn run(args: &ObserverArgs) -> Result<ExitCode, Failure> {
     let with_json = |name: &str, file: &PathBuf| [name.into(), "--json".into(), file.clone().into_os_string()];
     let traffic = regatta_traffic::Cli::try_parse_from(with_json("traffic", &args.traffic))?;
     readers.push(Box::new(regatta_traffic::plugin(traffic)));
+    readers.push(Box::new(regatta_traffic::queue_observer(args.queues.clone())));
     let meter = regatta_meter::Cli::try_parse_from(with_json("meter", &args.meter))?;
     readers.push(Box::new(regatta_meter::plugin(meter)));
     if let Some(file) = &args.validator {

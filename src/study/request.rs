@@ -3,8 +3,10 @@
 use std::fs;
 use std::path::Path;
 
+use clap::ValueEnum;
 use regatta_engine::graph::ReadOptions;
 use regatta_engine::scenario::document;
+use regatta_fleet_manager::PlannerKind;
 use regatta_study::plan::{Axis, Plan, Precision, Robots, Setting, StudyFile, Variant, is_study};
 use serde_json::Value;
 
@@ -37,6 +39,8 @@ pub fn plan(args: &StudyArgs) -> Result<Plan, Failure> {
     let robots = args.robots.clone().or_else(|| file.as_ref()?.robots.clone());
     let reliefs = args.reliefs.or_else(|| file.as_ref()?.reliefs).unwrap_or(DEFAULT_RELIEFS);
     let mut axes = file.as_ref().map_or_else(|| Ok(Vec::new()), StudyFile::axes)?;
+    // What the command line says counts.
+    axes.retain(|axis| args.vary.iter().all(|other| other.setting != axis.setting));
     axes.extend(args.vary.iter().cloned());
     Ok(Plan {
         title,
@@ -46,8 +50,28 @@ pub fn plan(args: &StudyArgs) -> Result<Plan, Failure> {
         rate_hz: args.rate,
         reliefs,
         program: version::short(),
-        variants: variants(&plant, &axes, args, &options)?,
+        variants: variants(&plant, &checked(axes)?, args, &options)?,
     })
+}
+
+/// Returns the settings in the order in which they are applied: the layout first, which others change.
+fn checked(mut axes: Vec<Axis>) -> Result<Vec<Axis>, Failure> {
+    axes.sort_by_key(|axis| axis.setting != Setting::Layout);
+    for (index, Axis { setting, values }) in axes.iter().enumerate() {
+        if axes[..index].iter().any(|other| other.setting == *setting) {
+            return Err(format!("{setting} is varied twice: give all its values in one list").into());
+        }
+        let planners = values.iter().filter(|_| *setting == Setting::Planner).filter_map(Value::as_str);
+        for name in planners {
+            if PlannerKind::from_str(name, false).is_err() {
+                let known: Vec<_> =
+                    PlannerKind::value_variants().iter().filter_map(ValueEnum::to_possible_value).collect();
+                let known: Vec<_> = known.iter().map(|value| value.get_name()).collect();
+                return Err(format!("planner: unknown planner '{name}': there are {}", known.join(", ")).into());
+            }
+        }
+    }
+    Ok(axes)
 }
 
 fn title(plant: &Path) -> String {
@@ -92,6 +116,7 @@ fn variants(plant: &Path, axes: &[Axis], args: &StudyArgs, options: &ReadOptions
         variants[0].name = if variants[0].name.is_empty() { "as it is".into() } else { variants[0].name.clone() };
         variants.push(bound);
     }
+    variants.iter().try_for_each(|variant| variant.check(args.rate))?;
     Ok(variants)
 }
 

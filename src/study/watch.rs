@@ -1,6 +1,7 @@
 //! What a user sees of a study under way: runs done, running and left, and the time to go.
 
-use std::cell::Cell;
+use std::cell::{Cell, RefCell};
+use std::collections::BTreeSet;
 use std::io::IsTerminal;
 use std::time::{Duration, Instant};
 
@@ -24,6 +25,8 @@ pub struct Terminal {
     runs: Cell<[u64; 2]>,
     finished: Cell<u64>,
     side_by_side: Cell<u64>,
+    /// What was told of runs that failed.
+    failures: RefCell<BTreeSet<String>>,
 }
 
 impl Terminal {
@@ -47,6 +50,7 @@ impl Terminal {
             runs: Cell::new([0; 2]),
             finished: Cell::new(0),
             side_by_side: Cell::new(1),
+            failures: RefCell::default(),
         }
     }
 
@@ -101,6 +105,10 @@ impl Watcher for Terminal {
     }
 
     fn fail(&self, what: &str, failure: &str) {
+        // What is wrong with one run is mostly wrong with many.
+        if !self.failures.borrow_mut().insert(failure.to_owned()) {
+            return;
+        }
         match &self.bar {
             Some(bar) => bar.suspend(|| regatta_plugin::tell!("{what} failed: {failure}")),
             None => regatta_plugin::tell!("{what} failed: {failure}"),

@@ -26,9 +26,9 @@ pub struct Answer {
     pub variants: Vec<VariantAnswer>,
     /// The other variants against the first one.
     pub comparisons: Vec<Comparison>,
-    /// Where the first variant's robots wait at its knee, the worst first.
+    /// What the first variant's robots wait for at its knee, the worst first.
     pub bottlenecks: Vec<Bottleneck>,
-    /// The edges of the first variant where robots wait at its knee: means over the runs there.
+    /// The edges of the first variant at its knee: means over the runs there.
     pub edges: Vec<EdgeOutcome>,
 }
 
@@ -160,6 +160,12 @@ impl Answer {
 }
 
 impl VariantAnswer {
+    /// Returns why there is no figure: none of the runs has succeeded.
+    pub fn failure(&self) -> Option<&str> {
+        let reason = self.failed.first().map(|(_, reason)| reason.as_str());
+        reason.filter(|_| self.points.is_empty())
+    }
+
     fn new(variant: &Variant, curve: &Curve) -> Self {
         let points: Vec<PointAnswer> = curve.points.iter().map(PointAnswer::new).collect();
         let knee = curve.knee.and_then(|index| {

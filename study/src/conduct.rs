@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use crate::answer::{Answer, Bottleneck, Relief, bottlenecks};
 use crate::job::{Job, JobId};
 use crate::outcome::Measured;
-use crate::plan::{Plan, PlanError, Variant};
+use crate::plan::{Plan, PlanError, Variant, robots_in_words};
 use crate::store::{Label, Store, StoreError};
 use crate::sweep::{self, Curve, Fate, Known, Run, Step};
 use crate::workers::{Report, Task, Workers, WorkersError};
@@ -146,7 +146,7 @@ impl<'a> Conductor<'a> {
     /// Does runs of some sites, those that aren't done yet.
     fn round(&mut self, sites: &mut [Site<'_>], wanted: &[(usize, Run)]) -> Result<(), StudyError> {
         let mut tasks = Vec::new();
-        let mut by_id: BTreeMap<JobId, (usize, Run)> = BTreeMap::new();
+        let mut by_id: BTreeMap<JobId, Vec<(usize, Run)>> = BTreeMap::new();
         for &(site, run) in wanted {
             let job = self.job(&sites[site], run);
             let id = job.id();
@@ -154,11 +154,16 @@ impl<'a> Conductor<'a> {
                 sites[site].known.insert(run, Fate::Done(measured));
                 continue;
             }
+            // Two sites may want the same job: reliefs of neighbouring places, or settings that change nothing.
+            let wanting = by_id.entry(id.clone()).or_default();
+            wanting.push((site, run));
+            if wanting.len() > 1 {
+                continue;
+            }
             self.store.keep_job(&job)?;
             let (job, result) = (self.store.job_file(&id), self.store.result_file(&id));
             let layout = self.store.files().join(&sites[site].layout);
-            tasks.push(Task { id: id.clone(), job, layout, result });
-            by_id.insert(id, (site, run));
+            tasks.push(Task { id, job, layout, result });
         }
         if !tasks.is_empty() {
             self.watcher.begin(tasks.len(), self.workers.size());
@@ -170,9 +175,11 @@ impl<'a> Conductor<'a> {
         });
         // Also those that ended before an interrupt.
         for Report { id, failure } in reports {
-            let Some(&(site, run)) = by_id.get(&id) else { continue };
-            let fate = self.fate(&sites[site], &id, run, failure)?;
-            sites[site].known.insert(run, fate);
+            let Some(&(first, run)) = by_id.get(&id).and_then(|wanting| wanting.first()) else { continue };
+            let fate = self.fate(&sites[first], &id, run, failure)?;
+            for &(site, run) in by_id.get(&id).into_iter().flatten() {
+                sites[site].known.insert(run, fate.clone());
+            }
         }
         Ok(done?)
     }
@@ -209,5 +216,5 @@ fn label<'a>(variant: &'a Variant, (robots, seed): Run, command: &'a str) -> Lab
 
 fn describe(variant: &Variant, (robots, seed): Run) -> String {
     let name = if variant.name.is_empty() { String::new() } else { format!(", {}", variant.name) };
-    format!("{robots} robots, seed {seed}{name}")
+    format!("{}, seed {seed}{name}", robots_in_words(robots))
 }

@@ -33,6 +33,8 @@ pub struct EdgeOutcome {
     pub edge: u32,
     /// Robot seconds in which robots stood there and waited to drive on.
     pub waiting_secs: f64,
+    /// Robot seconds in which robots waited, wherever they stood, because they or those before them were kept out of it.
+    pub caused_secs: f64,
     /// Robots that entered it, an hour.
     pub entered_per_hour: f64,
 }

@@ -6,6 +6,7 @@ mod heat_map;
 mod html;
 mod markdown;
 
+pub use chart::COLOURS;
 pub use content::{Block, content};
 pub use html::html;
 pub use markdown::markdown;

@@ -8,7 +8,7 @@ mod variant;
 use std::path::PathBuf;
 
 pub use file::{StudyFile, is_study};
-pub use robots::{ParseRobotsError, Robots};
+pub use robots::{ParseRobotsError, Robots, robots_in_words};
 pub use setting::{Axis, ParseAxisError, Setting};
 pub use variant::Variant;
 
@@ -73,6 +73,14 @@ pub enum PlanError {
         file: PathBuf,
         /// What is wrong.
         error: ChangeError,
+    },
+    /// The engine would refuse a variant.
+    #[error("{name}: {error}")]
+    Variant {
+        /// Its name.
+        name: String,
+        /// What is wrong.
+        error: ScenarioError,
     },
     /// A file can't be read.
     #[error("{}: can't read: {reason}; check the path", path.display())]

@@ -21,7 +21,7 @@ use crate::job::{Job, JobId, content_hash};
 use crate::outcome::{EdgeOutcome, Measured, Outcome};
 
 /// The version of the tables.
-const VERSION: i64 = 1;
+const VERSION: i64 = 2;
 
 const TABLES: &str = "
 CREATE TABLE IF NOT EXISTS runs (
@@ -50,7 +50,7 @@ pub enum StoreError {
         reason: String,
     },
     /// The database can't be used.
-    #[error("{}: {reason}; finished runs are kept in the folder beside it", path.display())]
+    #[error("{}: {reason}; finished runs are kept beside it, and the same command goes on", path.display())]
     Database {
         /// The file.
         path: PathBuf,
@@ -191,17 +191,19 @@ impl Store {
 
     /// Returns the edges of some finished runs: the means of their figures.
     pub fn edges(&self, ids: &[JobId]) -> Vec<EdgeOutcome> {
-        let mut sums: BTreeMap<u32, [f64; 2]> = BTreeMap::new();
+        let mut sums: BTreeMap<u32, [f64; 3]> = BTreeMap::new();
         let outcomes: Vec<Outcome> = ids.iter().filter_map(|id| self.outcome(id)).collect();
         for edge in outcomes.iter().flat_map(|outcome| &outcome.edges) {
             let sum = sums.entry(edge.edge).or_default();
             sum[0] += edge.waiting_secs;
-            sum[1] += edge.entered_per_hour;
+            sum[1] += edge.caused_secs;
+            sum[2] += edge.entered_per_hour;
         }
         let runs = outcomes.len().max(1) as f64;
-        let mean = |(edge, [waiting, entered]): (u32, [f64; 2])| EdgeOutcome {
+        let mean = |(edge, [waiting, caused, entered]): (u32, [f64; 3])| EdgeOutcome {
             edge,
             waiting_secs: waiting / runs,
+            caused_secs: caused / runs,
             entered_per_hour: entered / runs,
         };
         sums.into_iter().map(mean).collect()

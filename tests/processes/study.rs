@@ -166,6 +166,37 @@ fn jobs_are_exported_for_a_shell() {
     assert_eq!(files(&folder.join("results")), before, "no run is done again");
 }
 
+#[cfg(unix)]
+#[test]
+fn a_large_job_array_fits_slurms_limit() {
+    use std::os::unix::fs::PermissionsExt;
+    let folder = tempfile::tempdir().expect("a folder");
+    let array = folder.path().join("array");
+    let robots: Vec<String> = (1..=410).map(|robots| robots.to_string()).collect();
+    let args = ["--robots", &robots.join(","), "--seeds", "3", "--duration", "2min", "--export-jobs"];
+    success(
+        &regatta().arg("study").arg(graphs("thirty.yaml")).args(args).arg(&array).output().expect("regatta starts"),
+    );
+    let script = fs::read_to_string(array.join("run.sh")).expect("a script");
+    assert!(script.contains("--array=1-1000\n"), "{script}");
+    // Instead of doing a job, this notes it.
+    let program = folder.path().join("regatta");
+    fs::write(&program, "#!/bin/sh\necho \"$2\" >> done.txt\n").expect("written");
+    fs::set_permissions(&program, fs::Permissions::from_mode(0o755)).expect("executable");
+    let path = format!("{}:{}", folder.path().display(), std::env::var("PATH").unwrap_or_default());
+    for task in ["1", "230", "231", "1000"] {
+        let mut command = Command::new(array.join("run.sh"));
+        command.env("PATH", &path).env("SLURM_ARRAY_TASK_ID", task).env("SLURM_SUBMIT_DIR", &array);
+        success(&command.output().expect("a shell"));
+    }
+    let list = fs::read_to_string(array.join("jobs.txt")).expect("jobs");
+    let list: Vec<&str> = list.lines().collect();
+    assert_eq!(list.len(), 1230);
+    let expected = [1, 1001, 230, 1230, 231, 1000].map(|number| format!("jobs/{}.json", list[number - 1]));
+    let done = fs::read_to_string(array.join("done.txt")).expect("what was done");
+    assert_eq!(done.lines().collect::<Vec<_>>(), expected);
+}
+
 #[test]
 fn what_cannot_be_studied_is_told_in_one_line() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -174,8 +205,10 @@ fn what_cannot_be_studied_is_told_in_one_line() {
         fs::write(&path, text).expect("written");
         path
     };
-    let ring = "A,0,0,pick\nB,10,0,\nC,10,10,drop\n";
-    let apart = file("apart.csv", &format!("id,x,y,role\n{ring}D,0,30,drop\n\nfrom,to\nA,B\nB,C\nC,A\nD,A\n"));
+    let nodes = "A,0,0,pick\nB,10,0,\nC,10,10,drop\n";
+    let ring = file("ring.csv", &format!("id,x,y,role\n{nodes}\nfrom,to\nA,B\nB,C\nC,A\n"));
+    let ring = ring.to_str().expect("a path");
+    let apart = file("apart.csv", &format!("id,x,y,role\n{nodes}D,0,30,drop\n\nfrom,to\nA,B\nB,C\nC,A\nD,A\n"));
     let study_file = file("s.yaml", "plant: none.yaml\nrobots: 1..4\n");
     let misspelt = file("t.yaml", "plant: none.yaml\nrobot: 1..4\n");
     for (args, expected) in [
@@ -188,6 +221,13 @@ fn what_cannot_be_studied_is_told_in_one_line() {
         (vec!["x.yaml", "--vary", "colour=red"], "unknown setting 'colour'"),
         (vec!["x.yaml", "--on", "localhost"], "tcp://HOST:PORT"),
         (vec!["x.yaml", "--duration", "3parsecs"], "seconds"),
+        (vec!["x.yaml", "--jobs", "0"], "--jobs"),
+        (vec![ring, "--vary", "planner=fastest"], "unknown planner 'fastest': there are lanes"),
+        (vec![ring, "--vary", "max_speed=1", "--vary", "max_speed=2"], "max_speed is varied twice"),
+        (vec![ring, "--vary", "load=orders.json"], "load: invalid load"),
+        (vec![ring, "--vary", "dwell=soon"], "dwell: invalid time"),
+        (vec![ring, "--vary", "speed_factor=100"], "50 m/s"),
+        (vec![ring, "--vary", "layout=nowhere.csv"], "nowhere.csv"),
     ] {
         let output = regatta().arg("study").args(&args).current_dir(folder.path()).output().expect("regatta starts");
         let message = text(&output.stderr);
@@ -207,4 +247,131 @@ fn too_many_robots_end_the_range_and_do_not_end_the_study() {
     assert_eq!(robots, 5000);
     assert!(reason.as_str().is_some_and(|reason| reason.contains("robots fit")), "{reason}");
     assert_eq!(answer["variants"][0]["points"][0]["robots"], 2);
+}
+
+#[test]
+fn a_manager_that_fails_is_told_and_the_others_are_answered() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path().join("s");
+    let output = study(&folder, &["--robots", "2", "--manager", "false"]).output().expect("regatta starts");
+    let message = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{message}");
+    assert!(
+        message.contains("false: no run has succeeded: fleet-manager failed (exit status: 1): it said nothing"),
+        "{message}"
+    );
+    assert_eq!(message.matches(" seed ").count(), 1, "what is wrong with all runs is told once: {message}");
+    assert!(answer(&folder)["variants"][0]["knee"]["robots"] == 2 && folder.join("index.html").exists());
+}
+
+#[test]
+fn dwell_times_and_layouts_can_be_compared() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = |name: &str, text: &str| {
+        let path = folder.path().join(name);
+        fs::write(&path, text).expect("written");
+        path.display().to_string()
+    };
+    let stations = file("stations.csv", "id,x,y,role\nA,0,0,pick\nB,10,0,\nC,10,10,drop\n\nfrom,to\nA,B\nB,C\nC,A\n");
+    let plain = file("plain.csv", "id,x,y\nA,0,0\nB,10,0\nC,10,10\n\nfrom,to\nA,B\nB,C\nC,A\n");
+    let study = |name: &str, vary: &str| {
+        let folder = folder.path().join(name);
+        let mut command = regatta();
+        command.arg("study").arg(&stations).args([
+            "--robots",
+            "1",
+            "--duration",
+            "4min",
+            "--seeds",
+            "2",
+            "--vary",
+            vary,
+        ]);
+        success(&command.arg("--output").arg(&folder).output().expect("regatta starts"));
+        let answer = answer(&folder);
+        let orders = |variant: usize| answer["variants"][variant]["points"][0]["orders_per_hour"]["mean"].as_f64();
+        [0, 1].map(|variant| orders(variant).expect("a figure"))
+    };
+    let [short, long] = study("dwell", "dwell=0,{\"min\": 20, \"max\": 30}");
+    assert!(0.0 < long && long < short, "{long} and {short} orders an hour");
+    let [_, plain] = study("layout", &format!("layout={stations},{plain}"));
+    assert!(plain > 0.0, "a layout without stations gets orders among its nodes");
+}
+
+/// A ring of 40 edges of 6 m, of which edge 10, from node 10 to node 11, is slow.
+fn ring_with_a_slow_edge() -> String {
+    let place = |index: u32| match index {
+        0..15 => (6 * index, 0),
+        15..20 => (90, 6 * (index - 15)),
+        20..35 => (6 * (35 - index), 30),
+        _ => (0, 6 * (40 - index)),
+    };
+    let role = |index| ["pick", "drop"].iter().zip([0, 20]).find(|(_, at)| *at == index).map_or("", |(role, _)| *role);
+    let node = |index| format!("{},{},{},{}\n", index + 1, place(index).0, place(index).1, role(index));
+    let edge = |index| {
+        format!("{},{},{},{}\n", index + 1, index + 1, (index + 1) % 40 + 1, if index == 9 { 0.05 } else { 1.5 })
+    };
+    let (nodes, edges): (String, String) = ((0..40).map(node).collect(), (0..40).map(edge).collect());
+    format!("id,x,y,role\n{nodes}\nid,from,to,speed\n{edges}")
+}
+
+#[test]
+fn a_bottleneck_is_named_by_what_robots_wait_for_and_its_relief_brings_more() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let plant = folder.path().join("ring.csv");
+    fs::write(&plant, ring_with_a_slow_edge()).expect("written");
+    let mut command = regatta();
+    command.arg("study").arg(&plant).args(["--robots", "28", "--seeds", "3", "--duration", "20min", "--reliefs", "1"]);
+    let folder = folder.path().join("s");
+    success(&command.arg("--output").arg(&folder).output().expect("regatta starts"));
+    let answer = answer(&folder);
+    let worst = &answer["bottlenecks"][0];
+    assert_eq!((&worst["node"], &worst["edges"][0]), (&11.into(), &10.into()), "{worst:#}");
+    assert!(worst["share"].as_f64() > Some(0.8), "most waiting is for the slow edge: {worst:#}");
+    let edges = answer["edges"].as_array().expect("edges");
+    let standing = |edge: &Value| edge["waiting_secs"].as_f64();
+    let most = edges.iter().max_by(|a, b| standing(a).partial_cmp(&standing(b)).expect("numbers")).expect("an edge");
+    assert_ne!(most["edge"], 10, "robots stand before it, not on it");
+    let difference = &worst["relief"]["difference"];
+    let more = &difference["more_orders_per_hour"];
+    let [base, mean, half_width] =
+        [&difference["base"], &more["mean"], &more["half_width"]].map(|figure| figure.as_f64().expect("a figure"));
+    assert!(mean - half_width > 0.2 * base, "half as fast again carries half as much again: {difference:#}");
+}
+
+/// A full disk: needs a user who may mount one.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_is_told_and_nothing_finished_is_lost() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let disk = folder.path().join("disk");
+    fs::create_dir(&disk).expect("a folder");
+    let mount = |options: &str| {
+        let mounted = Command::new("mount").args(["-t", "tmpfs", "-o", options, "tmpfs"]).arg(&disk).output();
+        mounted.is_ok_and(|output| output.status.success())
+    };
+    if !mount("size=64k") {
+        eprintln!("not tested: no disk can be mounted");
+        return;
+    }
+    let on_disk = disk.join("s");
+    let full = study(&on_disk, &["--robots", "2,4"]).output().expect("regatta starts");
+    let kept = files(&on_disk.join("results"));
+    let is_larger = mount("remount,size=64m");
+    let goes_on = study(&on_disk, &["--robots", "2,4"]).output().expect("regatta starts");
+    let after = files(&on_disk.join("results"));
+    let _ = fs::remove_dir_all(&on_disk);
+    let is_small = mount("remount,size=16k");
+    let temporary = study(&folder.path().join("t"), &["--robots", "2"]).env("TMPDIR", &disk).output();
+    let unmounted = Command::new("umount").arg(&disk).status();
+    assert!(is_larger && is_small && unmounted.is_ok_and(|status| status.success()));
+    for output in [full, temporary.expect("regatta starts")] {
+        let message = text(&output.stderr);
+        let last = message.lines().last().unwrap_or_default();
+        assert!(!output.status.success() && !message.contains("panicked"), "{message}");
+        assert!(["disk is full", "No space left"].iter().any(|reason| last.contains(reason)), "{message}");
+        assert!(last.contains("the same command goes on"), "{message}");
+    }
+    success(&goes_on);
+    assert!(kept.iter().all(|(file, time)| after.get(file) == Some(time)), "no run is done again");
 }

@@ -27,7 +27,8 @@ has_dask = importlib.util.find_spec("distributed") is not None
 needs_dask = pytest.mark.skipif(
     not has_dask and "REGATTA_PYTHON_TESTS" not in os.environ, reason="needs Dask: pip install 'regatta[study]'"
 )
-has_ray = importlib.util.find_spec("ray") is not None
+# Ray's client server needs gRPC, which the extra brings and Ray alone doesn't.
+has_ray = all(importlib.util.find_spec(name) is not None for name in ("ray", "grpc"))
 
 
 def study(*arguments: str | Path) -> subprocess.CompletedProcess[str]:
@@ -238,6 +239,20 @@ def test_a_task_whose_worker_is_lost_is_done_again(
     assert (tmp_path / "result").exists() == (failure is None)
 
 
+def test_ray_without_its_client_is_told(tmp_path: Path) -> None:
+    (tmp_path / "ray.py").touch()
+    (tmp_path / "grpc.py").write_text("raise ModuleNotFoundError('no gRPC', name='grpc')")
+    code = "from regatta.study._clusters import connect; connect('ray://127.0.0.1:' + __import__('sys').argv[1], print)"
+    with socket.socket() as listening:
+        listening.bind(("127.0.0.1", 0))
+        listening.listen()
+        command = [sys.executable, "-c", code, str(listening.getsockname()[1])]
+        environment = os.environ | {"PYTHONPATH": str(tmp_path)}
+        done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=PATIENCE)
+    message = done.stderr.splitlines()[-1]
+    assert "has Ray without its client: pip install 'regatta[study-ray]'" in message, done.stderr
+
+
 @pytest.mark.skipif(not has_ray, reason="needs Ray: pip install 'regatta[study-ray]'")
 def test_ray_gives_the_same_answer_byte_by_byte(local: bytes, tmp_path: Path) -> None:
     ports = [socket.socket() for _ in range(2)]
@@ -251,7 +266,8 @@ def test_ray_gives_the_same_answer_byte_by_byte(local: bytes, tmp_path: Path) ->
     environment = ["env", f"REGATTA_PROGRAM={binary()}", "RAY_USAGE_STATS_ENABLED=0"]
     head = Process([*environment, *ray, *options, "--include-dashboard=false", "--disable-usage-stats"])
     try:
-        eventually("the head", lambda: "Ray runtime started" in head.output or None)
+        eventually("the head", lambda: "Ray runtime started" in head.output or head.child.poll())
+        assert head.child.poll() is None, head.errors
         done = study("--on", f"ray://127.0.0.1:{client}", "--output", tmp_path / "study")
     finally:
         head.child.terminate()

@@ -1,4 +1,4 @@
-//! Bottlenecks: where robots wait, and what it brings to relieve them.
+//! Bottlenecks: what robots wait for, and what it brings to relieve it.
 
 use std::collections::BTreeMap;
 
@@ -17,7 +17,7 @@ const FASTER: f64 = 1.5;
 /// The room beside a robot on a doubled edge, in metres: then robots on both don't touch in their middles.
 const CLEARANCE: f64 = 0.6;
 
-/// A place before which robots wait: a node.
+/// A place that robots wait for, wherever they stand: a node.
 #[derive(Clone, Debug, Serialize)]
 pub struct Bottleneck {
     /// The node's id.
@@ -26,9 +26,9 @@ pub struct Bottleneck {
     pub name: Option<String>,
     /// Metres east and north.
     pub position: [f64; 2],
-    /// The edges on which they wait, by id: those that end at the node, the worst first.
+    /// The edges that they, or those before them, are kept out of, by id: those that end at the node, the worst first.
     pub edges: Vec<u32>,
-    /// Robot hours lost there in an hour.
+    /// Robot hours that it costs in an hour.
     pub robots_waiting: f64,
     /// The part of all waiting, from 0 to 1.
     pub share: f64,
@@ -62,12 +62,12 @@ impl Relief {
     }
 }
 
-/// Returns the places where robots wait the most. `edges` are figures of runs of so many simulated seconds.
+/// Returns the places that robots wait for the most. `edges` are figures of runs of so many simulated seconds.
 pub fn bottlenecks(variant: &Variant, edges: &[EdgeOutcome], secs: u64) -> Vec<Bottleneck> {
     let graph = &variant.graph;
-    let total: f64 = edges.iter().map(|edge| edge.waiting_secs).sum();
+    let total: f64 = edges.iter().map(|edge| edge.caused_secs).sum();
     let mut by_node: BTreeMap<NodeIndex, Vec<EdgeOutcome>> = BTreeMap::new();
-    for edge in edges.iter().filter(|edge| edge.waiting_secs > 0.0) {
+    for edge in edges.iter().filter(|edge| edge.caused_secs > 0.0) {
         if let Some(index) = graph.edge_by_id(edge.edge) {
             by_node.entry(graph.edge(index).destination).or_default().push(*edge);
         }
@@ -75,8 +75,8 @@ pub fn bottlenecks(variant: &Variant, edges: &[EdgeOutcome], secs: u64) -> Vec<B
     let mut found: Vec<Bottleneck> = by_node
         .into_iter()
         .map(|(node, mut waited)| {
-            waited.sort_by(|a, b| b.waiting_secs.total_cmp(&a.waiting_secs));
-            let sum: f64 = waited.iter().map(|edge| edge.waiting_secs).sum();
+            waited.sort_by(|a, b| b.caused_secs.total_cmp(&a.caused_secs));
+            let sum: f64 = waited.iter().map(|edge| edge.caused_secs).sum();
             let place = graph.node(node);
             Bottleneck {
                 node: place.id,
@@ -85,7 +85,7 @@ pub fn bottlenecks(variant: &Variant, edges: &[EdgeOutcome], secs: u64) -> Vec<B
                 edges: waited.iter().map(|edge| edge.edge).collect(),
                 robots_waiting: sum / secs as f64,
                 share: sum / total,
-                remedy: remedy(variant, node, edges),
+                remedy: remedy(variant, node, &waited, edges),
                 relief: None,
             }
         })
@@ -96,14 +96,20 @@ pub fn bottlenecks(variant: &Variant, edges: &[EdgeOutcome], secs: u64) -> Vec<B
 }
 
 /// Returns what may relieve a node: faster edges, if robots can drive faster than these allow, or else a second edge beside
-/// the one that most robots leave it by.
-fn remedy(variant: &Variant, node: NodeIndex, edges: &[EdgeOutcome]) -> Option<Remedy> {
+/// the one that robots are kept out of the most, or else beside the one that most robots leave the node by.
+fn remedy(variant: &Variant, node: NodeIndex, kept_out: &[EdgeOutcome], edges: &[EdgeOutcome]) -> Option<Remedy> {
     let graph: &RouteGraph = &variant.graph;
     let (max_speed, _) = variant.robot_limits();
     let at_node = graph.edges().iter().filter(|edge| edge.origin == node || edge.destination == node);
     let slow: Vec<u32> = at_node.filter(|edge| edge.velocity_forward < 0.95 * max_speed).map(|edge| edge.id).collect();
     if !slow.is_empty() {
         return Some(Remedy::Faster(slow));
+    }
+    let can_be_doubled = |edge: &&EdgeOutcome| {
+        graph.edge_by_id(edge.edge).is_some_and(|index| graph.edge(index).path.single().is_some())
+    };
+    if let Some(worst) = kept_out.iter().find(can_be_doubled) {
+        return Some(Remedy::Second(worst.edge));
     }
     let entered = |id: u32| edges.iter().find(|edge| edge.edge == id).map_or(0.0, |edge| edge.entered_per_hour);
     let leaving = graph.edges().iter().filter(|edge| edge.origin == node && edge.path.single().is_some());

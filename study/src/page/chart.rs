@@ -4,8 +4,8 @@ use std::ops::Range;
 
 use plotters::prelude::*;
 
-/// Colours that colour-blind people can distinguish (Okabe and Ito).
-const COLOURS: [RGBColor; 7] = [
+/// Colours that colour-blind people can distinguish (Okabe and Ito), without the yellow that is hard to see on white.
+pub const COLOURS: [RGBColor; 7] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
     RGBColor(0, 158, 115),
@@ -17,6 +17,11 @@ const COLOURS: [RGBColor; 7] = [
 /// The size of a chart in pixels.
 const SIZE: (u32, u32) = (900, 420);
 const FONT: (&str, i32) = ("sans-serif", 16);
+/// The height of a line of the legend, and the width of one of its letters, about, in pixels.
+const LEGEND_LINE: i32 = 22;
+const LETTER: i32 = 9;
+/// Where a line of the legend begins: above the axis.
+const FIRST_NAME: i32 = 82;
 
 /// A chart over the number of robots.
 pub struct Chart<'a> {
@@ -49,6 +54,14 @@ type DrawResult = Result<(), Box<dyn std::error::Error>>;
 fn draw(chart: &Chart<'_>, svg: &mut String) -> DrawResult {
     let root = SVGBackend::with_string(svg, SIZE).into_drawing_area();
     root.fill(&WHITE)?;
+    let names: Vec<&str> = chart.series.iter().map(|series| series.name.as_str()).collect();
+    let places = legend(&names);
+    // Above the chart, where it hides no line.
+    let (above, root) = root.split_vertically(places.iter().map(|(_, y)| y + LEGEND_LINE).max().unwrap_or(0));
+    for ((name, (x, y)), colour) in names.iter().zip(places).zip(COLOURS.iter().cycle()) {
+        above.draw(&PathElement::new([(x, y + 13), (x + 18, y + 13)], colour.stroke_width(2)))?;
+        above.draw(&Text::new(*name, (x + 24, y + 4), FONT))?;
+    }
     let points = || chart.series.iter().flat_map(|series| &series.points);
     let xs = range(points().map(|point| point.0));
     let ys = range(points().map(|point| point.1 + point.2));
@@ -73,25 +86,33 @@ fn draw(chart: &Chart<'_>, svg: &mut String) -> DrawResult {
     }
     for (series, colour) in chart.series.iter().zip(COLOURS.iter().cycle()) {
         let line = series.points.iter().map(|(x, y, _)| (*x, *y));
-        let drawn = area.draw_series(LineSeries::new(line.clone(), colour.stroke_width(2)))?;
-        if !series.name.is_empty() {
-            let colour = *colour;
-            drawn
-                .label(&series.name)
-                .legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], colour.stroke_width(2)));
-        }
+        area.draw_series(LineSeries::new(line.clone(), colour.stroke_width(2)))?;
         area.draw_series(line.map(|point| Circle::new(point, 3, colour.filled())))?;
         let bars = series.points.iter().filter(|point| point.2 > 0.0);
         area.draw_series(
             bars.map(|(x, y, half)| PathElement::new([(*x, y - half), (*x, y + half)], colour.stroke_width(2))),
         )?;
     }
-    if chart.series.iter().any(|series| !series.name.is_empty()) {
-        let position = SeriesLabelPosition::LowerRight;
-        area.configure_series_labels().position(position).label_font(FONT).background_style(WHITE.mix(0.85)).draw()?;
-    }
     root.present()?;
     Ok(())
+}
+
+/// Returns the places of names in the legend, line by line; none if there is nothing to tell apart.
+fn legend(names: &[&str]) -> Vec<(i32, i32)> {
+    if names.iter().all(|name| name.is_empty()) {
+        return Vec::new();
+    }
+    let (mut x, mut y) = (FIRST_NAME, 4);
+    let mut place = |name: &&str| {
+        let width = 24 + LETTER * name.chars().count() as i32 + 20;
+        if x > FIRST_NAME && x + width > SIZE.0 as i32 {
+            (x, y) = (FIRST_NAME, y + LEGEND_LINE);
+        }
+        let place = (x, y);
+        x += width;
+        place
+    };
+    names.iter().map(&mut place).collect()
 }
 
 /// Returns a range from 0 to a little above the largest value.
@@ -116,6 +137,9 @@ mod tests {
         assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>"), "{svg}");
         assert_eq!(svg.matches("<circle").count(), 3);
         assert!(svg.contains("robots") && svg.contains("orders"), "{svg}");
+        assert!(svg.contains("\na\n"), "its name is in the legend: {svg}");
+        let places = legend(&["a long name of a series of figures"; 4]);
+        assert!(places.windows(2).all(|pair| pair[0] != pair[1]) && places.iter().all(|(x, _)| *x < 700), "{places:?}");
         let empty = chart(&Chart { y: "orders", series: Vec::new(), knee: None });
         assert!(empty.trim_end().ends_with("</svg>"));
     }

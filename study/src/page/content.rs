@@ -5,7 +5,7 @@ use super::heat_map::heat_map;
 use crate::answer::{
     Answer, Bottleneck, Comparison, Difference, KneeAnswer, PointAnswer, Relief, Remedy, VariantAnswer,
 };
-use crate::plan::Variant;
+use crate::plan::{Variant, robots_in_words};
 use crate::statistics::Interval;
 
 /// A part of a page.
@@ -31,31 +31,47 @@ pub fn content(answer: &Answer, base: &Variant) -> Vec<Block> {
     blocks.push(Block::Picture("throughput", "Throughput over robots".to_owned(), throughput_chart(answer)));
     blocks.extend(answer.variants.iter().flat_map(|variant| table(answer, variant)));
     blocks.push(Block::Picture("service", "Service time over robots".to_owned(), service_chart(answer)));
-    blocks.push(Block::Picture("effort", "What robots spend their time on".to_owned(), effort_chart(answer)));
+    let effort = format!("{}What robots spend their time on", first_of_several(answer));
+    blocks.push(Block::Picture("effort", effort, effort_chart(answer)));
     blocks.extend(comparisons(answer));
     blocks.extend(waiting(answer, base));
     blocks.extend(method(answer));
     blocks
 }
 
+/// The first variant's name for what is shown of it alone; empty if there are no others.
+fn first_of_several(answer: &Answer) -> String {
+    let first = answer.variants.first().filter(|_| answer.variants.len() > 1);
+    first.map_or_else(String::new, |variant| format!("{}: ", variant.name))
+}
+
 /// The answer for a variant, in one sentence or two.
 fn verdict(answer: &Answer, variant: &VariantAnswer) -> String {
     let name = if variant.name.is_empty() { String::new() } else { format!("{}: ", variant.name) };
     let Some(KneeAnswer { robots, orders_per_hour, half, is_open }) = &variant.knee else {
-        return format!("{name}nothing was carried.");
+        let reason = variant
+            .failure()
+            .map_or("nothing was carried".to_owned(), |reason| format!("no run has succeeded: {reason}"));
+        return format!("{name}{reason}.");
     };
-    let throughput = format!("{} orders an hour", with_interval(orders_per_hour, 0));
+    let (count, carries) = (robots_in_words(*robots), if *robots == 1 { "carries" } else { "carry" });
+    let throughput = format!("{carries} {} orders an hour", with_interval(orders_per_hour, decimals(orders_per_hour)));
     if *is_open {
-        return format!("{name}more than {robots} robots: these carry {throughput}, and more would carry more.");
+        let more = variant.failed.iter().find(|(failed, _)| failed > robots);
+        return match (more, variant.points.len()) {
+            (Some((failed, reason)), _) => format!(
+                "{name}{count}, which {throughput}: more would carry more, but with {failed}, runs fail: {reason}."
+            ),
+            (None, 1) => format!("{name}{count} {throughput}. No other number of robots was tried."),
+            (None, _) => format!("{name}more than {count}: {throughput} with these, and more would carry more."),
+        };
     }
     let part = answer.method.knee * 100.0;
     let half = match half < robots {
-        true => format!(" Up to {half} robots, each more brings at least half of that."),
+        true => format!(" Up to {half}, each more brings at least half of that."),
         false => String::new(),
     };
-    format!(
-        "{name}{robots} robots, which carry {throughput}. More bring less than {part:.0} % each of what one brings alone.{half}"
-    )
+    format!("{name}{count}, which {throughput}. More bring less than {part:.0} % each of what one brings alone.{half}")
 }
 
 fn safety(answer: &Answer) -> String {
@@ -162,7 +178,7 @@ fn table(answer: &Answer, variant: &VariantAnswer) -> Vec<Block> {
         variant
             .failed
             .first()
-            .map(|(robots, reason)| Block::Text(format!("With {robots} robots or more, runs failed: {reason}."))),
+            .map(|(robots, reason)| Block::Text(format!("With {}, runs failed: {reason}.", robots_in_words(*robots)))),
     );
     blocks
 }
@@ -216,17 +232,33 @@ fn in_words(difference: &Difference) -> String {
 
 fn waiting(answer: &Answer, base: &Variant) -> Vec<Block> {
     let Some(knee) = answer.variants.first().and_then(|variant| variant.knee.as_ref()) else { return Vec::new() };
-    let mut blocks = vec![Block::Heading(2, format!("Where {} robots wait", knee.robots))];
+    let of = first_of_several(answer);
+    let mut blocks = vec![Block::Heading(2, format!("{of}Where {} wait", robots_in_words(knee.robots)))];
     if answer.bottlenecks.is_empty() {
         blocks.push(Block::Text("Nowhere: no robot stood and waited for another one.".to_owned()));
         return blocks;
     }
     let map = heat_map(&base.graph, &answer.edges, &answer.bottlenecks, answer.method.secs);
-    blocks.push(Block::Picture("waiting", format!("Robots waiting, with {} robots", knee.robots), map));
+    blocks.push(Block::Picture(
+        "waiting",
+        format!(
+            "{of}Where robots stand and wait, with {}; the numbers are what they wait for",
+            robots_in_words(knee.robots)
+        ),
+        map,
+    ));
     let mut rows = vec![
-        ["", "before", "robots waiting", "of all waiting", "on edges", "what would relieve it", "that brings"]
-            .map(str::to_owned)
-            .to_vec(),
+        [
+            "",
+            "place",
+            "robots waiting for it",
+            "of all waiting",
+            "kept out of edges",
+            "what would relieve it",
+            "that brings",
+        ]
+        .map(str::to_owned)
+        .to_vec(),
     ];
     rows.extend(answer.bottlenecks.iter().zip(1..).map(|(bottleneck, rank)| bottleneck_row(bottleneck, rank)));
     blocks.push(Block::Table(rows));
@@ -238,8 +270,9 @@ fn bottleneck_row(bottleneck: &Bottleneck, rank: usize) -> Vec<String> {
     let more = if bottleneck.edges.len() > 4 { " …" } else { "" };
     let remedy = match &bottleneck.remedy {
         Some(Remedy::Faster(edges)) => {
+            let plural = if edges.len() == 1 { "" } else { "s" };
             let edges: Vec<String> = edges.iter().map(u32::to_string).collect();
-            format!("edges {}: speed × 1.5", edges.join(", "))
+            format!("edge{plural} {}: speed × 1.5", edges.join(", "))
         }
         Some(Remedy::Second(edge)) => format!("a second edge beside {edge}"),
         None => NONE.to_owned(),
@@ -287,8 +320,9 @@ fn method(answer: &Answer) -> Vec<Block> {
             "The knee: robots are doubled, then the distance round the knee is halved again and again. On the upper concave hull of \
              the means, it is the first point from which on each more robot brings less than {knee:.0} % of what one brings alone."
         ),
-        "'Robots waiting' before a node is the mean number of robots that stand on edges that end there, and wait for room to drive \
-         on. What relieves a bottleneck was tried: the same runs with that one change. 'Within chance': the interval holds 0."
+        "A robot that stands and wants to drive on is kept out of the next edge of its way, and those behind it are kept back by it: \
+         so all of a queue waits for the edge that its head is kept out of, and for the node where that ends. 'Robots waiting for it' \
+         is their mean number. It is measured by where robots are and where they go next, whoever steers them. What relieves a bottleneck was tried: the same runs with that one change. 'Within chance': the interval holds 0."
             .to_owned(),
     ];
     std::iter::once(Block::Heading(2, "Method".to_owned())).chain(texts.into_iter().map(Block::Text)).collect()

@@ -138,7 +138,7 @@ mod tests {
         assert_eq!((class(8.0, 8.0), class(5.0, 8.0), class(4.0, 8.0), class(0.001, 8.0)), (5, 5, 4, 0));
         let text = "id,x,y\nA,0,0\nB,10,0\nC,10,10\n\nfrom,to\nA,B\nB,C\nC,A\n";
         let graph = parse(text, "t.csv", &ReadOptions::default()).expect("a graph").0;
-        let edge = |edge, waiting_secs| EdgeOutcome { edge, waiting_secs, entered_per_hour: 1.0 };
+        let edge = |edge, waiting_secs| EdgeOutcome { edge, waiting_secs, caused_secs: 0.0, entered_per_hour: 1.0 };
         let svg = heat_map(&graph, &[edge(1, 600.0), edge(2, 10.0), edge(3, 0.0), edge(99, 5.0)], &[], 600);
         assert!(svg.contains("stroke=\"#440154\"") && svg.contains("stroke=\"#c2df23\""), "{svg}");
         assert!(svg.contains("1.000") && svg.trim_end().ends_with("</svg>"), "{svg}");

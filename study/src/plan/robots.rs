@@ -35,6 +35,11 @@ impl Robots {
     }
 }
 
+/// Returns a number of robots in words: `1 robot`, `5 robots`.
+pub fn robots_in_words(robots: u32) -> String {
+    format!("{robots} robot{}", if robots == 1 { "" } else { "s" })
+}
+
 /// The error of parsing [`Robots`].
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(

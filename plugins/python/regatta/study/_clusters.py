@@ -116,14 +116,17 @@ class Ray:
         self.name = f"Ray cluster at {address}"
         try:
             import ray
-        except ImportError:
-            raise ClusterError(f"{sys.executable} has no Ray: pip install 'regatta[study-ray]'") from None
+            # Ray's client needs it, and Ray alone doesn't bring it.
+            import grpc  # noqa: F401
+        except ImportError as error:
+            lacks = "no Ray" if error.name == "ray" else "Ray without its client"
+            raise ClusterError(f"{sys.executable} has {lacks}: pip install 'regatta[study-ray]'") from None
         self._ray: Any = ray
         try:
             ray.init(address=address, log_to_driver=False)
         except Exception:
             raise NoAnswerError from None
-        self._run = ray.remote(num_cpus=1, max_retries=2)(call)
+        self._run: Any = self._ray.remote(num_cpus=1, max_retries=2)(call)
         self._layouts: dict[str, Any] = {}
         self._under_way: dict[Future[Ended], Any] = {}
 
