@@ -253,6 +253,12 @@ def test_ray_without_its_client_is_told(tmp_path: Path) -> None:
     assert "has Ray without its client: pip install 'regatta[study-ray]'" in message, done.stderr
 
 
+def is_open(port: int) -> bool | None:
+    """Whether somebody listens on a port of this machine."""
+    with socket.socket() as probe:
+        return probe.connect_ex(("127.0.0.1", port)) == 0 or None
+
+
 @pytest.mark.skipif(not has_ray, reason="needs Ray: pip install 'regatta[study-ray]'")
 def test_ray_gives_the_same_answer_byte_by_byte(local: bytes, tmp_path: Path) -> None:
     ports = [socket.socket() for _ in range(2)]
@@ -268,6 +274,8 @@ def test_ray_gives_the_same_answer_byte_by_byte(local: bytes, tmp_path: Path) ->
     try:
         eventually("the head", lambda: "Ray runtime started" in head.output or head.child.poll())
         assert head.child.poll() is None, head.errors
+        # The head says that before its client server listens.
+        eventually("the client server", lambda: is_open(client))
         done = study("--on", f"ray://127.0.0.1:{client}", "--output", tmp_path / "study")
     finally:
         head.child.terminate()

@@ -19,7 +19,7 @@ use crate::job::JobId;
 /// The time between two looks at what has come.
 const POLL_INTERVAL: Duration = Duration::from_millis(50);
 /// The longest time until an adapter has reached its cluster.
-const START_TIMEOUT: Duration = Duration::from_secs(60);
+const START_TIMEOUT: Duration = Duration::from_secs(120);
 /// The longest time that an adapter may take to end when its input has ended.
 const END_TIMEOUT: Duration = Duration::from_secs(5);
 

@@ -22,7 +22,7 @@ REACH_SECS = 3.0
 DASK_SECS = 8.0
 """The longest time from there until a Dask scheduler answers."""
 
-RAY_SECS = 45.0
+RAY_SECS = 90.0
 """The same for Ray, which starts a process for each client."""
 
 CLOSE_SECS = 2
