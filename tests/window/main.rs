@@ -29,6 +29,10 @@ const TESTS: &[(&str, fn())] = &[
         recording::a_film_shows_every_step_once_and_has_the_same_bytes_each_time,
     ),
     (
+        "a_picture_at_a_time_between_two_frames_is_that_of_the_frame_before",
+        recording::a_picture_at_a_time_between_two_frames_is_that_of_the_frame_before,
+    ),
+    (
         "a_recording_is_scrubbed_stepped_and_greyed_after_its_replay",
         recording::a_recording_is_scrubbed_stepped_and_greyed_after_its_replay,
     ),

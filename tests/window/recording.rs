@@ -47,6 +47,29 @@ pub fn a_film_shows_every_step_once_and_has_the_same_bytes_each_time() {
     assert!(first == film(&file, &folder.path().join("second")), "the same bytes");
 }
 
+pub fn a_picture_at_a_time_between_two_frames_is_that_of_the_frame_before() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = record(&folder, 200);
+    let picture = |at: &str| {
+        let path = folder.path().join(format!("{at}.png"));
+        let mut command = regatta();
+        command
+            .arg("viewer")
+            .arg(&file)
+            .args(["--headless", "--size", "480x270", "--at", at, "--screenshot"])
+            .arg(&path);
+        (command.output().expect("it starts"), path)
+    };
+    let pictures = ["1s", "1003ms"].map(|at| {
+        let (output, path) = picture(at);
+        assert!(output.status.success(), "{at}: {}", String::from_utf8_lossy(&output.stderr));
+        std::fs::read(path).expect("a picture")
+    });
+    assert!(pictures[0] == pictures[1], "the same frame");
+    let (late, _) = picture("1h");
+    assert!(!late.status.success(), "the recording ends before");
+}
+
 pub fn a_recording_is_scrubbed_stepped_and_greyed_after_its_replay() {
     let folder = tempfile::tempdir().expect("a folder");
     let file = record(&folder, 1000);

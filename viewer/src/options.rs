@@ -34,7 +34,8 @@ pub struct Options {
     #[arg(long, group = "unattended")]
     pub headless: bool,
     /// Write a plan with its scale to this SVG file, without a window
-    #[arg(long, value_name = "FILE", group = "unattended", conflicts_with_all = ["screenshot", "record"])]
+    #[arg(long, value_name = "FILE", group = "unattended",
+        conflicts_with_all = ["screenshot", "record", "heat", "plans", "waits"])]
     pub svg: Option<PathBuf>,
     /// Scale of the plan: 200 for 1:200 [default: one at which it fits on A3]
     #[arg(long, value_name = "N", requires = "svg", value_parser = values::scale)]

@@ -41,7 +41,7 @@ impl HeadlessViewer<'_> {
                     "fleet '{fleet}' is already at {time:.2} s, after --at: give a later time, or replay a recording"
                 )));
             }
-            if time.is_some_and(|time| time >= from) && self.stage.feed.world().is_some() {
+            if time.is_some_and(|time| time >= from || self.stands_at(from)) && self.stage.feed.world().is_some() {
                 let bounds = self.stage.bounds();
                 self.options.look.load_floor_picture(&mut self.stage.renderer, bounds);
                 return Ok(true);
@@ -67,6 +67,13 @@ impl HeadlessViewer<'_> {
             std::thread::sleep(POLL);
         }
         Ok(false)
+    }
+
+    /// Whether this is a recording that stands at a time within it: the frame is the last one before, if none is at that time.
+    fn stands_at(&self, time: Duration) -> bool {
+        let clock = self.stage.feed.frame().map(|frame| frame.header().clock);
+        let recording = self.stage.feed.recording().filter(|_| clock == Some(ClockState::Paused as u32));
+        recording.is_some_and(|recording| time.as_nanos() <= u128::from(recording.header.end_nanos))
     }
 
     /// Whether the producer has stopped or is gone.

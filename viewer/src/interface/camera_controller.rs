@@ -184,6 +184,11 @@ impl CameraController {
         self.camera = Camera { target, distance: wanted.distance, ..before }.clamped();
     }
 
+    /// Leaves the camera where it is: it doesn't follow the size of the picture any more.
+    pub fn stay(&mut self) {
+        self.fit = None;
+    }
+
     fn end_automatic_motion(&mut self) {
         self.fit = None;
         self.flight = None;

@@ -254,7 +254,13 @@ pub fn held(context: &Context) -> CameraMotion {
     if context.egui_wants_keyboard_input() {
         return all;
     }
-    context.input(|input| {
+    context.input_mut(|input| {
+        // Where + is Shift and =, the key may go up as the other one than it went down as.
+        let is_plus = |key: &Key| matches!(key, Key::Plus | Key::Equals);
+        let is_up = |event: &Event| matches!(event, Event::Key { key, pressed: false, .. } if is_plus(key));
+        if input.events.iter().any(is_up) {
+            input.keys_down.retain(|key| !is_plus(key));
+        }
         if input.modifiers.command || input.modifiers.alt {
             return;
         }

@@ -30,7 +30,8 @@ pub fn metres_text(metres: f32) -> String {
     match metres.abs() {
         long if long >= 10_000.0 => format!("{} km", metres / 1000.0),
         short if short > 0.0 && short < 0.995 => format!("{} cm", (metres * 100.0).round()),
-        _ => format!("{metres} m"),
+        // To the millimetre: a multiple of a step has rounding errors.
+        _ => format!("{} m", (f64::from(metres) * 1e3).round() / 1e3),
     }
 }
 
@@ -128,7 +129,14 @@ mod tests {
         for (limit, step) in [(0.3, 0.2), (1.0, 1.0), (4.99, 2.0), (7.0, 5.0), (230.0, 200.0), (9_999.0, 5_000.0)] {
             assert!((round_step(limit) - step).abs() < step * 1e-4, "{limit}: {}", round_step(limit));
         }
-        for (metres, text) in [(0.0, "0 m"), (0.2, "20 cm"), (-5.0, "-5 m"), (200.0, "200 m"), (20_000.0, "20 km")] {
+        for (metres, text) in [
+            (0.0, "0 m"),
+            (0.2, "20 cm"),
+            (-5.0, "-5 m"),
+            (200.0, "200 m"),
+            (36.899_998, "36.9 m"),
+            (20_000.0, "20 km"),
+        ] {
             assert_eq!(metres_text(metres), text);
         }
     }

@@ -41,6 +41,8 @@ impl Interface {
             } else if response.clicked() && self.measuring.is_some() {
                 actions.push(Action::Measure { at });
             } else if response.clicked() {
+                // The selection's panel must not move what the next click is aimed at.
+                self.camera_controller.stay();
                 let extend = ui.input(|input| input.modifiers.command);
                 actions.push(Action::Pick { at, extend });
             }

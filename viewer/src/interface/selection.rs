@@ -46,7 +46,11 @@ impl Interface {
         });
         self.robot_buttons(ui, model, id);
         self.order_buttons(ui, Item::Robot(id), model, actions);
-        self.work(ui, model);
+        if model.is_past() {
+            ui.label(style::faint(ui, theme, "Of the past, only poses and states are kept."));
+        } else {
+            self.work(ui, model);
+        }
         heading(ui, theme, "pose");
         let offset = self.settings.offset;
         line(ui, theme, "x", format!("{:.3} m", frame.x()[row] + offset[0]));
@@ -55,6 +59,18 @@ impl Interface {
         line(ui, theme, "speed", format!("{:.3} m/s", frame.speed()[row]));
         heading(ui, theme, "on the graph");
         self.place_on_graph(ui, model, &frame, row);
+        if !model.is_past() {
+            self.present(ui, model, id);
+        }
+        heading(ui, theme, "last minute");
+        for (plot, (name, unit, span)) in PLOTS.into_iter().enumerate() {
+            self.plot(ui, plot, name, unit, span);
+        }
+    }
+
+    /// What is known of a robot now, and not of the past: its route, its collisions, and what plugins say of it.
+    fn present(&mut self, ui: &mut Ui, model: &ViewModel<'_>, id: u32) {
+        let theme = self.settings.theme();
         self.route(ui, model);
         self.robot_collisions(ui, model, id);
         let others: Vec<_> = model.values.iter().filter(|(name, _)| !work::COLUMNS.contains(&name.as_str())).collect();
@@ -63,10 +79,6 @@ impl Interface {
             for (name, value) in others {
                 line(ui, theme, name.as_str(), value_text(name, *value, theme));
             }
-        }
-        heading(ui, theme, "last minute");
-        for (plot, (name, unit, span)) in PLOTS.into_iter().enumerate() {
-            self.plot(ui, plot, name, unit, span);
         }
     }
 

@@ -127,3 +127,42 @@ fn a_click_on_the_view_cube_turns_the_camera() {
     assert!((camera.pitch - core::f32::consts::FRAC_PI_2).abs() < 0.02, "its top is above: {camera:?}");
     assert!(!harness.state().actions.iter().any(|action| matches!(action, Action::Pick { .. })), "not the picture");
 }
+
+#[test]
+fn a_click_keeps_the_camera_where_it_is_when_the_panel_of_the_selection_opens() {
+    let mut harness = harness(Fixture::new(5));
+    settle(&mut harness);
+    let before = harness.state().interface.camera_controller.camera();
+    let at = pos2(640.0, 360.0);
+    harness.hover_at(at);
+    harness.drag_at(at);
+    harness.drop_at(at);
+    harness.run_steps(2);
+    harness.state_mut().interface.settings.right = Some(RightPanel::Selection);
+    harness.state_mut().interface.select(Some(Item::Robot(3)));
+    settle(&mut harness);
+    harness.get_by_label_contains("Fly there");
+    assert_eq!(
+        harness.state().interface.camera_controller.camera(),
+        before,
+        "the next click is aimed at what is there"
+    );
+}
+
+#[test]
+fn a_key_that_goes_up_as_another_one_does_not_zoom_for_good() {
+    let mut harness = harness(Fixture::new(5));
+    let distance = |harness: &Harness<'_, Fixture>| harness.state().interface.camera_controller.camera().distance;
+    let key = |key, pressed, modifiers| egui::Event::Key { key, physical_key: None, pressed, repeat: false, modifiers };
+    let before = distance(&harness);
+    harness.event(key(egui::Key::Plus, true, Modifiers::SHIFT));
+    harness.run_steps(3);
+    let zoomed = distance(&harness);
+    assert!(zoomed < before, "{before} {zoomed}");
+    // Shift is released first.
+    harness.event(key(egui::Key::Equals, false, Modifiers::NONE));
+    harness.run_steps(1);
+    let released = distance(&harness);
+    harness.run_steps(20);
+    assert_eq!(distance(&harness), released);
+}

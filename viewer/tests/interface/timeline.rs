@@ -116,6 +116,12 @@ fn the_past_of_a_live_run_is_looked_at_and_left() {
     assert!(looked(&harness).is_some_and(|time| time.abs_diff(78_456_000_000) < 20_000_000), "{:?}", looked(&harness));
     assert_eq!(harness.state().requests(), [], "the engine isn't asked for anything");
     harness.state_mut().is_past = true;
+    harness.state_mut().interface.settings.right = Some(RightPanel::Selection);
+    harness.state_mut().interface.select(Some(Item::Robot(3)));
+    settle(&mut harness);
+    harness.get_by_label_contains("only poses and states are kept");
+    harness.state_mut().interface.select(None);
+    harness.state_mut().interface.settings.right = None;
     settle(&mut harness);
     harness.get_by_label("past");
     harness.get_by_label("robots");
