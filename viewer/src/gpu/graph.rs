@@ -47,7 +47,7 @@ pub struct Graph {
     shown_layout: BindGroupLayout,
     sort_curves: ComputePipeline,
     sort_nodes: ComputePipeline,
-    count_draws: ComputePipeline,
+    fill_lists: ComputePipeline,
     /// A pipeline for each list: curves by their curvature in the picture, arrows, nodes.
     draws: [RenderPipeline; SHOWN],
     edge_id_straight: RenderPipeline,
@@ -63,8 +63,6 @@ struct Loaded {
     nodes: u32,
     records: BindGroup,
     sorting: BindGroup,
-    /// The lengths of the lists.
-    counts: Buffer,
     /// Each list.
     lists: [BindGroup; LISTS],
     /// The draws of each list, for pictures and then for picking.
@@ -102,7 +100,7 @@ impl Graph {
         Self {
             sort_curves: sort("sort_curves"),
             sort_nodes: sort("sort_nodes"),
-            count_draws: sort("count_draws"),
+            fill_lists: sort("fill_lists"),
             draws: [
                 make(target, "edge_far", "ribbon_fill", lines),
                 make(target, "edge_straight", "ribbon_fill", triangles),
@@ -146,7 +144,7 @@ impl Graph {
         let storage = |label, bytes, usage| buffer(gpu, label, bytes, BufferUsages::STORAGE | usage);
         let none = BufferUsages::empty();
         let lists = storage("graph lists", LISTS * list_bytes, none);
-        let counts = storage("graph counts", LISTS * size_of::<u32>(), none);
+        let masks = storage("graph masks", (curves.len() + nodes.len()) * size_of::<u32>(), none);
         let draws = storage("graph draws", 2 * LISTS * size_of::<DrawArguments>(), BufferUsages::INDIRECT);
         let hot = storage("hot curves", curves.len().div_ceil(32) * size_of::<u32>(), none);
         let list = |list: usize| slice_group(gpu, &self.shown_layout, &lists, list * list_bytes, list_bytes);
@@ -154,9 +152,8 @@ impl Graph {
             curves: curves.len() as u32,
             nodes: nodes.len() as u32,
             records: bind_group(gpu, &self.records_layout, &[(0, &curve_records), (1, &node_records)]),
-            sorting: bind_group(gpu, &self.lists_layout, &[(0, &lists), (1, &counts), (2, &draws), (3, &hot)]),
+            sorting: bind_group(gpu, &self.lists_layout, &[(0, &lists), (1, &masks), (2, &draws), (3, &hot)]),
             lists: std::array::from_fn(list),
-            counts,
             draws,
             hot,
         });
@@ -185,7 +182,6 @@ impl Graph {
     /// Sorts the visible curves, arrows and nodes into the draw lists.
     pub fn sort(&self, encoder: &mut CommandEncoder, view: &BindGroup) {
         let Some(loaded) = &self.loaded else { return };
-        encoder.clear_buffer(&loaded.counts, 0, None);
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
         pass.set_bind_group(0, view, &[]);
         pass.set_bind_group(1, &loaded.records, &[]);
@@ -196,7 +192,7 @@ impl Graph {
             pass.set_pipeline(pipeline);
             pass.dispatch_workgroups(across, needed.div_ceil(across), 1);
         }
-        pass.set_pipeline(&self.count_draws);
+        pass.set_pipeline(&self.fill_lists);
         pass.dispatch_workgroups(1, 1, 1);
     }
 

@@ -31,7 +31,8 @@ const VERTICES = array<u32, 9>(2, 6, 18, 66, 258, 6, 6, 0, 0);
 const PICK_VERTICES = array<u32, 9>(6, 6, 66, 66, 66, 6, 6, 6, 66);
 
 @group(2) @binding(0) var<storage, read_write> lists: array<u32>;
-@group(2) @binding(1) var<storage, read_write> counts: array<atomic<u32>, 9>;
+// The lists of each curve and then of each node, as bits.
+@group(2) @binding(1) var<storage, read_write> masks: array<u32>;
 // Of pictures, then of picking.
 @group(2) @binding(2) var<storage, read_write> draws: array<Draw, 18>;
 // A bit per curve: whether it is a ribbon of the heat map.
@@ -42,26 +43,59 @@ fn list_room() -> u32 {
     return (max(arrayLength(&curves), arrayLength(&nodes)) + 63u) / 64u * 64u;
 }
 
-// Appends a curve or a node to a list.
-fn append(list: u32, index: u32) {
-    let slot = atomicAdd(&counts[list], 1u);
-    lists[list * list_room() + slot] = index;
-}
-
 // Draws a list. Entries of few vertices are all of one instance.
 fn draw_of(count: u32, vertices: u32) -> Draw {
     let is_flat = vertices <= 6u;
     return Draw(vertices * select(1u, count, is_flat), select(count, 1u, is_flat), 0u, 0u);
 }
 
-// Turns the lengths of the lists into the arguments of draws.
-@compute @workgroup_size(9)
-fn count_draws(@builtin(local_invocation_index) list: u32) {
-    var vertices = VERTICES;
-    var pick_vertices = PICK_VERTICES;
-    let count = atomicLoad(&counts[list]);
-    draws[list] = draw_of(count, vertices[list]);
-    draws[LISTS + list] = draw_of(count, pick_vertices[list]);
+// The invocations that fill the lists.
+const WORKERS = 256u;
+// By list and worker: the number of its entries, and then where they begin.
+var<workgroup> starts: array<u32, 2304>;
+
+// Fills the lists in the order of curves and nodes, and writes the arguments of draws. A single workgroup, so that overlapping
+// edges are blended in the same order in each picture: with a slot for whoever comes first, films would differ.
+@compute @workgroup_size(256)
+fn fill_lists(@builtin(local_invocation_index) worker: u32) {
+    let all_curves = arrayLength(&curves);
+    let all = all_curves + arrayLength(&nodes);
+    let share = (all + WORKERS - 1u) / WORKERS;
+    let first = min(worker * share, all);
+    let end = min(first + share, all);
+    var next: array<u32, 9>;
+    for (var i = first; i < end; i++) {
+        for (var mask = masks[i]; mask != 0u; mask &= mask - 1u) {
+            next[firstTrailingBit(mask)] += 1u;
+        }
+    }
+    for (var list = 0u; list < LISTS; list++) {
+        starts[list * WORKERS + worker] = next[list];
+    }
+    workgroupBarrier();
+    if worker < LISTS {
+        var vertices = VERTICES;
+        var pick_vertices = PICK_VERTICES;
+        var count = 0u;
+        for (var other = 0u; other < WORKERS; other++) {
+            let entries = starts[worker * WORKERS + other];
+            starts[worker * WORKERS + other] = count;
+            count += entries;
+        }
+        draws[worker] = draw_of(count, vertices[worker]);
+        draws[LISTS + worker] = draw_of(count, pick_vertices[worker]);
+    }
+    workgroupBarrier();
+    for (var list = 0u; list < LISTS; list++) {
+        next[list] = starts[list * WORKERS + worker];
+    }
+    for (var i = first; i < end; i++) {
+        for (var mask = masks[i]; mask != 0u; mask &= mask - 1u) {
+            let list = firstTrailingBit(mask);
+            lists[list * list_room() + next[list]] = select(i - all_curves, i, i < all_curves);
+            next[list] += 1u;
+        }
+    }
 }
 
 @compute @workgroup_size(64)
@@ -70,14 +104,20 @@ fn sort_curves(@builtin(global_invocation_id) at: vec3u, @builtin(num_workgroups
     if i >= arrayLength(&curves) {
         return;
     }
+    masks[i] = lists_of(i);
+}
+
+// The lists of a curve, as bits.
+fn lists_of(i: u32) -> u32 {
     let curve = curves[i];
     let low = min(min(curve.start, curve.end), min(curve.control_a, curve.control_b)) - view.origin.xy;
     let high = max(max(curve.start, curve.end), max(curve.control_a, curve.control_b)) - view.origin.xy;
     let middle = (low + high) * 0.5;
     let radius = length(high - low) * 0.5;
     if !inside(middle, radius + 1.0) {
-        return;
+        return 0u;
     }
+    var mask = 0u;
     let nearest = max(dot(vec3f(middle, 0.0) - view.eye.xyz, view.forward.xyz) - radius, 0.05);
     let pixels = curve.length * view.eye.w / nearest;
     let bent = bend_of(curve) * view.eye.w / nearest;
@@ -89,11 +129,12 @@ fn sort_curves(@builtin(global_invocation_id) at: vec3u, @builtin(num_workgroups
         let thin = pixels < select(min(view.spacing.w, 8.0), view.spacing.w, near == STRAIGHT);
         // Its ribbon covers it.
         let is_hot = (extractBits(hot[i / 32u], i % 32u, 1u) & view.heated) == 1u;
-        append(select(select(near, FAR, thin), select(HOT_NEAR, HOT_FAR, thin | (near == STRAIGHT)), is_hot), i);
+        mask = 1u << select(select(near, FAR, thin), select(HOT_NEAR, HOT_FAR, thin | (near == STRAIGHT)), is_hot);
     }
     if edge_pixels > 36.0 && curve.arrow >= 0.0 {
-        append(ARROWS, i);
+        mask |= 1u << ARROWS;
     }
+    return mask;
 }
 
 @compute @workgroup_size(64)
@@ -103,9 +144,8 @@ fn sort_nodes(@builtin(global_invocation_id) at: vec3u, @builtin(num_workgroups)
         return;
     }
     let local = vec2f(nodes[i].x, nodes[i].y) - view.origin.xy;
-    if inside(local, 1.0) && metres_per_pixel(vec3f(local, 0.0)) < NODE_METRES {
-        append(NODES, i);
-    }
+    let is_shown = inside(local, 1.0) && metres_per_pixel(vec3f(local, 0.0)) < NODE_METRES;
+    masks[arrayLength(&curves) + i] = select(0u, 1u << NODES, is_shown);
 }
 
 // --- Drawing.
