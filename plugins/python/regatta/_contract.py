@@ -30,6 +30,7 @@ WORDS_PER_LINE = 16
 u32 = Annotated[int, ctypes.c_uint32]
 u64 = Annotated[int, ctypes.c_uint64]
 f32 = Annotated[float, ctypes.c_float]
+f64 = Annotated[float, ctypes.c_double]
 
 
 class Record(ctypes.Structure):
