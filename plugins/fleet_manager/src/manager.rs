@@ -151,6 +151,7 @@ impl Manager {
         self.steering.lose(robot);
         self.charging.lose(robot);
         self.errands[robot as usize] = Errand::None;
+        self.tasks.recall(robot, self.steering.now());
         if self.tasks.task_of(robot).is_some() && self.tasks.withdraw(robot, self.steering.now()).is_err() {
             self.tasks.failed(robot, self.steering.now(), "the robot was removed");
         }

@@ -138,6 +138,12 @@ impl TaskStore {
         if !is_same {
             transaction.execute("INSERT INTO run VALUES (?, ?)", params![run, run_text])?;
             transaction.execute("UPDATE transport_order SET id = NULL", [])?;
+            // Where somebody sent a robot of another run means nothing in this one.
+            transaction.execute(
+                "UPDATE transport_order SET state = 'cancelled', reason = 'its run has ended'
+                 WHERE name LIKE ? AND state NOT IN ('finished', 'failed', 'cancelled')",
+                [format!("{}%", OrderName::REQUESTED)],
+            )?;
         }
         let mut next_id = 1 + transaction
             .query_row("SELECT ifnull(max(id), 0) FROM transport_order", [], |row| row.get::<_, u64>(0))?;

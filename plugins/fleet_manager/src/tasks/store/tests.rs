@@ -172,6 +172,19 @@ fn a_store_of_the_first_version_is_continued() {
 }
 
 #[test]
+fn where_a_robot_was_sent_ends_with_its_run() {
+    let folder = folder();
+    let path = folder.path().join("orders.db");
+    let open_in = |run_id| open(&path).and_then(|mut store| store.restore(run_id, 0.0)).expect("a store").orders;
+    assert!(open_in(1).is_empty());
+    let setup = "INSERT INTO transport_order (name, state, priority, created, earliest, handled_stops, reason, stops, history)
+         VALUES ('sent:3-7-00000001', 'waiting', 255, 1.0, 0.0, 0, '', '[{\"node\": 10, \"action\": \"none\", \"dwell\": 0}]', '[]')";
+    Connection::open(&path).and_then(|connection| connection.execute_batch(setup)).expect("a database");
+    assert_eq!(open_in(1).len(), 1, "in the same run it goes on");
+    assert!(open_in(2).is_empty());
+}
+
+#[test]
 fn a_damaged_store_is_refused() {
     let folder = folder();
     let path = folder.path().join("orders.db");
