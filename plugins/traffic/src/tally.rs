@@ -5,6 +5,7 @@ use regatta_plugin::frame::{Columns, NO_EDGE, RobotState};
 
 /// What is counted on an edge: in a frame, or added up over robots and seconds.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[repr(C, align(32))] // An edge lies within one cache line.
 pub struct Counts {
     /// Robots on the edge; robot seconds.
     pub robots: f32,

@@ -86,3 +86,32 @@ fn another_run_begins_anew() {
     at(3.0, &jam, |frame| spots.add(frame, &[]));
     assert!(spots.list().is_empty(), "time went back");
 }
+
+#[test]
+fn of_many_cells_the_list_has_the_worst_ones() {
+    // Each robot stands alone, so far from the others that it is a spot of its own, and for as many seconds as its number.
+    let robots: Vec<_> = (0..300).map(|robot| (20.0 * robot as f32, 0.0, robot, RobotState::Broken)).collect();
+    let mut spots = Spots::default();
+    for second in 0..=300_u32 {
+        let standing = robots.iter().map(|robot| {
+            let state = if second <= robot.2 { RobotState::Broken } else { RobotState::Driving };
+            (robot.0, robot.1, robot.2, state)
+        });
+        at(f64::from(second), &standing.collect::<Vec<_>>(), |frame| spots.add(frame, &[]));
+    }
+    let found: Vec<_> = spots.list().iter().map(|spot| (spot.standing_secs as u32, spot.edges[0])).collect();
+    let expected: Vec<_> = (100..300).rev().map(|robot| (robot, robot)).collect();
+    assert_eq!(found, expected);
+}
+
+#[test]
+fn a_robot_that_moves_on_loses_time_where_it_is_and_a_contact_of_nobody_counts_nowhere() {
+    let mut spots = Spots::default();
+    for second in 0..=20_u32 {
+        let x = if second <= 10 { 0.0 } else { 50.0 };
+        let pairs = [touching([0, u32::MAX], x)];
+        at(f64::from(second), &[(x, 0.0, 1, RobotState::Waiting)], |frame| spots.add(frame, &pairs));
+    }
+    let found: Vec<_> = spots.list().iter().map(|spot| (spot.x, spot.contact_secs, spot.standing_secs)).collect();
+    assert_eq!(found, [(0.0, 10.0, 0.0), (50.0, 10.0, 0.0)]);
+}

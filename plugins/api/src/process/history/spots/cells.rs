@@ -1,0 +1,135 @@
+//! Lost time by place.
+
+use std::collections::BTreeMap;
+
+use super::losses::Loss;
+use crate::records::frame::NO_EDGE;
+use crate::records::history::SPOT_EDGES;
+
+/// Width and height of the cells in which lost time is added up, in metres.
+pub const CELL: f32 = 2.0;
+/// The most cells; time that is lost elsewhere is counted by no spot then.
+const MAX_CELLS: usize = 200_000;
+/// The time constants of the recent and of the usual loss, in simulated seconds.
+pub const RECENT: f64 = 60.0;
+pub const USUAL: f64 = 300.0;
+
+/// A cell by its column and row.
+pub type Key = [i32; 2];
+
+/// What was lost in a cell.
+#[derive(Clone, Debug, Default)]
+pub struct Cell {
+    pub key: Key,
+    /// Of contacts, and of standing robots.
+    pub secs: [f64; 2],
+    /// Places, weighted by seconds.
+    pub places: [f64; 2],
+    /// The simulated times of the first and of the last loss.
+    pub seen: [f64; 2],
+    /// Losses that fade with the time constants [`RECENT`] and [`USUAL`], as of `seen[1]`.
+    pub fading: [f64; 2],
+    /// The edges on which it was lost, and how many seconds.
+    pub edges: Vec<(u32, f64)>,
+}
+
+impl Cell {
+    pub fn lost(&self) -> f64 {
+        self.secs[0] + self.secs[1]
+    }
+
+    pub fn middle(&self) -> [f32; 2] {
+        self.places.map(|sum| (sum / self.lost().max(1e-9)) as f32)
+    }
+
+    pub fn fading_at(&self, now: f64) -> [f64; 2] {
+        let age = (now - self.seen[1]).max(0.0);
+        [self.fading[0] * (-age / RECENT).exp(), self.fading[1] * (-age / USUAL).exp()]
+    }
+
+    fn add(&mut self, loss: &Loss, now: f64, secs: f64) {
+        if self.lost() == 0.0 {
+            self.seen = [now; 2];
+        }
+        // Of many losses of one frame, only the first one needs the exponentials.
+        if self.seen[1] < now {
+            (self.fading, self.seen[1]) = (self.fading_at(now), now);
+        }
+        self.fading.iter_mut().for_each(|sum| *sum += secs);
+        self.secs[usize::from(!loss.is_contact)] += secs;
+        self.places.iter_mut().zip(loss.place).for_each(|(sum, part)| *sum += f64::from(part) * secs);
+        let has_room = self.edges.len() < SPOT_EDGES && loss.edge != NO_EDGE;
+        match self.edges.iter_mut().find(|(edge, _)| *edge == loss.edge) {
+            Some((_, sum)) => *sum += secs,
+            None if has_room => self.edges.push((loss.edge, secs)),
+            None => {}
+        }
+    }
+}
+
+/// The cells where time was lost.
+#[derive(Clone, Debug, Default)]
+pub struct Cells {
+    cells: Vec<Cell>,
+    /// The place of each cell in `cells`.
+    numbers: BTreeMap<Key, u32>,
+    /// By robot: the cell where it lost time last. A robot that stands stays in its cell, so that it needs no search.
+    last: Vec<u32>,
+}
+
+impl Cells {
+    /// Adds what a robot loses in a frame that stands for some seconds.
+    pub fn lose(&mut self, loss: &Loss, now: f64, secs: f64) {
+        if !loss.place.iter().all(|part| part.is_finite()) {
+            return;
+        }
+        let key = loss.place.map(|part| (part / CELL).floor() as i32);
+        let robot = loss.robot as usize;
+        let before = self.last.get(robot).map_or(u32::MAX, |number| *number);
+        let number = match self.cells.get(before as usize) {
+            Some(cell) if cell.key == key => before,
+            _ => {
+                let Some(number) = self.number(key) else { return };
+                if robot >= self.last.len() {
+                    self.last.resize(robot + 1, u32::MAX);
+                }
+                self.last[robot] = number;
+                number
+            }
+        };
+        self.cells[number as usize].add(loss, now, secs);
+    }
+
+    /// The number of a cell, which is made if there is none and there is room.
+    fn number(&mut self, key: Key) -> Option<u32> {
+        if let Some(number) = self.numbers.get(&key) {
+            return Some(*number);
+        }
+        if self.cells.len() == MAX_CELLS {
+            return None;
+        }
+        let number = self.cells.len() as u32;
+        self.cells.push(Cell { key, ..Cell::default() });
+        self.numbers.insert(key, number);
+        Some(number)
+    }
+
+    pub fn get(&self, key: Key) -> Option<&Cell> {
+        self.numbers.get(&key).map(|number| &self.cells[*number as usize])
+    }
+
+    /// The cells with the most lost time, so many at most, the worst first; of equal ones, by place.
+    pub fn worst(&self, most: usize) -> Vec<(Key, &Cell)> {
+        let mut all: Vec<_> = self.cells.iter().map(|cell| (cell.lost(), cell)).collect();
+        let order = |(a_lost, a): &(f64, &Cell), (b_lost, b): &(f64, &Cell)| {
+            b_lost.total_cmp(a_lost).then_with(|| a.key.cmp(&b.key))
+        };
+        // To sort all of them would take longer than all the rest.
+        if all.len() > most {
+            all.select_nth_unstable_by(most, order);
+            all.truncate(most);
+        }
+        all.sort_unstable_by(order);
+        all.into_iter().map(|(_, cell)| (cell.key, cell)).collect()
+    }
+}
