@@ -1,5 +1,6 @@
 //! The arguments of the command line, and log output.
 
+use std::io::IsTerminal as _;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::LazyLock;
@@ -175,7 +176,11 @@ pub fn start_logging(verbose: u8) {
         1 => tracing::Level::INFO,
         _ => tracing::Level::DEBUG,
     };
+    // Colours are for people: a file or another program would read their escape codes.
+    let is_coloured =
+        std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty());
     tracing_subscriber::fmt()
+        .with_ansi(is_coloured)
         .with_max_level(level)
         .with_target(false)
         .without_time()

@@ -77,7 +77,8 @@ pub struct Options {
         value_parser = clap::value_parser!(u32).range(1..=240))]
     pub fps: u32,
     /// Duration of the recording, for example 10s or 1min
-    #[arg(long = "for", value_name = "TIME", default_value = "10s", requires = "record")]
+    #[arg(long = "for", value_name = "TIME", default_value = "10s", requires = "record",
+        value_parser = values::duration_above_zero)]
     pub for_: humantime::Duration,
     /// Width and height of the picture or of the window in pixels [default: 1920x1080; a window opens with its last size]
     #[arg(long, value_name = "WxH")]

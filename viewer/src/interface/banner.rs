@@ -11,6 +11,10 @@ use crate::palette::Theme;
 
 /// The length of the scale's bar in points: from this one up to two and a half times as much.
 const SHORTEST_BAR: f32 = 70.0;
+/// The width that is kept for the clock beside a title, in points, with its margins.
+const CLOCK_ROOM: f32 = 150.0;
+/// The least width of a title, in points.
+const SHORTEST_TITLE: f32 = 80.0;
 
 /// The parts that are shown.
 #[derive(Clone, Debug, Default)]
@@ -28,7 +32,9 @@ impl Banner {
     pub fn show(&self, context: &Context, picture: Rect, camera: &Camera, theme: Theme) {
         if let Some(title) = &self.title {
             float(context, picture, theme, "title", Align2::CENTER_TOP, |ui| {
-                ui.add(egui::Label::new(RichText::new(title).size(22.0).strong()).extend());
+                // Cut with an ellipsis where the clock would be, on the right as on the left.
+                ui.set_max_width((picture.width() - 2.0 * CLOCK_ROOM).max(SHORTEST_TITLE));
+                ui.add(egui::Label::new(RichText::new(title).size(22.0).strong()).truncate());
             });
         }
         if let Some(seconds) = self.clock {

@@ -175,6 +175,11 @@ fn robot_entries(robots: &[u32], clicked: u32, is_managed: bool, model: &ViewMod
     };
     let hold = match state {
         RobotState::Held => order("Resume", "End the hold", UserOrder::Resume),
+        // Whether it is held couldn't be seen, nor ended, before it is repaired.
+        RobotState::Broken => Entry {
+            is_possible: false,
+            ..order("Hold", "It stands already: repair the robot before it is held", UserOrder::Hold)
+        },
         _ => order("Hold", "Brake, stand and keep the route until resumed", UserOrder::Hold),
     };
     let repair = match state {

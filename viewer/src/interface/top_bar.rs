@@ -12,6 +12,8 @@ use super::view_model::ViewModel;
 const WIDE: f32 = 1150.0;
 /// The least width at which the state of the engine is a text; below, it is a tooltip.
 const WITH_STATE: f32 = 560.0;
+/// The width of a tab that shows a count now and then, in points, so that the buttons beside it stay where they are.
+const WITH_COUNT: f32 = 76.0;
 
 impl Interface {
     pub(super) fn top_bar(&mut self, ui: &mut Ui, model: &ViewModel<'_>) {
@@ -84,7 +86,8 @@ impl Interface {
             (_, true) => RichText::new(format!("Alarms {alarms}")),
             (_, false) => RichText::new(format!("Alarms {alarms}")).color(self.colours().bad),
         };
-        tab(ui, &mut self.settings.left, LeftPanel::Log, log, "What happened, and alarms (9)");
+        let open = &mut self.settings.left;
+        wide_tab(ui, open, LeftPanel::Log, log, "What happened, and alarms (9)", WITH_COUNT);
         let plots = Button::selectable(self.settings.plots, "Plots");
         if ui.add(plots).on_hover_text("Figures over time (8)").clicked() {
             self.settings.plots = !self.settings.plots;
@@ -133,8 +136,14 @@ impl Interface {
 
 /// Shows a button that opens or closes a panel; `text` is its tooltip.
 fn tab<T: PartialEq>(ui: &mut Ui, open: &mut Option<T>, panel: T, name: RichText, text: &str) {
+    wide_tab(ui, open, panel, name, text, 0.0);
+}
+
+/// Like [`tab`], with a least width in points.
+fn wide_tab<T: PartialEq>(ui: &mut Ui, open: &mut Option<T>, panel: T, name: RichText, text: &str, width: f32) {
     let is_open = open.as_ref() == Some(&panel);
-    if ui.add(Button::selectable(is_open, name)).on_hover_text(text).clicked() {
+    let button = Button::selectable(is_open, name).min_size(vec2(width, 0.0));
+    if ui.add(button).on_hover_text(text).clicked() {
         *open = (!is_open).then_some(panel);
     }
 }

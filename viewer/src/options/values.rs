@@ -74,6 +74,12 @@ fn numbers(text: &str, expected: &'static str) -> Result<Vec<f32>, OptionError> 
     text.split(',').map(number).collect::<Option<_>>().ok_or(OptionError { text: text.to_owned(), expected })
 }
 
+/// Parses a duration that is not zero.
+pub fn duration_above_zero(text: &str) -> Result<humantime::Duration, OptionError> {
+    let duration = text.parse::<humantime::Duration>().ok().filter(|duration| !duration.is_zero());
+    duration.ok_or(OptionError { text: text.to_owned(), expected: "a duration above 0, for example 10s or 1min" })
+}
+
 /// Parses the speed of a film.
 pub fn film_speed(text: &str) -> Result<f32, OptionError> {
     let factor = text.parse().ok().filter(|factor| (0.001..=1000.0).contains(factor));

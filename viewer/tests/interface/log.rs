@@ -62,3 +62,14 @@ fn the_log_of_a_recording_jumps_to_its_marks() {
     assert_eq!(sought.map(|(_, time, _)| time), Some(6_000_000_000));
     assert_eq!(harness.state().interface.selected, Some(Item::Robot(3)));
 }
+
+#[test]
+fn an_alarm_leaves_the_buttons_beside_its_tab_where_they_are() {
+    let mut harness = harness(Fixture::new(50));
+    let before = harness.get_by_label("Plots").rect();
+    let news = vec![(entry(3, Kind::Fault, 7, "robot 7 broke down"), AlarmChange::Begins(AlarmKey::Robot(7)))];
+    harness.state_mut().interface.log().take(LogReport { news, ..LogReport::default() });
+    settle(&mut harness);
+    harness.get_by_label("Alarms 1");
+    assert_eq!(harness.get_by_label("Plots").rect(), before);
+}

@@ -66,6 +66,8 @@ fn the_menu_gives_orders_and_undoes_them() {
     assert_eq!(orders(&harness), [UserOrder::Break(2)]);
     let fixture = harness.state_mut();
     ColumnsMut::split(&mut fixture.lines, 5).state[2] = RobotState::Broken as u8;
+    choose(&mut harness, Item::Robot(2), "Hold");
+    assert!(orders(&harness).is_empty(), "a hold couldn't be ended before the repair");
     choose(&mut harness, Item::Robot(2), "Repair");
     assert_eq!(orders(&harness), [UserOrder::Repair(2)]);
     choose(&mut harness, Item::Edge(0), "Close edge");

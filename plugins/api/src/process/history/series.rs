@@ -41,17 +41,21 @@ impl Default for Series {
 }
 
 impl Series {
-    /// Whether a sample of a run at a time is wanted.
+    /// Whether a sample of a run at a time is wanted: there is none near it. A recording may jump back and forth.
     pub fn wants(&self, run: u64, secs: f64) -> bool {
-        self.run != run || self.samples.last().is_none_or(|last| secs < last.secs || secs >= last.secs + self.gap)
+        let next = self.number_at(secs);
+        let is_after = |before: &FleetSample| secs >= before.secs + self.gap;
+        let is_before = |after: &FleetSample| secs + self.gap <= after.secs;
+        self.run != run
+            || (self.samples[..next].last().is_none_or(is_after) && self.samples.get(next).is_none_or(is_before))
     }
 
-    /// Adds a sample. Another run, or a time that goes back, begins anew.
+    /// Adds a sample. Another run begins anew.
     pub fn add(&mut self, run: u64, sample: FleetSample) {
-        if self.run != run || self.samples.last().is_some_and(|last| sample.secs < last.secs) {
+        if self.run != run {
             *self = Self { run, ..Self::default() };
         }
-        self.samples.push(sample);
+        self.samples.insert(self.number_at(sample.secs), sample);
         if self.samples.len() > MAX_SAMPLES {
             let mut number = 0;
             self.samples.retain(|_| {
@@ -60,6 +64,11 @@ impl Series {
             });
             self.gap *= 2.0;
         }
+    }
+
+    /// The number of the samples up to a time.
+    fn number_at(&self, secs: f64) -> usize {
+        self.samples.partition_point(|sample| sample.secs <= secs)
     }
 }
 
@@ -82,8 +91,20 @@ mod tests {
         assert!(samples[0].secs == 0.0 && samples[samples.len() - 1].secs > 19_900.0);
         let gaps = samples.windows(2).map(|pair| pair[1].secs - pair[0].secs);
         assert!(gaps.fold(0.0, f64::max) < 70.0, "even over the run");
-        assert!(series.wants(2, 0.0) && series.wants(1, 5.0), "another run, or back in time");
-        series.add(1, FleetSample { secs: 5.0, ..FleetSample::default() });
+        assert!(series.wants(2, 0.0), "another run");
+        series.add(2, FleetSample { secs: 5.0, ..FleetSample::default() });
         assert_eq!(series.samples.len(), 1);
+    }
+
+    #[test]
+    fn a_jump_back_in_a_recording_keeps_the_samples() {
+        let mut series = Series::default();
+        for secs in [100.0, 101.0, 102.0, 0.0, 1.0, 100.2, 101.5] {
+            if series.wants(1, secs) {
+                series.add(1, FleetSample { secs, ..FleetSample::default() });
+            }
+        }
+        let times: Vec<f64> = series.samples.iter().map(|sample| sample.secs).collect();
+        assert_eq!(times, [0.0, 1.0, 100.0, 101.0, 101.5, 102.0]);
     }
 }

@@ -1,6 +1,7 @@
 //! Spots of frames that are written by hand.
 
-use crate::records::frame::{ColumnsMut, FrameHeader, Line, frame_lines, stride_lines};
+use crate::records::contact::ContactLevel;
+use crate::records::frame::{ColumnsMut, FrameHeader, Line, RobotState, frame_lines, stride_lines};
 
 use super::*;
 
