@@ -10,7 +10,7 @@ use crate::records::history::{HotSpot, SPOT_EDGES, Trend};
 mod cells;
 mod losses;
 
-use cells::{CELL, Cell, Cells, Key, RECENT, USUAL};
+use cells::{CELL, Cells, Key, Moment, RECENT, USUAL};
 
 /// Cells are part of a spot up to this distance from its worst cell, in metres: a platoon of four is one spot.
 const REACH: f32 = 5.0;
@@ -45,10 +45,10 @@ impl Spots {
         if self.run != frame.run_id() || self.now.is_some_and(|before| now < before) {
             *self = Self { run: frame.run_id(), began: now, ..Self::default() };
         }
-        let secs = self.now.map_or(0.0, |before| (now - before).min(LONGEST_GAP));
-        self.now = Some(now);
-        if secs > 0.0 {
-            losses::losses(frame, pairs).iter().for_each(|loss| self.cells.lose(loss, now, secs));
+        let before = self.now.replace(now).unwrap_or(now);
+        if now > before {
+            let moment = Moment::new(before, now, (now - before).min(LONGEST_GAP));
+            losses::losses(frame, pairs).iter().for_each(|loss| self.cells.lose(loss, &moment));
         }
     }
 
@@ -83,26 +83,27 @@ impl Spots {
     }
 
     fn spot(&self, cells: &[Key]) -> HotSpot {
-        let mut all = Cell { seen: [f64::INFINITY, 0.0], ..Cell::default() };
+        let (mut secs, mut places, mut seen) = ([0.0; 2], [0.0; 2], [f64::INFINITY, 0.0]);
         let (mut fading, mut edges) = ([0.0; 2], BTreeMap::<u32, f64>::new());
         let now = self.now.unwrap_or_default();
         for cell in cells.iter().filter_map(|key| self.cells.get(*key)) {
-            all.secs = [all.secs[0] + cell.secs[0], all.secs[1] + cell.secs[1]];
-            add(&mut all.places, cell.places);
-            all.seen = [all.seen[0].min(cell.seen[0]), all.seen[1].max(cell.seen[1])];
-            let [recent, usual] = cell.fading_at(now);
-            fading = [fading[0] + recent, fading[1] + usual];
-            cell.edges.iter().for_each(|(edge, secs)| *edges.entry(*edge).or_default() += secs);
+            add(&mut secs, cell.secs);
+            add(&mut places, cell.places);
+            add(&mut fading, cell.fading_at(now));
+            seen = [seen[0].min(cell.seen[0]), seen[1].max(cell.seen[1])];
+            let known = cell.edges.iter().filter(|(edge, _)| *edge != NO_EDGE);
+            known.for_each(|(edge, secs)| *edges.entry(*edge).or_default() += secs);
         }
         let mut edges: Vec<_> = edges.into_iter().collect();
         edges.sort_by(|a, b| b.1.total_cmp(&a.1));
         let mut worst = [NO_EDGE; SPOT_EDGES];
         worst.iter_mut().zip(edges).for_each(|(place, (edge, _))| *place = edge);
-        let [x, y] = all.middle();
+        let [contact_secs, standing_secs] = secs;
+        let [x, y] = places.map(|sum| (sum / (contact_secs + standing_secs).max(1e-9)) as f32);
         HotSpot {
-            contact_secs: all.secs[0],
-            standing_secs: all.secs[1],
-            seen: all.seen,
+            contact_secs,
+            standing_secs,
+            seen,
             x,
             y,
             edges: worst,

@@ -18,7 +18,7 @@ pub const USUAL: f64 = 300.0;
 pub type Key = [i32; 2];
 
 /// What was lost in a cell.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct Cell {
     pub key: Key,
     /// Of contacts, and of standing robots.
@@ -29,11 +29,16 @@ pub struct Cell {
     pub seen: [f64; 2],
     /// Losses that fade with the time constants [`RECENT`] and [`USUAL`], as of `seen[1]`.
     pub fading: [f64; 2],
-    /// The edges on which it was lost, and how many seconds.
-    pub edges: Vec<(u32, f64)>,
+    /// The edges on which it was lost, and how many seconds; [`NO_EDGE`] where there are fewer.
+    pub edges: [(u32, f64); SPOT_EDGES],
 }
 
 impl Cell {
+    fn new(key: Key, now: f64) -> Self {
+        let edges = [(NO_EDGE, 0.0); SPOT_EDGES];
+        Self { key, secs: [0.0; 2], places: [0.0; 2], seen: [now; 2], fading: [0.0; 2], edges }
+    }
+
     pub fn lost(&self) -> f64 {
         self.secs[0] + self.secs[1]
     }
@@ -43,27 +48,49 @@ impl Cell {
     }
 
     pub fn fading_at(&self, now: f64) -> [f64; 2] {
-        let age = (now - self.seen[1]).max(0.0);
-        [self.fading[0] * (-age / RECENT).exp(), self.fading[1] * (-age / USUAL).exp()]
+        let [recent, usual] = fade(now - self.seen[1]);
+        [self.fading[0] * recent, self.fading[1] * usual]
     }
 
-    fn add(&mut self, loss: &Loss, now: f64, secs: f64) {
-        if self.lost() == 0.0 {
-            self.seen = [now; 2];
-        }
-        // Of many losses of one frame, only the first one needs the exponentials.
+    fn add(&mut self, loss: &Loss, moment: &Moment) {
+        let Moment { now, before, secs, fade } = *moment;
+        // Of many losses of one frame, only the first one fades what was before.
         if self.seen[1] < now {
-            (self.fading, self.seen[1]) = (self.fading_at(now), now);
+            self.fading = match self.seen[1] == before {
+                true => [self.fading[0] * fade[0], self.fading[1] * fade[1]],
+                false => self.fading_at(now),
+            };
+            self.seen[1] = now;
         }
         self.fading.iter_mut().for_each(|sum| *sum += secs);
         self.secs[usize::from(!loss.is_contact)] += secs;
         self.places.iter_mut().zip(loss.place).for_each(|(sum, part)| *sum += f64::from(part) * secs);
-        let has_room = self.edges.len() < SPOT_EDGES && loss.edge != NO_EDGE;
-        match self.edges.iter_mut().find(|(edge, _)| *edge == loss.edge) {
-            Some((_, sum)) => *sum += secs,
-            None if has_room => self.edges.push((loss.edge, secs)),
-            None => {}
+        let slot = self.edges.iter_mut().find(|(edge, _)| *edge == loss.edge || *edge == NO_EDGE);
+        if let Some(slot) = slot.filter(|_| loss.edge != NO_EDGE) {
+            *slot = (loss.edge, slot.1 + secs);
         }
+    }
+}
+
+/// The parts of the recent and of the usual loss that are left after some seconds.
+fn fade(age: f64) -> [f64; 2] {
+    [RECENT, USUAL].map(|constant| (-age.max(0.0) / constant).exp())
+}
+
+/// The time of a frame.
+#[derive(Clone, Copy, Debug)]
+pub struct Moment {
+    now: f64,
+    before: f64,
+    secs: f64,
+    /// What is left of a loss in the frame before. Most cells that lose time in a frame did so in that one.
+    fade: [f64; 2],
+}
+
+impl Moment {
+    /// A frame at `now` that stands for some seconds, after one at `before`; simulated seconds.
+    pub fn new(before: f64, now: f64, secs: f64) -> Self {
+        Self { now, before, secs, fade: fade(now - before) }
     }
 }
 
@@ -78,8 +105,8 @@ pub struct Cells {
 }
 
 impl Cells {
-    /// Adds what a robot loses in a frame that stands for some seconds.
-    pub fn lose(&mut self, loss: &Loss, now: f64, secs: f64) {
+    /// Adds what a robot loses in a frame.
+    pub fn lose(&mut self, loss: &Loss, moment: &Moment) {
         if !loss.place.iter().all(|part| part.is_finite()) {
             return;
         }
@@ -89,7 +116,7 @@ impl Cells {
         let number = match self.cells.get(before as usize) {
             Some(cell) if cell.key == key => before,
             _ => {
-                let Some(number) = self.number(key) else { return };
+                let Some(number) = self.number(key, moment.now) else { return };
                 if robot >= self.last.len() {
                     self.last.resize(robot + 1, u32::MAX);
                 }
@@ -97,11 +124,11 @@ impl Cells {
                 number
             }
         };
-        self.cells[number as usize].add(loss, now, secs);
+        self.cells[number as usize].add(loss, moment);
     }
 
     /// The number of a cell, which is made if there is none and there is room.
-    fn number(&mut self, key: Key) -> Option<u32> {
+    fn number(&mut self, key: Key, now: f64) -> Option<u32> {
         if let Some(number) = self.numbers.get(&key) {
             return Some(*number);
         }
@@ -109,7 +136,7 @@ impl Cells {
             return None;
         }
         let number = self.cells.len() as u32;
-        self.cells.push(Cell { key, ..Cell::default() });
+        self.cells.push(Cell::new(key, now));
         self.numbers.insert(key, number);
         Some(number)
     }
