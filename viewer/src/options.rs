@@ -177,7 +177,7 @@ pub struct LookOptions {
     /// Draw arrows from robots that wait to those that they wait for; rings of waiting are red
     #[arg(long)]
     pub waits: bool,
-    /// Colour and widen edges by a figure of the plugin traffic: occupancy, throughput, speed, waiting or contacts, in a window:
+    /// Colour and widen edges by a figure of the plugin traffic: occupancy, throughput, speed, waiting, contacts or routes, in a window:
     /// minute, 10min or run [default window: 10min]
     #[arg(long, value_name = "FIGURE[:WINDOW]")]
     pub heat: Option<Heat>,

@@ -9,8 +9,9 @@ use regatta_plugin::frame::RobotState;
 use regatta_plugin::route::RouteResponse;
 use regatta_plugin::{FleetName, Frame, Participant, Result, RouteClient, Subscriber, WorldReader};
 
-/// The most robots whose routes are asked for: an answer takes a kilobyte, and the engine answers eight per tick.
-const MAX_ROBOTS: usize = 16_384;
+/// The most robots whose routes are asked for in a round: an answer takes a kilobyte, and the engine answers eight per tick.
+/// Of more robots, a sample is asked for, and each of it counts for several.
+const MAX_SAMPLE: usize = 16_384;
 /// The number of routes that are asked for at once.
 const AT_ONCE: usize = 8;
 /// How long an answer is awaited.
@@ -23,20 +24,22 @@ const ROUND_EVERY: Duration = Duration::from_secs(1);
 pub struct Reservations {
     /// The run.
     pub run_id: u64,
-    /// By edge: the robots whose released route leads over it, and the others whose planned one does.
+    /// By edge: the robots whose released route leads over it, and the others whose planned one does. Of fleets with more than
+    /// 16,384 robots under way, these are estimates.
     pub edges: Vec<[u32; 2]>,
 }
 
 impl Reservations {
-    /// Counts a robot once on each edge of its route. Edges that the world doesn't have are left out.
-    fn count(&mut self, route: &RouteResponse) {
+    /// Counts a robot, which stands for `weight` robots, once on each edge of its route. Edges that the world doesn't have are
+    /// left out.
+    fn count(&mut self, route: &RouteResponse, weight: u32) {
         let mut legs: Vec<(u32, bool)> = route.legs().map(|leg| (leg.edge, !leg.released)).collect();
         // Of an edge that the route leads over twice, the released time comes first.
         legs.sort_unstable();
         legs.dedup_by_key(|(edge, _)| *edge);
         for (edge, is_planned) in legs {
             if let Some(counts) = self.edges.get_mut(edge as usize) {
-                counts[usize::from(is_planned)] += 1;
+                counts[usize::from(is_planned)] += weight;
             }
         }
     }
@@ -106,11 +109,12 @@ fn run(fleet: &FleetName, found: &Sender<Option<Reservations>>, stopped: &Receiv
     }
 }
 
-/// Asks for the routes of all robots that are under way in a frame. `None` if there are no answers now, or the plugin ends.
+/// Asks for the routes of the robots that are under way in a frame, or of a sample of them. `None` if there are no answers now, or the plugin ends.
 fn round(client: &mut RouteClient, frame: &Frame<'_>, edges: usize, stopped: &Receiver<()>) -> Option<Reservations> {
     let mut found = Reservations { run_id: frame.run_id(), edges: vec![[0; 2]; edges] };
     let is_under_way = |robot: &u32| !matches!(frame.state_of(*robot as usize), RobotState::Absent | RobotState::Idle);
-    let robots: Vec<u32> = (0..frame.len().min(MAX_ROBOTS) as u32).filter(is_under_way).collect();
+    let mut robots: Vec<u32> = (0..frame.len() as u32).filter(is_under_way).collect();
+    let weight = thin_out(&mut robots, MAX_SAMPLE);
     for batch in robots.chunks(AT_ONCE) {
         if !matches!(stopped.try_recv(), Err(mpsc::TryRecvError::Empty)) {
             return None;
@@ -118,9 +122,18 @@ fn round(client: &mut RouteClient, frame: &Frame<'_>, edges: usize, stopped: &Re
         let answers = client.routes(batch, TIMEOUT).ok()?;
         let run_id = found.run_id;
         let current = answers.iter().filter(|route| route.is_found() && route.run_id == run_id);
-        current.for_each(|route| found.count(route));
+        current.for_each(|route| found.count(route, weight));
     }
     Some(found)
+}
+
+/// Leaves every n-th robot, so that at most `max` are left, and returns n. Robots of one type, or of one place at the start, have
+/// numbers in a row, so each of these groups keeps its share.
+fn thin_out(robots: &mut Vec<u32>, max: usize) -> u32 {
+    let step = robots.len().div_ceil(max).max(1);
+    let mut place = 0..;
+    robots.retain(|_| place.next().is_some_and(|place: usize| place.is_multiple_of(step)));
+    step as u32
 }
 
 #[cfg(test)]
@@ -133,9 +146,20 @@ mod tests {
         let route = |released, edges: &[u32]| {
             RouteResponse::default().with_legs(released, edges.len(), edges.iter().map(|edge| (*edge, false)))
         };
-        found.count(&route(2, &[0, 1, 2, 0, 2]));
-        found.count(&route(1, &[2, 3, 77]));
-        found.count(&RouteResponse::unknown(1, 1, 5));
-        assert_eq!(found.edges, [[1, 0], [1, 0], [1, 1], [0, 1]]);
+        found.count(&route(2, &[0, 1, 2, 0, 2]), 1);
+        found.count(&route(1, &[2, 3, 77]), 3);
+        found.count(&RouteResponse::unknown(1, 1, 5), 1);
+        assert_eq!(found.edges, [[1, 0], [1, 0], [3, 1], [0, 3]]);
+    }
+
+    #[test]
+    fn a_sample_of_a_large_fleet_is_spread_evenly_and_stands_for_all() {
+        for (len, max) in [(0, 4), (1, 4), (4, 4), (5, 4), (9, 4), (1000, 7)] {
+            let mut robots: Vec<u32> = (0..len).collect();
+            let weight = thin_out(&mut robots, max);
+            assert!(robots.len() <= max, "{} of {len}", robots.len());
+            assert!(robots.iter().copied().eq((0..len).step_by(weight as usize)));
+            assert!((robots.len() as u32 * weight).abs_diff(len) < weight);
+        }
     }
 }

@@ -1,6 +1,6 @@
 //! The bar at the top: the fleet and the state of its engine, the panels, and the views of the camera.
 
-use egui::{Align, Button, Layout, RichText, Ui, vec2};
+use egui::{Align, Button, Color32, FontId, Layout, Rect, Response, RichText, Role, Ui, WidgetInfo, vec2};
 
 use super::icons::{self, Icon};
 use super::settings::{LeftPanel, RightPanel};
@@ -12,8 +12,8 @@ use super::view_model::ViewModel;
 const WIDE: f32 = 1150.0;
 /// The least width at which the state of the engine is a text; below, it is a tooltip.
 const WITH_STATE: f32 = 560.0;
-/// The width of a tab that shows a count now and then, in points, so that the buttons beside it stay where they are.
-const WITH_COUNT: f32 = 76.0;
+/// The greatest count that a tab shows as a number.
+const MAX_COUNT: usize = 99;
 
 impl Interface {
     pub(super) fn top_bar(&mut self, ui: &mut Ui, model: &ViewModel<'_>) {
@@ -67,27 +67,14 @@ impl Interface {
 
     fn left_tabs(&mut self, ui: &mut Ui, model: &ViewModel<'_>) {
         let touching = model.contacts.map_or(0, |contacts| contacts.header.touching);
-        // Red is unreadable on the colour of an open tab.
-        let is_open = self.settings.left == Some(LeftPanel::Collisions);
-        let collisions = match (touching, is_open) {
-            (0, _) => "Collisions".into(),
-            (_, true) => RichText::new(format!("Collisions {touching}")),
-            (_, false) => RichText::new(format!("Collisions {touching}")).color(self.colours().bad),
-        };
-        tab(ui, &mut self.settings.left, LeftPanel::Fleet, "Fleet".into(), "The list of all robots (1)");
-        let text = "Pairs of robots that touch, or may touch (2)";
-        tab(ui, &mut self.settings.left, LeftPanel::Collisions, collisions, text);
-        let text = "The places that have cost the most time (7)";
-        tab(ui, &mut self.settings.left, LeftPanel::Spots, "Hot spots".into(), text);
         let alarms = self.log_panel.log.unacknowledged();
-        let is_open = self.settings.left == Some(LeftPanel::Log);
-        let log = match (alarms, is_open) {
-            (0, _) => "Log".into(),
-            (_, true) => RichText::new(format!("Alarms {alarms}")),
-            (_, false) => RichText::new(format!("Alarms {alarms}")).color(self.colours().bad),
-        };
+        let alarm = self.colours().bad;
         let open = &mut self.settings.left;
-        wide_tab(ui, open, LeftPanel::Log, log, "What happened, and alarms (9)", WITH_COUNT);
+        tab(ui, open, LeftPanel::Fleet, "Fleet", "The list of all robots (1)");
+        let text = "Pairs of robots that touch, or may touch (2)";
+        tab_with_count(ui, open, LeftPanel::Collisions, "Collisions", text, (touching as usize, alarm));
+        tab(ui, open, LeftPanel::Spots, "Hot spots", "The places that have cost the most time (7)");
+        tab_with_count(ui, open, LeftPanel::Log, "Log", "What happened, and alarms (9)", (alarms, alarm));
         let plots = Button::selectable(self.settings.plots, "Plots");
         if ui.add(plots).on_hover_text("Figures over time (8)").clicked() {
             self.settings.plots = !self.settings.plots;
@@ -106,7 +93,7 @@ impl Interface {
             panels.reverse();
         }
         for (panel, name, text) in panels {
-            tab(ui, &mut self.settings.right, panel, name.into(), text);
+            tab(ui, &mut self.settings.right, panel, name, text);
         }
     }
 
@@ -135,15 +122,36 @@ impl Interface {
 }
 
 /// Shows a button that opens or closes a panel; `text` is its tooltip.
-fn tab<T: PartialEq>(ui: &mut Ui, open: &mut Option<T>, panel: T, name: RichText, text: &str) {
-    wide_tab(ui, open, panel, name, text, 0.0);
-}
-
-/// Like [`tab`], with a least width in points.
-fn wide_tab<T: PartialEq>(ui: &mut Ui, open: &mut Option<T>, panel: T, name: RichText, text: &str, width: f32) {
+fn tab<T: PartialEq>(ui: &mut Ui, open: &mut Option<T>, panel: T, name: &str, text: &str) -> Response {
     let is_open = open.as_ref() == Some(&panel);
-    let button = Button::selectable(is_open, name).min_size(vec2(width, 0.0));
-    if ui.add(button).on_hover_text(text).clicked() {
+    let button = ui.add(Button::selectable(is_open, name)).on_hover_text(text);
+    if button.clicked() {
         *open = (!is_open).then_some(panel);
     }
+    button
+}
+
+/// Like [`tab`], with a count over its corner if it isn't 0. The count takes no room of its own, so that the buttons beside
+/// it stay where they are.
+fn tab_with_count<T: PartialEq>(
+    ui: &mut Ui,
+    open: &mut Option<T>,
+    panel: T,
+    name: &str,
+    text: &str,
+    (count, colour): (usize, Color32),
+) {
+    let button = tab(ui, open, panel, name, text);
+    if count == 0 {
+        return;
+    }
+    let enabled = ui.is_enabled();
+    button.widget_info(|| WidgetInfo::labeled(Role::Button, enabled, format!("{name} {count}")));
+    let text = if count <= MAX_COUNT { count.to_string() } else { format!("{MAX_COUNT}+") };
+    let on_colour = ui.visuals().panel_fill;
+    let text = ui.painter().layout_no_wrap(text, FontId::proportional(9.0), on_colour);
+    let size = vec2((text.size().x + 6.0).max(12.0), 12.0);
+    let badge = Rect::from_center_size(button.rect.right_top() + vec2(-3.0, 1.0), size);
+    ui.painter().rect_filled(badge, 6.0, colour);
+    ui.painter().galley(badge.center() - 0.5 * text.size(), text, on_colour);
 }

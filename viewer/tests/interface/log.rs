@@ -27,7 +27,7 @@ fn alarms_are_acknowledged_and_entries_filtered_and_jumped_to() {
     fixture.interface.log().take(LogReport { news, ..LogReport::default() });
     let mut harness = harness(fixture);
     harness.get_by_label("1 alarm");
-    harness.get_by_label("Alarms 1");
+    harness.get_by_label("Log 1");
     harness.get_by_label("acknowledge Robot(7)").click();
     settle(&mut harness);
     assert_eq!(harness.state_mut().interface.log().unacknowledged(), 0);
@@ -51,6 +51,17 @@ fn alarms_are_acknowledged_and_entries_filtered_and_jumped_to() {
 }
 
 #[test]
+fn a_count_of_alarms_leaves_the_buttons_beside_it_where_they_are() {
+    let mut harness = harness(Fixture::new(50));
+    let place = harness.get_by_label("Plots").rect();
+    let alarm = (entry(3, Kind::Fault, 7, "robot 7 broke down"), AlarmChange::Begins(AlarmKey::Robot(7)));
+    harness.state_mut().interface.log().take(LogReport { news: vec![alarm], ..LogReport::default() });
+    settle(&mut harness);
+    harness.get_by_label("Log 1");
+    assert_eq!(harness.get_by_label("Plots").rect(), place);
+}
+
+#[test]
 fn the_log_of_a_recording_jumps_to_its_marks() {
     let mut fixture = replay(1.0);
     fixture.interface.settings.left = Some(LeftPanel::Log);
@@ -70,6 +81,6 @@ fn an_alarm_leaves_the_buttons_beside_its_tab_where_they_are() {
     let news = vec![(entry(3, Kind::Fault, 7, "robot 7 broke down"), AlarmChange::Begins(AlarmKey::Robot(7)))];
     harness.state_mut().interface.log().take(LogReport { news, ..LogReport::default() });
     settle(&mut harness);
-    harness.get_by_label("Alarms 1");
+    harness.get_by_label("Log 1");
     assert_eq!(harness.get_by_label("Plots").rect(), before);
 }
