@@ -37,6 +37,17 @@ fn an_error_is_one_line_that_names_the_mistake() {
     assert!(error_line(&["plugin", "hello", "--after", "a/b"]).contains("'/' in the name"));
     assert!(error_line(&["plugin", "hello", "--after", "two words"]).contains("' ' in the name"));
     assert!(error_line(&["graph"]).contains("check"));
+    assert!(error_line(&["viewer", "--headless", "--record", "film.mp4", "--for", "0s"]).contains("above 0"));
+}
+
+#[test]
+fn messages_in_a_file_have_no_escape_codes() {
+    let fleet = unique("escape-codes").to_string();
+    let args = ["run", "graphs/thirty.yaml", "-vv", "--for", "1s", "--fleet", &fleet];
+    let output = regatta().args(args).current_dir(root()).output().expect("regatta starts");
+    let text = String::from_utf8_lossy(&output.stderr);
+    assert!(text.contains("INFO") || text.contains("DEBUG"), "{text}");
+    assert!(!text.contains('\u{1b}'), "{text:?}");
 }
 
 #[test]

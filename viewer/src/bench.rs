@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use regatta_plugin::{Participant, Result, Termination, World};
 
-use crate::camera::{Bounds, Camera};
+use crate::camera::{Bounds, Camera, Window};
 use crate::gpu::TargetConfig;
 use crate::gpu::device::Gpu;
 use crate::gpu::renderer::{Picture, Renderer};
@@ -99,7 +99,7 @@ impl Bench<'_> {
     fn camera(&self, view: &str, bounds: Bounds) -> Camera {
         let aspect = self.options.picture_size().x as f32 / self.options.picture_size().y as f32;
         match view {
-            "fit" => self.options.camera.camera(bounds, self.options.picture_size()),
+            "fit" => self.options.camera.camera(bounds, Window::whole(aspect)),
             _ => Camera::fit(Bounds { low: bounds.centre() - 12.0, high: bounds.centre() + 12.0 }, aspect),
         }
     }

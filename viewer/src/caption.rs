@@ -59,6 +59,11 @@ pub struct Annotations<'a> {
     pub banner: Banner,
 }
 
+/// Pixels per point of text in a picture.
+pub fn pixels_per_point(size: UVec2) -> f32 {
+    (size.y as f32 / DEFAULT_HEIGHT).max(1.0)
+}
+
 impl Caption {
     /// Creates a caption for pictures in the [`OVERLAY_FORMAT`].
     pub fn new(gpu: &Gpu) -> Self {
@@ -79,7 +84,7 @@ impl Caption {
         annotations: &Annotations<'_>,
     ) {
         let (view, size) = target;
-        let pixels_per_point = (size.y as f32 / DEFAULT_HEIGHT).max(1.0);
+        let pixels_per_point = pixels_per_point(size);
         if !self.is_styled {
             self.is_styled = true;
             style::apply(&self.context, annotations.scene.theme);
@@ -132,7 +137,7 @@ impl Caption {
             banner.show(ui.ctx(), picture, camera, theme);
             if let Some(legend) = legend {
                 if camera.is_plan() {
-                    plan::draw(ui.ctx(), picture, picture, camera, theme);
+                    plan::draw(ui.ctx(), picture, picture, overlay::legend_place(ui.ctx()), camera, theme);
                 }
                 let heat = scene.heat.map(|wanted| HeatLegend { heat: wanted, facts: *heat });
                 let closed = if layers.edges { *closed } else { 0 };

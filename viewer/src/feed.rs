@@ -168,7 +168,9 @@ impl Feed {
         let Some((_, reader)) = &mut self.value else { return Ok(false) };
         let mut changed = reader.latest()?.is_some();
         self.is_value_published |= changed;
-        if self.is_value_published && self.polls.is_multiple_of(CHECK_EVERY) && !reader.has_publisher() {
+        // Of a fleet that has ended, the last picture stays as it was.
+        let is_due = self.is_value_published && self.polls.is_multiple_of(CHECK_EVERY);
+        if is_due && !reader.has_publisher() && self.frames.has_producer() {
             self.is_value_published = false;
             changed = true;
         }

@@ -14,14 +14,15 @@ use image::RgbaImage;
 use regatta_plugin::frame::RobotState;
 use regatta_plugin::{Error, Participant, Result, Termination};
 
-use crate::camera::Camera;
-use crate::caption::{Annotations, Caption};
+use crate::camera::{Camera, Window};
+use crate::caption::{Annotations, Caption, pixels_per_point};
 use crate::feed::News;
 use crate::gpu::TargetConfig;
 use crate::gpu::device::Gpu;
 use crate::gpu::renderer::Renderer;
 use crate::interface::banner::Banner;
 use crate::interface::labels::{Labels, levels};
+use crate::interface::overlay;
 use crate::interface::robot_spots;
 use crate::interface::style::thousands;
 use crate::interface::transport::clock_text;
@@ -267,7 +268,16 @@ impl HeadlessViewer<'_> {
             Some((position, theta)) => {
                 Camera { target: position.extend(0.2), yaw: theta, pitch: 0.42, distance: 6.0, ..Camera::default() }
             }
-            None => self.view.camera(self.stage.bounds(), self.size()),
+            None => self.view.camera(self.stage.bounds(), self.window()),
+        }
+    }
+
+    /// The part of the picture in which everything is to fit.
+    fn window(&self) -> Window {
+        let size = self.size().as_vec2();
+        match self.options.look.no_legend || self.part.is_some() {
+            true => Window::whole(size.x / size.y),
+            false => overlay::beside_legend(size / pixels_per_point(self.size())),
         }
     }
 

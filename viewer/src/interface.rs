@@ -59,7 +59,7 @@ pub use state::Interface;
 use view_model::{Action, EngineState, Item, ViewModel};
 
 /// The least width of a window with a panel on either side, in points.
-const TWO_PANELS: f32 = 620.0;
+const TWO_PANELS: f32 = 900.0;
 
 /// The least width of a window in which the panel on the left opens wide, in points.
 const ALL_COLUMNS: f32 = 1200.0;
@@ -109,12 +109,18 @@ impl Interface {
         (picture, actions)
     }
 
-    /// Shows the open panels: one only in a narrow window.
+    /// Shows the open panels. In a narrow window, a panel that opens closes the one on the other side.
     fn panels(&mut self, ui: &mut Ui, model: &ViewModel<'_>, actions: &mut Vec<Action>) {
         let room = ui.available_width();
-        if room >= TWO_PANELS || self.settings.right.is_none() {
-            self.left_panel(ui, room, model, actions);
+        let open = &mut self.settings;
+        if room < TWO_PANELS && open.left.is_some() && open.right.is_some() {
+            match open.left == self.left_before {
+                true => open.left = None,
+                false => open.right = None,
+            }
         }
+        self.left_before = open.left;
+        self.left_panel(ui, room, model, actions);
         self.right_panel(ui, room, model, actions);
     }
 
@@ -138,7 +144,10 @@ impl Interface {
         if picture.is_positive() && visible.is_positive() {
             let part = |at: egui::Pos2| glam::Vec2::new(at.x - picture.left(), at.y - picture.top());
             let size = glam::Vec2::new(picture.width(), picture.height());
-            let (low, high) = (part(visible.min) / size, part(visible.max) / size);
+            // Nothing of the fleet is to lie under the legend.
+            let legend =
+                overlay::beside_legend(glam::Vec2::new(visible.width(), visible.height())).low.x * visible.width();
+            let (low, high) = (part(visible.min + egui::vec2(legend, 0.0)) / size, part(visible.max) / size);
             self.window = Window { aspect: picture.aspect_ratio(), low, high };
             self.camera_controller.keep_fitted(model.bounds, self.window);
         }

@@ -231,8 +231,8 @@ impl Renderer {
         let camera = picture.camera;
         let pixels_per_metre = camera.pixels_per_radian(picture.size.y as f32) / camera.distance;
         let density = self.density(picture);
-        // Nearer than that, the field has not its full strength.
-        let is_shown = picture.scene.layers.robots && density.w * pixels_per_metre < 1.5 * FADE[0];
+        // Nearer than that, marks are stronger than the field.
+        let is_shown = picture.scene.layers.robots && density.w * pixels_per_metre < 0.5 * (FADE[0] + FADE[1]);
         (is_shown && density.z > 0.0).then_some(self.mean_density()? * 1e4)
     }
 

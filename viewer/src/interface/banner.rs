@@ -99,4 +99,22 @@ mod tests {
         let far = points_per_metre(&Camera { distance: 20.0, ..camera }, size).expect("in sight");
         assert!((near / far - 2.0).abs() < 0.05, "{near} {far}");
     }
+
+    #[test]
+    fn a_long_title_ends_before_the_clock() {
+        for width in [640.0, 1280.0] {
+            let (context, picture) = (Context::default(), Rect::from_min_size(egui::Pos2::ZERO, vec2(width, 400.0)));
+            let title =
+                Some("The whole plant with its three halls and its yard, on the first day of the trial ".repeat(2));
+            let banner = Banner { title, clock: Some(36_000.0), scale: false };
+            for _ in 0..3 {
+                let input = egui::RawInput { screen_rect: Some(picture), ..egui::RawInput::default() };
+                let show = |ui: &mut egui::Ui| banner.show(ui.ctx(), picture, &Camera::default(), Theme::Dark);
+                context.run_ui(input, show).textures_delta.clear();
+            }
+            let place = |name: &str| context.memory(|memory| memory.area_rect(egui::Id::unique(name))).expect("shown");
+            let (title, clock) = (place("title"), place("clock"));
+            assert!(title.width() > 200.0 && title.right() < clock.left(), "{title} {clock}");
+        }
+    }
 }

@@ -14,10 +14,15 @@ use super::state::Interface;
 use super::style;
 use super::symbols::Symbols;
 use super::view_model::{EngineState, ViewModel};
+use crate::camera::Window as PictureWindow;
 use crate::palette::{Legend, Scale, Theme};
 
 /// The distance from the edge of the picture, in points.
 const MARGIN: f32 = 10.0;
+/// The name of the legend's area.
+const LEGEND: &str = "legend";
+/// The width that a legend takes, in points, with its margins.
+const LEGEND_ROOM: f32 = 205.0;
 /// Seconds for which a message is shown.
 const MESSAGE_SECONDS: f64 = 8.0;
 
@@ -28,12 +33,12 @@ impl Interface {
             self.waiting(context, visible, model);
         } else {
             if model.engine == EngineState::Gone {
-                self.veil(context, picture, model);
+                self.veil(context, visible, model);
             }
             self.ids(context, picture, visible, model);
             let (camera, theme) = (self.camera_controller.camera(), self.settings.theme());
             if camera.is_plan() && visible.is_positive() {
-                plan::draw(context, picture, visible, &camera, theme);
+                plan::draw(context, picture, visible, legend_place(context), &camera, theme);
             }
             self.draw_measurement(context, picture, visible, model);
             let heat = self.settings.heat.then_some(HeatLegend { heat: self.settings.heat_of, facts: model.jams.heat });
@@ -106,14 +111,14 @@ impl Interface {
         });
     }
 
-    /// Greys the picture of a fleet that has ended, and says so.
-    fn veil(&self, context: &Context, picture: Rect, model: &ViewModel<'_>) {
+    /// Greys the picture of a fleet that has ended, of which no panel covers `visible`, and says so.
+    fn veil(&self, context: &Context, visible: Rect, model: &ViewModel<'_>) {
         let (theme, colours) = (self.settings.theme(), self.colours());
         let painter = context.layer_painter(egui::LayerId::background());
-        painter.with_clip_rect(picture).rect_filled(picture, 0.0, egui::Color32::from_gray(128).gamma_multiply(0.55));
+        painter.with_clip_rect(visible).rect_filled(visible, 0.0, egui::Color32::from_gray(128).gamma_multiply(0.55));
         let what = if model.recording().is_some() { "The replay has ended" } else { "The engine has ended" };
         let time = model.frame.map(|frame| frame.sim_time().as_secs_f64());
-        self.float(context, picture, "ended", Align2::CENTER_BOTTOM, |ui| {
+        self.float(context, visible, "ended", Align2::CENTER_BOTTOM, |ui| {
             ui.label(RichText::new(what).strong().color(colours.bad));
             let last = time.map_or("nothing", |_| "this is its last picture, of ").to_owned();
             let text = last + &time.map(super::transport::clock_text).unwrap_or_default();
@@ -174,6 +179,21 @@ pub(super) fn float(
     });
 }
 
+/// Where the legend is, as far as it was shown in the last picture; nothing otherwise.
+pub fn legend_place(context: &Context) -> Rect {
+    context.memory(|memory| memory.area_rect(Id::unique(LEGEND))).unwrap_or(Rect::NOTHING)
+}
+
+/// Returns the part of a picture, from 0 to 1, in which everything is to fit so that nothing of it lies under the legend. `size` is
+/// that of the picture in points. A small picture has no room to spare.
+pub fn beside_legend(size: Vec2) -> PictureWindow {
+    let whole = PictureWindow::whole(size.x / size.y);
+    match size.x >= 800.0 {
+        true => PictureWindow { low: Vec2::new(LEGEND_ROOM / size.x, 0.0), ..whole },
+        false => whole,
+    }
+}
+
 /// Shows the legend: the robots' colours, and the symbols of layers. Pictures have the fleet, the time and the number of robots
 /// above it.
 pub fn legend(
@@ -185,7 +205,7 @@ pub fn legend(
     title: Option<&[String]>,
 ) {
     let colours = style::colours(theme);
-    float(context, picture, theme, "legend", Align2::LEFT_BOTTOM, |ui| {
+    float(context, picture, theme, LEGEND, Align2::LEFT_BOTTOM, |ui| {
         ui.spacing_mut().item_spacing.y = 4.0;
         for line in title.unwrap_or_default() {
             ui.label(RichText::new(line).size(11.0).color(colours.faint));

@@ -35,17 +35,28 @@ pub fn metres_text(metres: f32) -> String {
     }
 }
 
-/// Draws what belongs to a plan over its picture, of which `clip` is in sight.
-pub fn draw(context: &Context, picture: Rect, clip: Rect, camera: &Camera, theme: Theme) {
+/// Draws what belongs to a plan over its picture, of which `clip` is in sight, beside its legend.
+pub fn draw(context: &Context, picture: Rect, clip: Rect, legend: Rect, camera: &Camera, theme: Theme) {
     let painter = context.layer_painter(LayerId::background()).with_clip_rect(clip);
     let colours = style::colours(theme);
-    coordinates(&painter, picture, clip, camera, &colours);
-    scale_bar(&painter, clip, camera.metres_per_pixel(picture.height()), &colours);
+    coordinates(&painter, picture, (clip, legend), camera, &colours);
+    scale_bar(
+        &painter,
+        clip.with_min_x(clip.left().max(legend.right())),
+        camera.metres_per_pixel(picture.height()),
+        &colours,
+    );
     north(&painter, pos2(clip.right() - 34.0, clip.top() + 68.0), camera.yaw, &colours);
 }
 
-/// Writes x along the upper side and y along the left side, at round distances, where north is up.
-fn coordinates(painter: &Painter, picture: Rect, clip: Rect, camera: &Camera, colours: &ThemeColours) {
+/// Writes x along the upper side and y along the left side down to the legend, at round distances, where north is up.
+fn coordinates(
+    painter: &Painter,
+    picture: Rect,
+    (clip, legend): (Rect, Rect),
+    camera: &Camera,
+    colours: &ThemeColours,
+) {
     if (camera.yaw - core::f32::consts::FRAC_PI_2).abs() > 1e-3 {
         return;
     }
@@ -77,7 +88,7 @@ fn coordinates(painter: &Painter, picture: Rect, clip: Rect, camera: &Camera, co
     for i in first.y..=last.y.min(first.y + 100) {
         let y = i as f32 * step;
         let at = picture.top() + place(low.x, y).y;
-        if at < clip.top() + 26.0 || at > clip.bottom() - 8.0 {
+        if at < clip.top() + 26.0 || at > clip.bottom().min(legend.top()) - 8.0 {
             continue;
         }
         tick(pos2(clip.left(), at), pos2(clip.left() + 6.0, at));

@@ -2,11 +2,12 @@
 //! click goes there.
 
 use egui::{Color32, Ui};
-use egui_plot::{Line, Plot, PlotPoint, PlotPoints};
+use egui_plot::{GridInput, GridMark, Line, Plot, PlotPoint, PlotPoints};
 use regatta_plugin::control::{ControlKind, ControlRequest};
 use regatta_plugin::frame::RobotState;
 use regatta_plugin::history::{FLEET_STATES, FleetSample as Sample};
 
+use super::plan::round_step;
 use super::spots::{SINCE_HINT, clock, since_text};
 use super::state::Interface;
 use super::style::{self, color32};
@@ -121,6 +122,8 @@ impl Interface {
             .include_y(0.0)
             .include_y(1.0)
             .y_axis_min_width(34.0)
+            .y_grid_spacer(marks)
+            .y_axis_formatter(|mark, _| number(mark.value))
             .x_axis_formatter(|mark, _| clock(mark.value))
             .allow_drag(false)
             .allow_zoom(false)
@@ -143,7 +146,34 @@ impl Interface {
     }
 }
 
+/// Returns the marks of a plot's upright axis, at round values: two or three, so that the lowest plot has room
+/// for their numbers.
+fn marks(input: GridInput) -> Vec<GridMark> {
+    let (low, high) = input.bounds;
+    let step_size = f64::from(round_step((high - low) as f32));
+    let range = (low / step_size).ceil() as i64..=(high / step_size).floor() as i64;
+    range.map(|i| GridMark { value: i as f64 * step_size, step_size }).collect()
+}
+
 /// Formats a value beside a plot.
 fn number(value: f64) -> String {
-    if value.fract() == 0.0 { style::thousands(value.max(0.0) as u64) } else { super::ramp::short(value as f32) }
+    if value.fract() == 0.0 || value >= 1000.0 {
+        style::thousands(value.max(0.0) as u64)
+    } else {
+        super::ramp::short(value as f32)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_axis_has_two_or_three_marks() {
+        for high in [1.0, 1.04, 1.9, 2.0, 4.9, 5.0, 7.0, 9.99, 10.0, 123.0, 377_881.0] {
+            let values = marks(GridInput { bounds: (0.0, high), base_step_size: high / 70.0 });
+            assert!((2..=3).contains(&values.len()), "{high}: {values:?}");
+            assert!(values.iter().all(|mark| (0.0..=high).contains(&mark.value)), "{high}: {values:?}");
+        }
+    }
 }

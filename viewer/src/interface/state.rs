@@ -14,7 +14,7 @@ use super::minimap::Minimap;
 use super::notes::Notes;
 use super::places::PastPresence;
 use super::rows::{RowQuery, Rows};
-use super::settings::{RightPanel, RobotMesh, Settings};
+use super::settings::{LeftPanel, RightPanel, RobotMesh, Settings};
 use super::style::{self, ThemeColours};
 use super::timeline::TimelineState;
 use super::view_model::{Item, ViewModel};
@@ -56,6 +56,8 @@ pub struct Interface {
     pub(super) files: FileDrafts,
     pub(super) timeline: TimelineState,
     pub(super) notes: Notes,
+    /// The panel that was open on the left in the last picture.
+    pub(super) left_before: Option<LeftPanel>,
     /// Whether the help is open.
     pub(super) help: bool,
     pub(super) drag: Option<Drag>,
@@ -164,6 +166,7 @@ impl Interface {
             sliders: SliderDrafts::default(),
             timeline: TimelineState::default(),
             notes: Notes::default(),
+            left_before: None,
             help: false,
             drag: None,
             typing: false,

@@ -118,7 +118,9 @@ impl Interface {
     }
 
     fn robots_slider(&mut self, ui: &mut Ui, model: &ViewModel<'_>, actions: &mut Vec<Action>) {
-        let reported = model.status.map_or(0, |status| status.robots);
+        // Of an engine that has ended, the last frame tells.
+        let in_frame = || model.frame.map_or(0, |frame| frame.len() as u32);
+        let reported = model.status.map_or_else(in_frame, |status| status.robots);
         let mut count = self.sliders.robots.unwrap_or(reported);
         let slider = slider(ui, &mut count, 1..=MAX_ROBOTS.max(reported)).logarithmic(true).smart_aim(true);
         let response = ui.add(slider).on_hover_text("Number of robots, also while the fleet runs (K and I)");

@@ -211,13 +211,12 @@ impl FromStr for CameraOption {
 }
 
 impl CameraOption {
-    /// Returns the camera for a picture of `size` pixels of a fleet within `bounds`.
-    pub fn camera(&self, bounds: Bounds, size: UVec2) -> Camera {
-        let aspect = size.x as f32 / size.y as f32;
+    /// Returns the camera for a picture of a fleet within `bounds`, which fits into the part `window` of it.
+    pub fn camera(&self, bounds: Bounds, window: Window) -> Camera {
         match self {
-            Self::Fit | Self::Named(_) => Camera::fit(bounds, aspect),
-            Self::Top => Camera::top(bounds, aspect),
-            Self::Plan => Camera::plan(bounds, Window::whole(aspect)),
+            Self::Fit | Self::Named(_) => Camera::fit(bounds, window.aspect).fitted_within(bounds, window),
+            Self::Top => Camera::top(bounds, window.aspect).fitted_within(bounds, window),
+            Self::Plan => Camera::plan(bounds, window),
             Self::Eye(camera) => *camera,
         }
     }

@@ -114,3 +114,49 @@ fn files_for_the_floor_and_the_robots_are_typed_or_dropped() {
     settle(&mut harness);
     assert_eq!(harness.state().interface.settings.lamps.len(), 1);
 }
+
+#[test]
+fn a_panel_that_opens_in_a_narrow_window_closes_the_one_on_the_other_side() {
+    for ([width, height], scale) in [([640.0, 400.0], 1.0), ([1280.0, 720.0], 1.5)] {
+        let mut fixture = Fixture::new(5);
+        fixture.interface.settings.scale = scale;
+        let settings = &mut fixture.interface.settings;
+        (settings.left, settings.right) = (Some(LeftPanel::Fleet), Some(RightPanel::View));
+        let builder = Harness::builder().with_size([width / scale, height / scale]).with_max_steps(64);
+        let mut harness = builder.build_ui_state(|ui, fixture: &mut Fixture| fixture.show(ui), fixture);
+        settle(&mut harness);
+        let open = |harness: &Harness<'_, Fixture>| {
+            let settings = &harness.state().interface.settings;
+            (settings.left, settings.right)
+        };
+        assert_eq!(open(&harness), (Some(LeftPanel::Fleet), None), "restored");
+        press(&mut harness, Key::Num4);
+        assert_eq!(open(&harness), (None, Some(RightPanel::View)));
+        press(&mut harness, Key::Num2);
+        assert_eq!(open(&harness), (Some(LeftPanel::Collisions), None));
+    }
+}
+
+#[test]
+fn the_veil_over_a_fleet_that_has_ended_leaves_the_panels_as_they_are_and_its_robots_are_counted() {
+    let mut fixture = Fixture::new(50);
+    fixture.interface.settings.left = Some(LeftPanel::Fleet);
+    let mut harness = harness(fixture);
+    let panel = harness.get_by_label("robot 0").rect();
+    (harness.state_mut().engine, harness.state_mut().status) = (EngineState::Gone, None);
+    settle(&mut harness);
+    harness.get_by_label("The engine has ended");
+    let grey = egui::Color32::from_gray(128).gamma_multiply(0.55);
+    let veils: Vec<egui::Rect> = harness
+        .output()
+        .shapes
+        .iter()
+        .filter_map(|clipped| match &clipped.shape {
+            egui::Shape::Rect(shape) if shape.fill == grey => Some(shape.rect.intersect(clipped.clip_rect)),
+            _ => None,
+        })
+        .collect();
+    assert_eq!(veils.len(), 1);
+    assert!(!veils[0].intersects(panel), "{veils:?} {panel}");
+    harness.get_by_value("50");
+}

@@ -90,3 +90,44 @@ fn following_cycles_through_its_modes_and_stays_with_the_robot() {
     controller.cycle_follow(7);
     assert_eq!(controller.followed(), None);
 }
+
+#[test]
+fn fit_shows_everything_from_any_camera_of_a_plan() {
+    let bounds = Bounds { low: Vec2::new(-20.0, 5.0), high: Vec2::new(180.0, 90.0) };
+    let window = Window { low: Vec2::new(0.3, 0.05), ..Window::whole(SIZE.x / SIZE.y) };
+    let mut random = 1_u32;
+    let mut next = |limit: f32| {
+        random = random.wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
+        (random >> 8) as f32 / (1 << 24) as f32 * limit
+    };
+    for case in 0..200 {
+        let mut controller = CameraController::plan();
+        controller.keep_fitted(bounds, window);
+        for _ in 0..next(6.0) as u32 {
+            let at = Vec2::new(next(SIZE.x), next(SIZE.y));
+            match next(6.0) as u32 {
+                0 => controller.zoom(next(4.0) + 0.1, Some(at), SIZE),
+                1 => controller.pan(at, Vec2::new(next(SIZE.x), next(SIZE.y)), SIZE),
+                2 => controller.orbit(at - SIZE / 2.0),
+                3 => controller.fit(bounds, window),
+                4 => controller.fly_to(at),
+                _ => controller.follow(Some((3, Follow::Above))),
+            }
+            controller.advance(f64::from(next(1.0)), None);
+        }
+        if !controller.camera().is_plan() {
+            controller.toggle_plan();
+        }
+        controller.fit(bounds, window);
+        for _ in 0..60 {
+            controller.advance(1.0 / 30.0, None);
+            controller.keep_fitted(bounds, window);
+        }
+        let camera = controller.camera();
+        for corner in [bounds.low, bounds.high, Vec2::new(bounds.low.x, bounds.high.y)] {
+            let at = camera.project(corner.extend(0.0), SIZE).expect("in sight") / SIZE;
+            let is_inside = at.cmpge(window.low - 0.01).all() && at.cmple(window.high + 0.01).all();
+            assert!(is_inside, "case {case}: {at} with {camera:?}");
+        }
+    }
+}
