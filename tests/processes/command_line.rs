@@ -42,11 +42,10 @@ fn an_error_is_one_line_that_names_the_mistake() {
 
 #[test]
 fn messages_in_a_file_have_no_escape_codes() {
-    let fleet = unique("escape-codes").to_string();
-    let args = ["run", "graphs/thirty.yaml", "-vv", "--for", "1s", "--fleet", &fleet];
-    let output = regatta().args(args).current_dir(root()).output().expect("regatta starts");
+    // Without a display, the viewer logs why it can't open a window.
+    let output = regatta().args(["viewer", "-v"]).output().expect("regatta starts");
     let text = String::from_utf8_lossy(&output.stderr);
-    assert!(text.contains("INFO") || text.contains("DEBUG"), "{text}");
+    assert!(text.contains("INFO"), "{text}");
     assert!(!text.contains('\u{1b}'), "{text:?}");
 }
 

@@ -11,7 +11,7 @@ use crate::curves::curve_point;
 pub const FADE: [f32; 2] = [1.6, 4.4];
 /// The least number of robots per pixel of the picture at which marks are so many that they run into each other: marks are
 /// larger than robots where there is room for that.
-pub const CROWDED: f32 = 1.0 / 144.0;
+pub const CROWDED: f32 = 1.0 / 64.0;
 /// Columns and rows of the cells in which a graph's ground is counted.
 const CELLS: usize = 64;
 

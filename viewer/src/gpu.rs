@@ -8,6 +8,7 @@ mod density;
 pub mod device;
 mod floor;
 mod graph;
+mod ground;
 mod heat;
 mod highlights;
 mod instances;

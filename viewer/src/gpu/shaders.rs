@@ -5,7 +5,7 @@ use wgpu::ShaderModule;
 use super::device::Gpu;
 
 /// The source of each shader by name. Shared parts come before the shader's own part, as WGSL has no imports.
-pub const SHADERS: [(&str, &str); 16] = [
+pub const SHADERS: [(&str, &str); 17] = [
     ("floor", concat!(include_str!("shaders/view.wgsl"), include_str!("shaders/floor.wgsl"))),
     (
         "graph",
@@ -47,6 +47,7 @@ pub const SHADERS: [(&str, &str); 16] = [
             include_str!("shaders/heat.wgsl")
         ),
     ),
+    ("ground", include_str!("shaders/ground.wgsl")),
     ("robots", concat!(include_str!("shaders/view.wgsl"), include_str!("shaders/robots.wgsl"))),
     (
         "sort",

@@ -8,6 +8,7 @@ mod fleet;
 mod jams;
 mod live;
 mod motion;
+mod order;
 mod picking;
 mod references;
 
@@ -20,8 +21,13 @@ type Test = fn(&Gpu);
 fn main() -> std::process::ExitCode {
     let arguments = Arguments::from_args();
     let gpu = Gpu::software().ok();
-    let tests =
-        references::TESTS.iter().chain(jams::TESTS).chain(picking::TESTS).chain(motion::TESTS).chain(live::TESTS);
+    let tests = references::TESTS
+        .iter()
+        .chain(jams::TESTS)
+        .chain(picking::TESTS)
+        .chain(motion::TESTS)
+        .chain(order::TESTS)
+        .chain(live::TESTS);
     let mut trials: Vec<_> = tests
         .map(|(name, test)| {
             let device = gpu.clone();

@@ -27,6 +27,11 @@ struct Instance {
     @location(5) id: u32,
 }
 
+fn clip_of(instance: Instance, local: vec3f) -> vec4f {
+    let clip = clip_from(local);
+    return cropped(vec4f(clip.xy, set_apart(clip.z, instance.id), clip.w));
+}
+
 fn placed(instance: Instance, point: vec3f) -> vec3f {
     let scaled = point * vec3f(instance.size, instance.height.x);
     return vec3f(instance.at + rotated(instance.heading, scaled.xy), scaled.z);
@@ -40,7 +45,7 @@ fn body(instance: Instance, @location(6) point: vec3f, @location(7) normal: vec4
     let across = normal.xyz / vec3f(instance.size, instance.height.x);
     let facing = normalize(vec3f(rotated(instance.heading, across.xy), across.z));
     let colour = mix(paint.rgb, instance.colour.rgb, paint.a);
-    return Vertex(cropped(clip_from(local)), facing, colour, local, paint.a);
+    return Vertex(clip_of(instance, local), facing, colour, local, paint.a);
 }
 
 @fragment
@@ -57,7 +62,7 @@ fn shaded(in: Vertex) -> @location(0) vec4f {
 
 @vertex
 fn body_id(instance: Instance, @location(6) point: vec3f) -> Id {
-    return Id(cropped(clip_from(placed(instance, point))), instance.id);
+    return Id(clip_of(instance, placed(instance, point)), instance.id);
 }
 
 // Blocks are small, so lighting per vertex is enough.
@@ -70,7 +75,7 @@ fn block(instance: Instance, @location(6) point: vec3f, @location(7) normal: vec
     let outline = instance.colour.rgb * max(paint.a, 0.45);
     let painted = select(mix(paint.rgb, instance.colour.rgb, paint.a), outline, view.up.w < 0.01);
     let colour = lit(painted, facing, local);
-    return Vertex(cropped(clip_from(local)), facing, colour, local, paint.a);
+    return Vertex(clip_of(instance, local), facing, colour, local, paint.a);
 }
 
 @fragment

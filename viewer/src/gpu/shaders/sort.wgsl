@@ -165,14 +165,15 @@ fn triangle(i: u32, middle: vec3f, axis: vec2f, side: vec2f, is_round: bool, col
     let right = middle.xy - (aside + axis) * per_pixel;
     let front = middle.xy + axis * select(1.0, 2.0, is_round) * per_pixel;
     let paint = colour | select(0u, 0xff000000u, is_round);
+    let depth = set_apart(middle.z, i);
     let slot = atomicAdd(&draws[MARKS].indices, 3u);
     if slot + 3u > arrayLength(&corners) {
         atomicSub(&draws[MARKS].indices, 3u);
         return;
     }
-    corners[slot] = Corner(left.x, left.y, middle.z, paint);
-    corners[slot + 1u] = Corner(right.x, right.y, middle.z, paint);
-    corners[slot + 2u] = Corner(front.x, front.y, middle.z, paint);
+    corners[slot] = Corner(left.x, left.y, depth, paint);
+    corners[slot + 1u] = Corner(right.x, right.y, depth, paint);
+    corners[slot + 2u] = Corner(front.x, front.y, depth, paint);
     mark_ids[slot / 3u] = i;
 }
 

@@ -78,6 +78,13 @@ fn clip_from(local: vec3f) -> vec4f {
     return view.clip_from_local * vec4f(local, 1.0);
 }
 
+// Moves a robot away from the eye by a tiny part of its distance, a different one for each of 64 robots in a row, so that of
+// faces at the same depth the same one is in front in every picture. The lists of robots have no fixed order. A step is several
+// units in the last place: interpolation has errors of one. At 100 m, the largest part is 2.4 cm.
+fn set_apart(depth: f32, id: u32) -> f32 {
+    return depth * (1.0 - f32(id & 63u) * 0x1p-18);
+}
+
 // Crops clip coordinates for picking, as the last step of every vertex shader.
 fn cropped(clip: vec4f) -> vec4f {
     return vec4f(clip.xy * view.crop.xy + view.crop.zw * clip.w, clip.zw);
