@@ -50,32 +50,34 @@ fn robots_at_one_place(gpu: &Gpu) {
     }
 }
 
-/// Straight edges, a workgroup of one-way ones and a workgroup of two-way ones at the same places in turn.
-fn pairs(with_first: bool) -> WorldData {
+/// Straight edges of the directions that are listed, a workgroup of one after a workgroup of the other at the same places.
+fn pairs(are_two_way: &[bool]) -> WorldData {
     let mut world = WorldData::default();
     let all = PAIRS.x * PAIRS.y;
     for first in (0..all).step_by(WORKGROUP as usize) {
-        for (velocity_backwards, is_added) in [(0.0, with_first), (0.5, true)] {
-            for pair in (first..(first + WORKGROUP).min(all)).filter(|_| is_added) {
-                let at = place(pair);
-                let origin = world.nodes.len() as u32;
-                for x in [at.x, at.x + 0.8 * SPACING] {
-                    world.nodes.push(NodeRecord { id: world.nodes.len() as u32, x, y: at.y, ..NodeRecord::default() });
-                }
-                let edge = EdgeRecord {
-                    id: origin / 2,
-                    origin,
-                    destination: origin + 1,
-                    length: 0.8 * SPACING,
-                    velocity_forward: 1.0,
-                    velocity_backwards,
-                    ..EdgeRecord::default()
-                };
-                world.add_edge(edge, [CurveRecord::straight([at.x, at.y], [at.x + 0.8 * SPACING, at.y])]);
-            }
+        for is_two_way in are_two_way {
+            (first..(first + WORKGROUP).min(all)).for_each(|pair| add_edge(&mut world, place(pair), *is_two_way));
         }
     }
     world
+}
+
+/// Adds an edge to the right of a place.
+fn add_edge(world: &mut WorldData, at: Vec2, is_two_way: bool) {
+    let (origin, length) = (world.nodes.len() as u32, 0.8 * SPACING);
+    for (id, x) in [(origin, at.x), (origin + 1, at.x + length)] {
+        world.nodes.push(NodeRecord { id, x, y: at.y, ..NodeRecord::default() });
+    }
+    let edge = EdgeRecord {
+        id: origin / 2,
+        origin,
+        destination: origin + 1,
+        length,
+        velocity_forward: 1.0,
+        velocity_backwards: if is_two_way { 0.5 } else { 0.0 },
+        ..EdgeRecord::default()
+    };
+    world.add_edge(edge, [CurveRecord::straight([at.x, at.y], [at.x + length, at.y])]);
 }
 
 fn place(pair: u32) -> Vec2 {
@@ -87,21 +89,20 @@ fn edges_in_their_order(gpu: &Gpu) {
     (scene.layers.nodes, scene.layers.arrows, scene.layers.robots) = (false, false, false);
     let bounds = Bounds { low: Vec2::ZERO, high: PAIRS.as_vec2() * SPACING };
     let camera = Camera::plan(bounds, Window::whole(aspect()));
-    let mut draw = |with_first| {
+    let draw = |are_two_way: &[bool]| {
         let mut renderer = TestRenderer::new(gpu);
-        renderer.inner.set_graph(&pairs(with_first).view(1, 1));
+        renderer.inner.set_graph(&pairs(are_two_way).view(1, 1));
         renderer.render(&camera, &scene, 1.0)
     };
-    let [later, both] = [false, true].map(&mut draw);
-    let middle = |pair: u32| {
+    // Lines are translucent: both colours of a pair are seen, but more of the upper one.
+    let [upper, both, swapped] = [&[true][..], &[false, true], &[true, false]].map(draw);
+    for pair in 0..PAIRS.x * PAIRS.y {
         let at = place(pair) + Vec2::new(0.4 * SPACING, 0.0);
-        camera.project(at.extend(0.0), SIZE.as_vec2()).expect("in the picture")
-    };
-    let seen = (0..PAIRS.x * PAIRS.y).filter(|pair| difference(&later, &both, middle(*pair)) > 12.0).count();
-    assert_eq!(seen, 0, "edges under others are seen");
-    let all = draw(true);
-    assert!(all == both, "two pictures of the same differ");
-    assert!(difference(&later, &RgbaImage::new(SIZE.x, SIZE.y), middle(0)) > 12.0, "there are edges");
+        let middle = camera.project(at.extend(0.0), SIZE.as_vec2()).expect("in the picture");
+        let [near, far] = [&both, &swapped].map(|picture| difference(&upper, picture, middle));
+        assert!(near < far, "of pair {pair}, the earlier edge is above: {near}, {far}");
+    }
+    assert!(draw(&[false, true]) == both, "two pictures of the same differ");
 }
 
 /// The difference of two pictures around a pixel, the mean of channels of 255.
