@@ -67,9 +67,13 @@ impl RelativeMotion {
         }
     }
 
-    /// Whether a circle hits a rectangle at the origin on its way, both inflated by some metres.
+    /// Whether a circle hits a rectangle at the origin on its way, both inflated by some metres. Nothing is hit where a negative
+    /// inflation leaves nothing of one of them.
     pub(crate) fn hits_rectangle(self, half: Vector, radius: f64, inflation: f64) -> bool {
         let (half, radius) = (half.map(|half| half + inflation), radius + inflation);
+        if half[0].min(half[1]).min(radius) < 0.0 {
+            return false;
+        }
         let mut interval = Interval::ALL;
         interval.clip(&Crossing::of(self, 0), half[0]);
         interval.clip(&Crossing::of(self, 1), half[1]);
