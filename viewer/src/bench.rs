@@ -25,6 +25,9 @@ const TIME: Duration = Duration::from_secs(5);
 const PICTURES: (usize, usize) = (10, 600);
 /// The number of heat maps that are worked out to measure it.
 const HEAT_MAPS: usize = 15;
+/// The angle by which the camera of the view `turn` turns with each picture, in radians: what a picture costs while the user moves
+/// the camera, and the ground has to be drawn.
+const TURN: f32 = 1e-3;
 /// Unmeasured pictures at the start, while shaders are compiled and buffers are created.
 const WARM_UP: usize = 3;
 
@@ -61,7 +64,7 @@ pub fn run(options: &Options) -> Result {
         "   robots  fleet      view   read  upload  encode |    CPU |     GPU |   whole |    busy | frames/s | resident MB"
     );
     for robots in &options.bench {
-        for view in ["fit", "near"] {
+        for view in ["fit", "near", "turn"] {
             if *robots == 0 {
                 bench.live(view)?
             } else {
@@ -99,9 +102,15 @@ impl Bench<'_> {
     fn camera(&self, view: &str, bounds: Bounds) -> Camera {
         let aspect = self.options.picture_size().x as f32 / self.options.picture_size().y as f32;
         match view {
-            "fit" => self.options.camera.camera(bounds, Window::whole(aspect)),
+            "fit" | "turn" => self.options.camera.camera(bounds, Window::whole(aspect)),
             _ => Camera::fit(Bounds { low: bounds.centre() - 12.0, high: bounds.centre() + 12.0 }, aspect),
         }
+    }
+
+    /// The camera of a picture, by its number.
+    fn turned(camera: Camera, view: &str, number: u64) -> Camera {
+        let angle = if view == "turn" { number as f32 * TURN } else { 0.0 };
+        Camera { yaw: camera.yaw + angle, ..camera }
     }
 
     fn synthetic(&self, robots: usize, view: &str) {
@@ -123,7 +132,8 @@ impl Bench<'_> {
             renderer.set_values(Some(frame.speed()));
             times.upload = start.elapsed().as_secs_f64();
             let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-            let picture = Picture { camera: &camera, scene: &scene, legend: &legend, size, within: None, alpha: 0.5 };
+            let camera = &Self::turned(camera, view, number as u64);
+            let picture = Picture { camera, scene: &scene, legend: &legend, size, within: None, alpha: 0.5 };
             renderer.draw(&mut encoder, &self.offscreen.view, &picture);
             self.gpu.queue.submit([encoder.finish()]);
             times.encode = start.elapsed().as_secs_f64() - times.upload;
@@ -150,7 +160,7 @@ impl Bench<'_> {
         let camera = self.camera(view, stage.bounds());
         let plans = Inbox::open(&self.options.fleet, stage.plan_watch())?;
         let jams = Inbox::open(&self.options.fleet, stage.jam_watch())?;
-        let mut failed = None;
+        let (mut failed, mut number) = (None, 0);
         let times = self.measure(|times| {
             let start = Instant::now();
             match stage.feed.poll() {
@@ -174,7 +184,8 @@ impl Bench<'_> {
             times.upload = uploaded - times.read;
             let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
             let (size, alpha) = (self.offscreen.size(), stage.alpha(start));
-            stage.draw(&mut encoder, &self.offscreen.view, &camera, size, alpha);
+            number += 1;
+            stage.draw(&mut encoder, &self.offscreen.view, &Self::turned(camera, view, number), size, alpha);
             self.gpu.queue.submit([encoder.finish()]);
             times.encode = start.elapsed().as_secs_f64() - uploaded;
             times.gpu = stage.renderer.gpu_seconds();
