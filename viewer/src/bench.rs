@@ -171,7 +171,7 @@ impl Bench<'_> {
                 Err(error) => failed = Some(error.into()),
             }
             match plans.as_ref().map(Inbox::newest).transpose() {
-                Ok(found) => found.flatten().iter().for_each(|found| stage.set_plans(found)),
+                Ok(found) => found.flatten().into_iter().for_each(|found| stage.set_plans(found)),
                 Err(error) => failed = Some(error),
             }
             match jams.as_ref().map(Inbox::take).transpose() {

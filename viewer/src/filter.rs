@@ -50,6 +50,11 @@ impl Filter {
         *self == Self::default()
     }
 
+    /// Whether another filter differs in nothing but the level.
+    pub fn is_like(&self, other: &Self) -> bool {
+        Self { level: other.level.clone(), ..self.clone() } == *other
+    }
+
     /// Computes which robots of a frame match. `types` holds each robot's index into the robot types; a robot without one has
     /// the first type.
     pub fn matches(&self, frame: &Frame<'_>, world: &World<'_>, types: Option<&[f32]>, tasks: &TaskBook) -> Matches {

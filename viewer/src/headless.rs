@@ -207,8 +207,8 @@ impl HeadlessViewer<'_> {
     /// Takes the newest plans. Returns what is known if there are new ones.
     fn update_plans(&mut self) -> Result<Option<PlanFacts>> {
         let Some(found) = self.plans.as_ref().map(Inbox::newest).transpose()?.flatten() else { return Ok(None) };
-        self.stage.set_plans(&found);
-        Ok(Some(found.facts))
+        self.stage.set_plans(found);
+        Ok(Some(self.stage.plan_facts()))
     }
 
     /// The lines that say what a picture shows: the fleet, the simulated time and the number of robots.

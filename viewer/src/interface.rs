@@ -19,6 +19,7 @@ mod history;
 mod icons;
 mod keys;
 pub mod labels;
+pub mod levels;
 mod log_panel;
 pub mod measure;
 mod menu;
@@ -54,6 +55,7 @@ mod work;
 use egui::{CentralPanel, Panel, Rect, ScrollArea, Ui};
 
 use crate::camera::Window;
+use levels::PictureArea;
 use settings::{LeftPanel, RightPanel};
 pub use state::Interface;
 use view_model::{Action, EngineState, Item, ViewModel};
@@ -68,7 +70,7 @@ impl Interface {
     /// Shows everything and handles keyboard and mouse. Returns where the picture of the fleet is, in points, and the
     /// actions that the caller carries out.
     pub fn show(&mut self, ui: &mut Ui, model: &ViewModel<'_>) -> (Rect, Vec<Action>) {
-        let mut actions = Vec::new();
+        let (mut actions, level) = (Vec::new(), self.level().map(str::to_owned));
         self.apply_style(ui);
         self.shortcuts(ui.ctx(), model, &mut actions);
         self.typing = ui.ctx().egui_wants_keyboard_input();
@@ -94,19 +96,24 @@ impl Interface {
         // The picture goes on under the panels, so that it doesn't move when one is opened.
         let picture = ui.available_rect_before_wrap();
         self.panels(ui, model, &mut actions);
-        let (visible, pointer) = CentralPanel::no_frame()
-            .show(ui, |ui| (ui.max_rect(), self.pointer_input(ui, picture, &mut actions)))
-            .inner;
-        self.hover_edge(ui.ctx(), picture, pointer, model);
-        self.overlay(ui.ctx(), picture, visible, model);
-        self.menu(ui.ctx(), visible, model, &mut actions);
+        let shown = CentralPanel::no_frame().show(ui, |ui| {
+            let area = self.area(ui, picture, ui.max_rect(), model.bounds);
+            (area, self.pointer_input(ui, area, &mut actions))
+        });
+        let (area, pointer) = shown.inner;
+        self.hover_edge(ui.ctx(), area.picture, pointer, model);
+        self.overlay(ui.ctx(), area, model);
+        self.menu(ui.ctx(), area.whole, model, &mut actions);
         if model.engine != EngineState::Awaited {
-            self.minimap(ui.ctx(), picture, visible, model);
-            self.view_cube(ui.ctx(), visible);
+            self.minimap(ui.ctx(), area, model);
+            self.view_cube(ui.ctx(), area.whole);
         }
         self.help(ui.ctx());
-        self.move_camera(ui, picture, visible, model);
-        (picture, actions)
+        self.move_camera(ui, area, model);
+        if self.level() != level.as_deref() {
+            ui.ctx().request_repaint();
+        }
+        (area.picture, self.timely(level.as_deref(), actions))
     }
 
     /// Shows the open panels. In a narrow window, a panel that opens closes the one on the other side.
@@ -134,7 +141,8 @@ impl Interface {
     }
 
     /// Advances flights and following, and fits everything into the picture until the user moves the camera.
-    fn move_camera(&mut self, ui: &Ui, picture: Rect, visible: Rect, model: &ViewModel<'_>) {
+    fn move_camera(&mut self, ui: &Ui, area: PictureArea, model: &ViewModel<'_>) {
+        let PictureArea { picture, visible, .. } = area;
         let seconds = ui.input(|input| input.stable_dt).min(0.1);
         let robot = self.camera_controller.flies_to();
         if let Some(pose) = robot.and_then(|robot| model.pose(robot, self.settings.offset.into())) {

@@ -112,9 +112,9 @@ impl Link {
         self.query(Query::Rows(query));
     }
 
-    /// Sets the filter whose matches are polled.
-    pub fn filter(&self, filter: Filter) {
-        self.query(Query::Filter(filter));
+    /// Sets the filters whose matches are polled.
+    pub fn filters(&self, filters: Vec<Filter>) {
+        self.query(Query::Filters(filters));
     }
 
     /// Sets the robot whose values are polled.

@@ -43,8 +43,8 @@ pub struct Options {
     /// Write one picture to this PNG file
     #[arg(long, value_name = "FILE", requires = "headless")]
     pub screenshot: Option<PathBuf>,
-    /// Show all levels (floors) side by side in the picture, each with its name
-    #[arg(long, requires = "screenshot", conflicts_with_all = ["level", "follow"])]
+    /// Show all levels (floors) side by side, in the window or the screenshot, each with its name
+    #[arg(long, conflicts_with_all = ["level", "follow", "record", "film", "svg", "bench"])]
     pub levels: bool,
     /// Simulated time of the picture, for example 12.5s or 3min [default: that of the first frame]
     #[arg(long, value_name = "TIME", requires = "unattended")]

@@ -1,6 +1,7 @@
 //! The stage: passes new data from the feed to the renderer, and derives from it what the renderer needs beside it:
 //! bounds, legend and routes.
 
+mod beside;
 mod columns;
 
 use std::time::Instant;
@@ -17,6 +18,7 @@ use crate::curves::curve_point;
 use crate::feed::{Feed, News};
 use crate::filter::Filter;
 use crate::gpu::renderer::{Picture, Renderer};
+use crate::jams::heat::HeatMap;
 use crate::jams::{JamFacts, JamReport, Watch as JamWatched};
 use crate::palette::{Colouring, Legend, Theme};
 use crate::past::Past;
@@ -26,6 +28,7 @@ use crate::route::{Remaining, remaining_route};
 use crate::scene::Scene;
 use crate::svg;
 use crate::tasks::TaskBook;
+use beside::{Beside, all};
 
 /// A feed and the renderer that draws it.
 #[derive(Debug)]
@@ -34,6 +37,8 @@ pub struct Stage {
     pub feed: Feed,
     /// The renderer.
     pub renderer: Renderer,
+    /// The levels beside the one that the renderer shows.
+    beside: Vec<Beside>,
     /// The content and the style of pictures.
     pub scene: Scene,
     /// The last minutes of a live run; `None` if they aren't kept.
@@ -59,7 +64,8 @@ pub struct Stage {
     routes: Vec<RouteResponse>,
     /// The rest of each route in the newest frame, by robot.
     remaining: Vec<(u32, Remaining)>,
-    plan_facts: PlanFacts,
+    plans: PlanReport,
+    heat: Option<HeatMap>,
     jam_facts: JamFacts,
 }
 
@@ -72,6 +78,7 @@ impl Stage {
         Ok(Self {
             feed: Feed::open(participant)?,
             renderer,
+            beside: Vec::new(),
             scene,
             past: None,
             looking_back: None,
@@ -86,7 +93,8 @@ impl Stage {
             closed: (0, Vec::new()),
             routes: Vec::new(),
             remaining: Vec::new(),
-            plan_facts: PlanFacts::default(),
+            plans: PlanReport::default(),
+            heat: None,
             jam_facts: JamFacts::default(),
         })
     }
@@ -112,21 +120,18 @@ impl Stage {
             self.feed.watch(column)?;
             self.watched = Some(self.scene.colouring.clone());
             self.range = None;
-            self.renderer.set_values(None);
+            self.renderers().for_each(|renderer| renderer.set_values(None));
         }
         let is_other_level = self.level != self.scene.level;
-        if is_other_level {
-            self.level.clone_from(&self.scene.level);
-            self.renderer.set_level(self.level.as_deref());
-        }
-        if (news.world || is_other_level)
+        let has_graph = !is_other_level || self.change_level();
+        if (news.world || !has_graph)
             && let Some(world) = self.feed.world()
         {
             self.graph_bounds = bounds_of_graph(&world);
             self.robot_types = world.robot_types().iter().map(|robot_type| robot_type.name().to_owned()).collect();
-            self.renderer.set_world(&world);
+            all(&mut self.renderer, &mut self.beside).for_each(|renderer| renderer.set_world(&world));
         }
-        self.update_closed(news, is_other_level);
+        self.update_closed(news, !has_graph);
         if let Some(frame) = self.feed.frame().filter(|_| news.frame) {
             let is_live = self.feed.recording().is_none();
             if let Some(past) = self.past.as_mut().filter(|_| is_live) {
@@ -138,7 +143,7 @@ impl Stage {
                 self.playhead.arrive();
             }
             if self.looking_back.is_none() {
-                self.renderer.push_frame(&frame);
+                all(&mut self.renderer, &mut self.beside).for_each(|renderer| renderer.push_frame(&frame));
             }
         }
         if news.world || (news.frame && !self.routes.is_empty()) {
@@ -173,11 +178,11 @@ impl Stage {
                 _ => self.feed.frame(),
             };
             if let Some(frame) = frame {
-                self.renderer.push_frame(&frame);
+                all(&mut self.renderer, &mut self.beside).for_each(|renderer| renderer.push_frame(&frame));
             }
         }
         // The columns are those of the newest frame, and are uploaded again when it is shown.
-        self.renderer.set_values(None);
+        self.renderers().for_each(|renderer| renderer.set_values(None));
         self.watched = None;
     }
 
@@ -199,14 +204,14 @@ impl Stage {
     }
 
     /// Replaces what is drawn of plans.
-    pub fn set_plans(&mut self, report: &PlanReport) {
-        self.plan_facts = report.facts;
-        self.renderer.set_plans(report);
+    pub fn set_plans(&mut self, report: PlanReport) {
+        self.plans = report;
+        all(&mut self.renderer, &mut self.beside).for_each(|renderer| renderer.set_plans(&self.plans));
     }
 
     /// How much of the plans is known.
     pub fn plan_facts(&self) -> PlanFacts {
-        self.plan_facts
+        self.plans.facts
     }
 
     /// What is to be watched of where it jams for the pictures.
@@ -221,7 +226,8 @@ impl Stage {
         let is_new = report.heat.is_some() || report.history.is_some() || !is_same;
         if let Some(map) = report.heat {
             self.jam_facts.heat = map.as_ref().map(|map| map.facts);
-            self.renderer.set_heat(map.as_ref());
+            all(&mut self.renderer, &mut self.beside).for_each(|renderer| renderer.set_heat(map.as_ref()));
+            self.heat = map;
         }
         (self.jam_facts.edges, self.jam_facts.node) = (report.edges, report.node);
         if let Some((spots, series, since)) = report.history {
@@ -247,9 +253,9 @@ impl Stage {
         &self.closed.1
     }
 
-    fn update_closed(&mut self, news: News, is_other_level: bool) {
+    fn update_closed(&mut self, news: News, is_other_graph: bool) {
         let run = self.feed.frame().map_or(0, |frame| frame.run_id());
-        if !(news.closures || news.world || is_other_level || run != self.closed.0) {
+        if !(news.closures || news.world || is_other_graph || run != self.closed.0) {
             return;
         }
         let Some(world) = self.feed.world() else { return };
@@ -257,20 +263,21 @@ impl Stage {
         let is_closed = |id: u32| ids.binary_search(&ClosedEdge { edge: id }).is_ok();
         let edges = world.edges().iter().zip(0..).filter(|(edge, _)| !ids.is_empty() && is_closed(edge.id));
         self.closed = (run, edges.map(|(_, index)| index).collect());
-        self.renderer.set_closed(&world, &self.closed.1);
+        let closed = &self.closed.1;
+        all(&mut self.renderer, &mut self.beside).for_each(|renderer| renderer.set_closed(&world, closed));
     }
 
     fn update_routes(&mut self) {
         self.remaining.clear();
-        let mut all = Vec::new();
+        let mut segments = Vec::new();
         if let (Some(frame), Some(world)) = (self.feed.frame(), self.feed.world()) {
             for answer in self.routes.iter().filter(|answer| answer.is_found()) {
-                let (segments, remaining) = remaining_route(answer, &frame, &world);
-                all.extend(segments);
+                let (rest, remaining) = remaining_route(answer, &frame, &world);
+                segments.extend(rest);
                 self.remaining.push((answer.robot, remaining));
             }
         }
-        self.renderer.set_routes(&all);
+        self.renderers().for_each(|renderer| renderer.set_routes(&segments));
     }
 
     /// Hides the robots that are on another level than the scene's. A window has this done by its other thread.

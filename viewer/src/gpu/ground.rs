@@ -3,17 +3,12 @@
 
 use bytemuck::Zeroable;
 use glam::UVec2;
-use wgpu::{
-    BindGroup, BindGroupEntry, BindGroupLayout, BindingResource, CommandEncoder, PrimitiveTopology, RenderPass,
-    RenderPipeline, Sampler, ShaderStages, TextureUsages, TextureView,
-};
+use wgpu::{CommandEncoder, RenderPass};
 
 use super::attachments::Attachments;
-use super::bindings::{Binding, bind_group_layout};
+use super::copy::{Copier, Original};
 use super::device::Gpu;
-use super::pipeline::{DepthMode, PipelineDescriptor, TargetConfig, render_pipeline};
-use super::resources::{texture, view_of};
-use super::shaders::shader;
+use super::pipeline::{DepthMode, TargetConfig};
 use super::view::ViewUniform;
 use crate::scene::Layers;
 
@@ -41,47 +36,18 @@ pub enum Source {
 #[derive(Debug)]
 pub struct Ground {
     target: TargetConfig,
-    copy: RenderPipeline,
-    layout: BindGroupLayout,
-    sampler: Sampler,
+    copier: Copier,
     /// How the ground looked in the last picture; `None` if it has changed since.
     last: Option<Look>,
     /// Whether the copy shows it.
     is_kept: bool,
-    kept: Option<Kept>,
-}
-
-/// The copy.
-#[derive(Debug)]
-struct Kept {
-    attachments: Attachments,
-    view: TextureView,
-    group: BindGroup,
+    kept: Option<(Attachments, Original)>,
 }
 
 impl Ground {
-    pub fn new(gpu: &Gpu, target: TargetConfig, view: &BindGroupLayout) -> Self {
-        let bindings = [Binding::Texture, Binding::Sampler];
-        let layout = bind_group_layout(gpu, "ground", ShaderStages::FRAGMENT, &bindings);
-        let descriptor = PipelineDescriptor {
-            module: &shader(gpu, "ground"),
-            vertex: "place",
-            fragment: "copied",
-            groups: &[view, &layout],
-            buffers: &[],
-            topology: PrimitiveTopology::TriangleList,
-            depth: DepthMode::Ignored,
-            blend: false,
-        };
-        Self {
-            target,
-            copy: render_pipeline(gpu, target, &descriptor),
-            sampler: gpu.device.create_sampler(&wgpu::SamplerDescriptor::default()),
-            layout,
-            last: None,
-            is_kept: false,
-            kept: None,
-        }
+    pub fn new(gpu: &Gpu, target: TargetConfig) -> Self {
+        let copier = Copier::new(gpu, target, DepthMode::Ignored);
+        Self { target, copier, last: None, is_kept: false, kept: None }
     }
 
     /// Forgets how the ground looked: the graph, the heat map or the floor's picture has changed.
@@ -99,38 +65,26 @@ impl Ground {
         if self.is_kept {
             return Source::Kept;
         }
-        if self.kept.as_ref().is_none_or(|kept| kept.attachments.size() != size) {
+        if self.kept.as_ref().is_none_or(|(attachments, _)| attachments.size() != size) {
             self.kept = None;
-            self.kept = gpu.allocate(|| self.create(gpu, size));
+            let create = || (Attachments::new(gpu, self.target, size), self.copier.original(gpu, size));
+            self.kept = gpu.allocate(create);
         }
         self.is_kept = self.kept.is_some();
         if self.is_kept { Source::DrawnToKeep } else { Source::Drawn }
     }
 
-    fn create(&self, gpu: &Gpu, size: UVec2) -> Kept {
-        let usage = TextureUsages::RENDER_ATTACHMENT | TextureUsages::TEXTURE_BINDING;
-        let view = view_of(&texture(gpu, size, self.target.format, 1, usage));
-        let entries = [
-            BindGroupEntry { binding: 0, resource: BindingResource::TextureView(&view) },
-            BindGroupEntry { binding: 1, resource: BindingResource::Sampler(&self.sampler) },
-        ];
-        let descriptor = wgpu::BindGroupDescriptor { label: Some("ground"), layout: &self.layout, entries: &entries };
-        let group = gpu.device.create_bind_group(&descriptor);
-        Kept { attachments: Attachments::new(gpu, self.target, size), view, group }
-    }
-
     /// Begins the pass that draws the copy, if there is one.
     pub fn begin_pass<'a>(&self, encoder: &'a mut CommandEncoder, view: &ViewUniform) -> Option<RenderPass<'a>> {
-        let kept = self.kept.as_ref()?;
-        Some(kept.attachments.begin_pass(encoder, &kept.view, view.sky, None))
+        let (attachments, original) = self.kept.as_ref()?;
+        Some(attachments.begin_pass(encoder, &original.view, view.sky, None))
     }
 
-    /// Draws the copy.
+    /// Draws the copy. Bind group 0 is then another one.
     pub fn draw(&self, pass: &mut RenderPass<'_>) {
-        let Some(kept) = &self.kept else { return };
-        pass.set_pipeline(&self.copy);
-        pass.set_bind_group(1, &kept.group, &[]);
-        pass.draw(0..3, 0..1);
+        if let Some((_, original)) = &self.kept {
+            self.copier.copy(pass, original);
+        }
     }
 }
 

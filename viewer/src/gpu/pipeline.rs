@@ -40,6 +40,8 @@ impl TargetConfig {
 /// How a pipeline uses the depth buffer.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum DepthMode {
+    /// The pass has no depth buffer.
+    Absent,
     /// No depth test, no depth write: draws over everything drawn earlier. For things that lie on the ground.
     Ignored,
     /// Depth test and depth write: the nearest fragment wins.
@@ -80,7 +82,7 @@ pub fn render_pipeline(gpu: &Gpu, target: TargetConfig, descriptor: &PipelineDes
             buffers: &buffers,
         },
         primitive: wgpu::PrimitiveState { topology: descriptor.topology, ..wgpu::PrimitiveState::default() },
-        depth_stencil: Some(DepthStencilState {
+        depth_stencil: (descriptor.depth != DepthMode::Absent).then(|| DepthStencilState {
             format: DEPTH_FORMAT,
             depth_write_enabled: Some(is_tested),
             depth_compare: Some(if is_tested { CompareFunction::GreaterEqual } else { CompareFunction::Always }),

@@ -109,7 +109,7 @@ impl Renderer {
             pick_view,
             drawn: None,
             attachments: None,
-            ground_copy: Ground::new(gpu, target, &layout),
+            ground_copy: Ground::new(gpu, target),
             floor: Floor::new(gpu, target, &layout),
             heat: HeatRibbons::new(gpu, target, &layout, graph.records_layout()),
             closed: ClosedEdges::new(gpu, target, &layout, graph.records_layout()),

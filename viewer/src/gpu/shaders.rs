@@ -47,7 +47,7 @@ pub const SHADERS: [(&str, &str); 17] = [
             include_str!("shaders/heat.wgsl")
         ),
     ),
-    ("ground", include_str!("shaders/ground.wgsl")),
+    ("copy", include_str!("shaders/copy.wgsl")),
     ("robots", concat!(include_str!("shaders/view.wgsl"), include_str!("shaders/robots.wgsl"))),
     (
         "sort",

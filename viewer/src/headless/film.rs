@@ -81,7 +81,7 @@ impl HeadlessViewer<'_> {
             self.go_on(&mut control, &mut around, time)?;
             if let Some(plans) = &mut plans {
                 let found = plans.read(&self.stage.plan_watch())?;
-                self.stage.set_plans(&found);
+                self.stage.set_plans(found);
             }
             self.clock = Some(time as f64 * 1e-9);
             let picture = self.render(around.alpha(time))?;

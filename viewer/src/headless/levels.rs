@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use glam::{UVec2, Vec2};
+use glam::UVec2;
 use image::{RgbaImage, imageops};
 use regatta_plugin::{Error, Result};
 
@@ -11,17 +11,8 @@ use crate::caption::Caption;
 use crate::feed::News;
 use crate::gpu::TargetConfig;
 use crate::interface::labels::{Labels, levels};
+use crate::interface::levels::columns;
 use crate::picture::{FORMAT, Offscreen};
-
-/// Returns into how many columns a picture is best divided for so many parts that show things of some width and height.
-fn columns(parts: u32, size: UVec2, extent: Vec2) -> u32 {
-    let scale = |columns: u32| {
-        let part = size / UVec2::new(columns, parts.div_ceil(columns));
-        (part.as_vec2() / extent.max(Vec2::splat(0.1))).min_element()
-    };
-    let all = (1..=parts).rev();
-    all.max_by(|a, b| scale(*a).total_cmp(&scale(*b))).unwrap_or(1)
-}
 
 impl HeadlessViewer<'_> {
     /// Draws each level into a part of the picture, from the upper left corner on, in the order of their names. All have the same
@@ -32,7 +23,7 @@ impl HeadlessViewer<'_> {
             return Err(Error::new("this world has no two levels to show side by side; leave --levels out"));
         }
         let (size, parts, bounds) = (self.size(), names.len() as u32, self.stage.bounds());
-        let columns = columns(parts, size, bounds.high - bounds.low);
+        let columns = columns(parts, size.as_vec2(), bounds.high - bounds.low);
         let part = size / UVec2::new(columns, parts.div_ceil(columns));
         self.offscreen = Offscreen::new(&self.gpu, part, TargetConfig::new(&self.gpu, FORMAT, samples))?;
         let mut picture = RgbaImage::new(size.x, size.y);
@@ -57,19 +48,5 @@ impl HeadlessViewer<'_> {
         }
         self.part = Some((number, name.to_owned()));
         Ok(())
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn parts_are_as_large_as_possible() {
-        let size = UVec2::new(1200, 800);
-        assert_eq!(columns(2, size, Vec2::new(100.0, 10.0)), 1, "wide ones below each other");
-        assert_eq!(columns(2, size, Vec2::new(10.0, 100.0)), 2);
-        assert_eq!(columns(4, size, Vec2::new(30.0, 20.0)), 2);
-        assert_eq!(columns(1, size, Vec2::ZERO), 1);
     }
 }

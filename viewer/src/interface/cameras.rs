@@ -1,7 +1,7 @@
 //! The part of the view panel about cameras: those that the scenario names, and the plan as a file; and where the floor picture
 //! is placed.
 
-use egui::{ComboBox, DragValue, Role, Ui, WidgetInfo};
+use egui::{DragValue, Ui};
 
 use super::state::Interface;
 use super::style::{faint, heading};
@@ -38,34 +38,6 @@ impl Interface {
         if let Some(bookmark) = wanted {
             self.go_to(&bookmark);
         }
-    }
-
-    /// The level that alone is shown.
-    pub fn level(&self) -> Option<&str> {
-        self.filter.level.as_deref()
-    }
-
-    /// Shows one level only, or all.
-    pub fn show_level(&mut self, level: Option<String>) {
-        self.is_refiltered |= self.filter.level != level;
-        self.filter.level = level;
-    }
-
-    /// Shows the choice of a level, if the world has several.
-    pub(super) fn level_choice(&mut self, ui: &mut Ui) {
-        if self.levels.len() < 2 && self.filter.level.is_none() {
-            return;
-        }
-        let mut level = self.filter.level.clone();
-        let name = level.clone().unwrap_or_else(|| "all levels".to_owned());
-        let shown = ComboBox::from_id_salt("level").selected_text(name).show_ui(ui, |ui| {
-            ui.selectable_value(&mut level, None, "all levels");
-            for name in &self.levels {
-                ui.selectable_value(&mut level, Some(name.clone()), name);
-            }
-        });
-        shown.response.widget_info(|| WidgetInfo::labeled(Role::ComboBox, true, "level"));
-        self.show_level(level);
     }
 
     /// Flies to a named camera.

@@ -7,6 +7,7 @@ use egui::{Area, Color32, Context, Id, Mesh, Order, Pos2, Rect, Sense, Shape, St
 use glam::Vec2;
 use regatta_plugin::World;
 
+use super::levels::PictureArea;
 use super::state::Interface;
 use super::style;
 use super::view_model::ViewModel;
@@ -87,8 +88,9 @@ impl Drawn {
 
 impl Interface {
     /// Shows the minimap in the upper left corner.
-    pub(super) fn minimap(&mut self, context: &Context, picture: Rect, visible: Rect, model: &ViewModel<'_>) {
-        if !self.settings.minimap || visible.width() < 2.0 * SIDE || visible.height() < 1.5 * SIDE {
+    pub(super) fn minimap(&mut self, context: &Context, area: PictureArea, model: &ViewModel<'_>) {
+        let PictureArea { picture, visible, whole } = area;
+        if !self.settings.minimap || whole.width() < 2.0 * SIDE || whole.height() < 1.5 * SIDE {
             return;
         }
         self.minimap.update(&model.world, model.frame.map_or(0, |frame| frame.run_id()));
@@ -98,8 +100,7 @@ impl Interface {
         let size = vec2(extent.x * scale, extent.y * scale);
         let theme = self.settings.theme();
         let area = Area::new(Id::unique("minimap")).order(Order::Background).fade_in(false);
-        let corner =
-            visible.left_top() + vec2(if self.camera_controller.camera().is_plan() { 60.0 } else { 10.0 }, 30.0);
+        let corner = whole.left_top() + vec2(if self.camera_controller.camera().is_plan() { 60.0 } else { 10.0 }, 30.0);
         let shown = area.fixed_pos(corner).show(context, |ui| {
             let frame = style::floating(theme).inner_margin(egui::Margin::same(5));
             frame.show(ui, |ui| ui.allocate_exact_size(size, Sense::click_and_drag())).inner

@@ -7,6 +7,7 @@ use glam::Vec2;
 
 use super::heat::HeatLegend;
 use super::labels::{LabelView, Labels};
+use super::levels::PictureArea;
 use super::plan;
 use super::ramp;
 use super::robot_spots;
@@ -27,13 +28,14 @@ const LEGEND_ROOM: f32 = 205.0;
 const MESSAGE_SECONDS: f64 = 8.0;
 
 impl Interface {
-    /// Shows what floats over the picture, of which no panel covers `visible`.
-    pub(super) fn overlay(&mut self, context: &Context, picture: Rect, visible: Rect, model: &ViewModel<'_>) {
+    /// Shows what floats over the picture.
+    pub(super) fn overlay(&mut self, context: &Context, area: PictureArea, model: &ViewModel<'_>) {
+        let PictureArea { picture, visible, whole } = area;
         if model.engine == EngineState::Awaited {
-            self.waiting(context, visible, model);
+            self.waiting(context, whole, model);
         } else {
             if model.engine == EngineState::Gone {
-                self.veil(context, visible, model);
+                self.veil(context, whole, model);
             }
             self.ids(context, picture, visible, model);
             let (camera, theme) = (self.camera_controller.camera(), self.settings.theme());
@@ -50,11 +52,12 @@ impl Interface {
                 density: model.density,
                 closed: if self.settings.edges { model.closed.len() as u32 } else { 0 },
             };
-            legend(context, visible, theme, model.legend, &symbols, None);
+            self.draw_parts(context);
+            legend(context, whole, theme, model.legend, &symbols, None);
             self.draw_mark(context, picture);
-            self.coordinates(context, picture, visible, model);
+            self.coordinates(context, area, model);
         }
-        self.messages(context, visible);
+        self.messages(context, whole);
     }
 
     /// Draws the ids of nodes, edges and robots.
@@ -88,7 +91,8 @@ impl Interface {
     }
 
     /// Shows the ground under the pointer, where the camera is, and what is measured.
-    fn coordinates(&self, context: &Context, picture: Rect, visible: Rect, model: &ViewModel<'_>) {
+    fn coordinates(&self, context: &Context, area: PictureArea, model: &ViewModel<'_>) {
+        let PictureArea { picture, visible, whole } = area;
         let camera = self.camera_controller.camera();
         let (eye, size) = (camera.eye(), Vec2::new(picture.width(), picture.height()));
         let mut lines = self.measuring_text(model).unwrap_or_default();
@@ -98,11 +102,11 @@ impl Interface {
             Some(at) => format!("x {:.2} m  y {:.2} m", at.x, at.y),
             None => "x –  y –".to_owned(),
         });
-        if !camera.is_plan() && visible.width() > 520.0 {
+        if !camera.is_plan() && whole.width() > 520.0 {
             let [yaw, pitch] = [camera.yaw, camera.pitch].map(f32::to_degrees);
             lines.push(format!("camera  {:.1}  {:.1}  {:.1} m   {yaw:.0}°  {pitch:.0}°", eye.x, eye.y, eye.z));
         }
-        self.float(context, visible, "camera", Align2::RIGHT_BOTTOM, |ui| {
+        self.float(context, whole, "camera", Align2::RIGHT_BOTTOM, |ui| {
             ui.spacing_mut().item_spacing.y = 2.0;
             for line in lines {
                 let text = RichText::new(line).monospace().size(11.0).color(self.colours().faint);

@@ -4,6 +4,7 @@ use egui::{Event, MouseWheelSource, MouseWheelUnit, PointerButton, Pos2, Rect, R
 use glam::Vec2;
 
 use super::keys;
+use super::levels::PictureArea;
 use super::state::{Drag, Interface};
 use super::view_model::Action;
 
@@ -20,11 +21,10 @@ const CLICK: f32 = 6.0;
 impl Interface {
     /// Moves the camera by the input on the picture, and requests picks for clicks.
     ///
-    /// The picture goes on under the panels; `ui` has the part of it that is in sight. Returns where the pointer is over it, unless it
-    /// drags.
-    pub(super) fn pointer_input(&mut self, ui: &Ui, picture: Rect, actions: &mut Vec<Action>) -> Option<Pos2> {
-        let visible = ui.max_rect();
-        let response = ui.interact(visible, ui.scope_id().with("picture"), Sense::click_and_drag());
+    /// Returns where the pointer is over it, unless it drags.
+    pub(super) fn pointer_input(&mut self, ui: &Ui, area: PictureArea, actions: &mut Vec<Action>) -> Option<Pos2> {
+        let PictureArea { picture, visible, whole } = area;
+        let response = ui.interact(whole, ui.scope_id().with("picture"), Sense::click_and_drag());
         let size = glam(picture.size());
         self.handle_drag(ui, &response, picture, visible, size);
         if response.contains_pointer() {
@@ -48,7 +48,7 @@ impl Interface {
             }
         }
         self.held_keys(ui, size);
-        response.hover_pos().filter(|_| self.drag.is_none())
+        response.hover_pos().filter(|at| visible.contains(*at) && self.drag.is_none())
     }
 
     /// Handles the pointer event by event: where a picture takes long, a whole drag may happen between two pictures, which

@@ -7,6 +7,7 @@ use glam::Vec2;
 use super::camera_controller::CameraController;
 use super::edge_hover::EdgeHover;
 use super::history::{History, Recorder};
+use super::levels::SideBySide;
 use super::log_panel::LogPanel;
 use super::measure::Measuring;
 use super::menu::Menu;
@@ -74,6 +75,7 @@ pub struct Interface {
     pub(super) late_input: Option<Vec<egui::Event>>,
     /// The names of the world's levels.
     pub levels: Vec<String>,
+    pub(super) side_by_side: SideBySide,
     /// Whether the filter has been changed by something else than its own panel.
     pub(super) is_refiltered: bool,
     /// The named cameras of the scenario.
@@ -177,6 +179,7 @@ impl Interface {
             recorder: Recorder::default(),
             late_input: None,
             levels: Vec::new(),
+            side_by_side: SideBySide::default(),
             is_refiltered: false,
             bookmarks: Vec::new(),
             measuring: None,

@@ -9,7 +9,7 @@ use regatta_plugin::{
 };
 
 use super::report::{Fact, Report};
-use crate::filter::{Filter, Matches};
+use crate::filter::Filter;
 use crate::interface::rows::{RowQuery, Rows};
 use crate::route::RoutePoller;
 use crate::tasks::TaskBook;
@@ -33,7 +33,7 @@ const MAX_COLUMNS: usize = 16;
 #[derive(Debug)]
 pub enum Query {
     Rows(RowQuery),
-    Filter(Filter),
+    Filters(Vec<Filter>),
     Robot(Option<u32>),
     Routes(Vec<u32>),
 }
@@ -68,7 +68,8 @@ struct Poller {
     query: RowQuery,
     /// Open only while rows are polled, because a reader holds a frame.
     frames: Option<Subscriber>,
-    filter: Filter,
+    /// Those that don't match all robots.
+    filters: Vec<Filter>,
     /// Open only while a filter is set.
     filtered: Option<Filtered>,
     filter_at: Instant,
@@ -101,7 +102,7 @@ impl Poller {
             participant,
             query: RowQuery::default(),
             frames: None,
-            filter: Filter::default(),
+            filters: Vec::new(),
             filtered: None,
             filter_at: now,
             robot: None,
@@ -117,7 +118,10 @@ impl Poller {
     fn set_query(&mut self, query: Query) {
         match query {
             Query::Rows(query) => (self.query, self.sort_at) = (query, Instant::now()),
-            Query::Filter(filter) => (self.filter, self.filter_at) = (filter, Instant::now()),
+            Query::Filters(mut filters) => {
+                filters.retain(|filter| !filter.is_empty());
+                (self.filters, self.filter_at) = (filters, Instant::now());
+            }
             Query::Robot(robot) => (self.robot, self.values_at) = (robot, Instant::now()),
             Query::Routes(robots) => self.routes.watch(robots, Instant::now()),
         }
@@ -127,7 +131,7 @@ impl Poller {
     fn idle_time(&self) -> Duration {
         let rows = (!self.query.is_plain()).then_some(self.sort_at);
         let values = self.robot.map(|_| self.values_at);
-        let filter = (!self.filter.is_empty()).then_some(self.filter_at);
+        let filter = (!self.filters.is_empty()).then_some(self.filter_at);
         let next = [Some(self.list_at), Some(self.tasks_at), filter, rows, values, self.routes.due()]
             .into_iter()
             .flatten()
@@ -152,11 +156,11 @@ impl Poller {
             found.extend(self.sort()?.map(Fact::Rows).map(Report::from));
             self.sort_at = Instant::now() + SORT_EVERY;
         }
-        if self.filter.is_empty() {
+        if self.filters.is_empty() {
             self.filtered = None;
         } else if Instant::now() >= self.filter_at {
             let start = Instant::now();
-            found.extend(self.matches()?.map(|matches| Report::Matches(self.filter.clone(), matches)));
+            found.extend(self.matches()?);
             self.filter_at = Instant::now() + FILTER_EVERY.max(start.elapsed() * 4);
         }
         if self.robot.is_none() {
@@ -173,7 +177,7 @@ impl Poller {
         Ok(found)
     }
 
-    fn matches(&mut self) -> Result<Option<Matches>> {
+    fn matches(&mut self) -> Result<Vec<Report>> {
         let ports = match &mut self.filtered {
             Some(ports) => ports,
             none => none.insert(Filtered {
@@ -185,9 +189,13 @@ impl Poller {
         ports.frames.latest()?;
         ports.worlds.latest()?;
         ports.types.latest()?;
-        let (Some(frame), Some(world)) = (ports.frames.current()?, ports.worlds.current()?) else { return Ok(None) };
+        let (Some(frame), Some(world)) = (ports.frames.current()?, ports.worlds.current()?) else {
+            return Ok(Vec::new());
+        };
         let types = ports.types.current()?.map(|column| column.values);
-        Ok(Some(self.filter.matches(&frame, &world, types, &self.tasks)))
+        let report =
+            |filter: &Filter| Report::Matches(filter.clone(), filter.matches(&frame, &world, types, &self.tasks));
+        Ok(self.filters.iter().map(report).collect())
     }
 
     fn take_tasks(&mut self) -> Result<(), ReadError> {

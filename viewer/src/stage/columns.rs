@@ -4,6 +4,7 @@ use glam::Vec2;
 use regatta_plugin::Frame;
 
 use super::Stage;
+use super::beside::all;
 use crate::camera::Bounds;
 use crate::feed::News;
 use crate::palette::Colouring;
@@ -21,8 +22,10 @@ impl Stage {
             && let Some(robot_type) = self.feed.robot_type()
         {
             // A frame may have replaced the buffers, which are empty then.
-            if news.robot_type || self.renderer.lacks_robot_type_column() {
-                self.renderer.set_robot_type_column(robot_type);
+            for renderer in all(&mut self.renderer, &mut self.beside) {
+                if news.robot_type || renderer.lacks_robot_type_column() {
+                    renderer.set_robot_type_column(robot_type);
+                }
             }
         }
         let is_due = self.robot_bounds.is_none() || self.feed.counts().read.is_multiple_of(BOUNDS_EVERY);
@@ -51,7 +54,7 @@ impl Stage {
             if let Some(values) = values.filter(|_| is_due) {
                 self.range = widened(self.range, values);
             }
-            self.renderer.set_values(values);
+            all(&mut self.renderer, &mut self.beside).for_each(|renderer| renderer.set_values(values));
         }
     }
 
@@ -66,7 +69,8 @@ impl Stage {
         };
         (self.robot_bounds_run, self.robot_bounds) = (run, bounds);
         if let Some(bounds) = bounds {
-            self.renderer.set_ground((bounds.high - bounds.low).element_product());
+            let ground = (bounds.high - bounds.low).element_product();
+            self.renderers().for_each(|renderer| renderer.set_ground(ground));
         }
     }
 }

@@ -62,6 +62,7 @@ impl<'a> App<'a> {
         let mut interface = Interface::new(settings_store.initial().clone(), controller);
         interface.bookmarks.clone_from(&self.options.bookmark);
         interface.show_level(self.options.look.level.clone());
+        interface.show_side_by_side(self.options.levels);
         if let Some(error) = error {
             interface.notify(error.to_string());
         }

@@ -50,7 +50,7 @@ impl Assets {
                 settings.floor_image.clear();
             }
             if settings.floor_image.is_empty() {
-                stage.renderer.set_floor_picture(None);
+                set_floor(stage, None);
             }
             Unloadable { file, message }
         });
@@ -75,19 +75,25 @@ impl Assets {
 
 fn load_floor(file: &str, size: Option<[f32; 2]>, placed: Option<[f32; 4]>, stage: &mut Stage) -> Result<(), String> {
     if file.is_empty() {
-        stage.renderer.set_floor_picture(None);
+        set_floor(stage, None);
         return Ok(());
     }
     let bounds = size.map_or(stage.bounds(), Bounds::of_size);
     let picture = FloorPicture::load(Path::new(file), bounds, stage.renderer.max_texture_size(), placed);
     let picture = picture.map_err(|error| error.to_string())?;
-    let has_room = stage.renderer.set_floor_picture(Some(&picture));
+    let has_room = set_floor(stage, Some(&picture));
     has_room.then_some(()).ok_or_else(|| format!("{file}: no room in the graphics memory"))
+}
+
+/// Sets or removes the picture on the floor of all levels that are shown. Returns false if one of them has no room for it.
+fn set_floor(stage: &mut Stage, picture: Option<&FloorPicture>) -> bool {
+    stage.renderers().fold(true, |has_room, renderer| renderer.set_floor_picture(picture) && has_room)
 }
 
 fn load_mesh(mesh: Option<&RobotMesh>, stage: &mut Stage) -> Result<(), String> {
     let mesh = mesh.map(|mesh| mesh_file::load(Path::new(&mesh.file), mesh.placement())).transpose();
     let mesh = mesh.map_err(|error| error.to_string())?;
-    let has_room = stage.renderer.set_mesh(None, mesh.as_ref());
+    let has_room =
+        stage.renderers().fold(true, |has_room, renderer| renderer.set_mesh(None, mesh.as_ref()) && has_room);
     has_room.then_some(()).ok_or_else(|| "too many meshes; this one is not used".to_owned())
 }

@@ -19,8 +19,10 @@ use super::settings_store::SettingsStore;
 use super::surface::{WindowSurface, create_surface};
 use super::udp::UdpProcesses;
 use crate::feed::News;
+use crate::filter::{Filter, Matches};
 use crate::gpu::TargetConfig;
 use crate::gpu::device::Gpu;
+use crate::gpu::insets::Insets;
 use crate::gpu::painter::Painter;
 use crate::gpu::renderer::Renderer;
 use crate::interface::Interface;
@@ -51,7 +53,10 @@ pub enum Next {
 pub struct ViewerWindow {
     // Fields are dropped in this order: what draws precedes what it draws on.
     painter: Painter,
+    /// The pictures of levels beside the scene's.
+    insets: Insets,
     stage: Stage,
+    target: TargetConfig,
     surface: WindowSurface,
     gpu: Gpu,
     instance: wgpu::Instance,
@@ -93,7 +98,8 @@ impl ViewerWindow {
         let gpu = Gpu::open(instance, Some(&surface))?;
         let surface = WindowSurface::new(surface, &gpu, size_of(&window))?;
         let samples = options.look.samples.unwrap_or(if gpu.is_software() { 1 } else { 4 });
-        let mut renderer = Renderer::new(&gpu, TargetConfig::new(&gpu, surface.fleet_format, samples));
+        let target = TargetConfig::new(&gpu, surface.fleet_format, samples);
+        let mut renderer = Renderer::new(&gpu, target);
         // The mesh for all robot types is among the settings.
         let mut look = options.look.clone();
         look.mesh.retain(|model| model.robot_type.is_some());
@@ -115,7 +121,9 @@ impl ViewerWindow {
         let now = Instant::now();
         Ok(Self {
             painter: Painter::new(&gpu, surface.interface_format),
+            insets: Insets::new(&gpu, surface.fleet_format),
             stage,
+            target,
             frame_pacing: FramePacing::new(rate.map(|rate| f64::from(rate) / 1e3), gpu.is_software(), now),
             surface,
             gpu,
@@ -229,7 +237,7 @@ impl ViewerWindow {
                     true
                 }
                 Report::Plans(plans) => {
-                    self.stage.set_plans(&plans);
+                    self.stage.set_plans(*plans);
                     true
                 }
                 Report::Jams(jams) => self.stage.set_jams(*jams),
@@ -237,12 +245,7 @@ impl ViewerWindow {
                     self.interface.log().take(*log);
                     true
                 }
-                Report::Matches(filter, matches) if filter == self.fleet_state.filter => {
-                    self.fleet_state.matches = Some(matches.counts);
-                    self.stage.renderer.set_matches(Some(&matches.bits));
-                    true
-                }
-                Report::Matches(..) => false,
+                Report::Matches(filter, matches) => self.set_matches(&filter, &matches),
                 Report::Facts(fact) => self.fleet_state.apply(fact),
             };
         }
@@ -250,6 +253,31 @@ impl ViewerWindow {
         has_news |= !ended.is_empty();
         ended.into_iter().for_each(|text| self.interface.notify(text));
         has_news
+    }
+
+    /// Sets the robots that match a filter. Returns whether it is one of those that were requested last.
+    fn set_matches(&mut self, filter: &Filter, matches: &Matches) -> bool {
+        if *filter == self.fleet_state.filter {
+            self.fleet_state.matches = Some(matches.counts);
+            self.stage.renderer.set_matches(Some(&matches.bits));
+            return true;
+        }
+        let beside = filter.level.as_ref().filter(|_| filter.is_like(&self.fleet_state.filter));
+        beside.is_some_and(|level| self.stage.set_matches_beside(level, &matches.bits))
+    }
+
+    /// Shows levels side by side, or no longer.
+    fn show_beside(&mut self) {
+        let levels: Vec<_> = self.interface.levels_beside().collect();
+        let create = || {
+            let mut renderer = Renderer::new(&self.gpu, self.target);
+            self.look.load_meshes(&mut renderer);
+            renderer
+        };
+        if self.stage.show_beside(&levels, create) {
+            // The new renderers have neither the picture on the floor nor the mesh of the settings.
+            self.assets = Assets::default();
+        }
     }
 
     /// Draws a picture of the newest state.
@@ -286,6 +314,7 @@ impl ViewerWindow {
         let news = self.stage.feed.poll()?;
         let read = Instant::now();
         self.stage.apply(news, start)?;
+        self.show_beside();
         self.update_state(News { world: news.world || is_other_level, ..news }, start);
         let uploaded = Instant::now();
         let (picture, output, actions) = self.show(start);

@@ -2,6 +2,7 @@
 
 mod fleet;
 mod jams;
+mod levels;
 mod log;
 mod panels;
 mod picture;

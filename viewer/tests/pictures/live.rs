@@ -27,26 +27,25 @@ use crate::fleet::{SIZE, TestRenderer, graph, robot_types, robots};
 pub const TESTS: &[(&str, Test)] = &[
     ("a_live_fleet_is_drawn_into_a_screenshot", a_screenshot),
     ("a_live_fleet_is_recorded", a_recording),
-    ("levels_are_drawn_side_by_side", levels_side_by_side),
     ("what_a_picture_cannot_show_is_refused", what_cannot_be_shown),
     ("a_picture_without_room_is_refused_with_the_largest_size", a_picture_without_room),
     ("a_full_memory_is_an_error", a_full_memory),
 ];
 
 /// A producer of a stationary fleet, which publishes until it is dropped.
-struct LiveFleet {
-    name: FleetName,
+pub struct LiveFleet {
+    pub name: FleetName,
     folder: PathBuf,
     stop: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
 }
 
 impl LiveFleet {
-    fn start(test: &str) -> Self {
+    pub fn start(test: &str) -> Self {
         Self::start_in(test, graph())
     }
 
-    fn start_in(test: &str, world: WorldData) -> Self {
+    pub fn start_in(test: &str, world: WorldData) -> Self {
         let name: FleetName = format!("test-viewer-{test}-{}", std::process::id()).parse().expect("a name");
         let folder = std::env::temp_dir().join(name.to_string());
         std::fs::create_dir_all(&folder).expect("a folder");
@@ -60,7 +59,7 @@ impl LiveFleet {
         self.try_view("320x200", args).expect("pictures are written");
     }
 
-    fn try_view(&self, size: &str, args: &[&str]) -> Result<(), regatta_plugin::Error> {
+    pub fn try_view(&self, size: &str, args: &[&str]) -> Result<(), regatta_plugin::Error> {
         let command = Options::augment_args(clap::Command::new("viewer").no_binary_name(true));
         let fleet = self.name.to_string();
         let common = ["--headless", "--fleet", &fleet, "--size", size];
@@ -68,7 +67,7 @@ impl LiveFleet {
         regatta_viewer::run(&Options::from_arg_matches(&matches).expect("options"))
     }
 
-    fn path(&self, name: &str) -> String {
+    pub fn path(&self, name: &str) -> String {
         self.folder.join(name).display().to_string()
     }
 }
@@ -143,33 +142,6 @@ fn a_screenshot(gpu: &Gpu) {
     let (left, right) = differ(&screenshot(&["--no-legend"]));
     let ids = left + right;
     assert!(ids > 100, "ids are drawn beside nodes and edges: {ids} pixels");
-}
-
-/// Each part is as a picture of its level alone.
-fn levels_side_by_side(_: &Gpu) {
-    let mut world = graph();
-    let [cellar, ground] = ["cellar", "ground"].map(|name| world.texts.add(name));
-    world.edges.iter_mut().zip([cellar, ground, ground, ground]).for_each(|(edge, level)| edge.level = level);
-    let live = LiveFleet::start_in("levels", world);
-    let path = live.path("levels.png");
-    let view = |size: &str, args: &[&str]| {
-        let common = ["--screenshot", &path, "--force", "--no-ids", "--no-legend", "--camera", "4,2,14"];
-        live.try_view(size, &[&common[..], args].concat()).expect("a picture");
-        image::open(Path::new(&path)).expect("a picture").into_rgba8()
-    };
-    let all = view("320x400", &["--levels"]);
-    assert_eq!((all.width(), all.height()), (320, 400));
-    let parts = [("cellar", 0), ("ground", 200)].map(|(name, top)| {
-        let alone = view("320x200", &["--level", name, "--title", name]);
-        let part = image::imageops::crop_imm(&all, 0, top, 320, 200).to_image();
-        assert!(part == alone, "the part of {name}");
-        part
-    });
-    assert!(parts[0] != parts[1], "they show different things");
-    drop(live);
-    let live = LiveFleet::start("one-level");
-    let refused = live.try_view("320x200", &["--screenshot", &live.path("no.png"), "--levels"]).expect_err("no levels");
-    assert!(refused.to_string().contains("leave --levels out"), "{refused}");
 }
 
 fn a_recording(_: &Gpu) {

@@ -6,6 +6,7 @@
 
 mod fleet;
 mod jams;
+mod levels;
 mod live;
 mod motion;
 mod order;
@@ -27,6 +28,7 @@ fn main() -> std::process::ExitCode {
         .chain(picking::TESTS)
         .chain(motion::TESTS)
         .chain(order::TESTS)
+        .chain(levels::TESTS)
         .chain(live::TESTS);
     let mut trials: Vec<_> = tests
         .map(|(name, test)| {

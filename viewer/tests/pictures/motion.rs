@@ -116,7 +116,7 @@ fn kept_ground(gpu: &Gpu) {
 }
 
 /// The share of pixels that differ.
-fn difference(one: &RgbaImage, other: &RgbaImage) -> f64 {
+pub fn difference(one: &RgbaImage, other: &RgbaImage) -> f64 {
     let [one, other] = [one, other].map(|picture| DynamicImage::from(picture.clone()).into_rgb8());
     if one == other { 0.0 } else { references::difference(&one, &other).max(f64::MIN_POSITIVE) }
 }

@@ -102,12 +102,8 @@ fn robots_that_graze_each_other_in_a_turn_are_near() {
 /// as hit.
 #[test]
 fn a_robot_that_passes_the_end_of_a_turning_thin_one_does_not_overlap() {
-    let a = Body {
-        position: [4.6396704, 0.23609333],
-        heading: [0.0, 1.0],
-        half_length: 0.0782725,
-        half_width: 11.594244,
-    };
+    let a =
+        Body { position: [4.6396704, 0.23609333], heading: [0.0, 1.0], half_length: 0.0782725, half_width: 11.594244 };
     let b = Body { position: [-6.0047026, -1.5025936], heading: [1.0, 0.0], half_length: 1.2120137, half_width: -1.0 };
     let segments_a = trajectory(&a, &vec![(0.0, [0.0, 0.4276619], 0.1823942)]);
     let segments_b = trajectory(&b, &vec![(0.0, [2.261487, 0.0], 0.0)]);

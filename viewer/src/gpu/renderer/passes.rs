@@ -35,10 +35,12 @@ impl Renderer {
             let (at, size) = (at.as_vec2(), picture.size.as_vec2());
             pass.set_viewport(at.x, at.y, size.x, size.y, 0.0, 1.0);
         }
+        if ground != Source::Drawn {
+            self.ground_copy.draw(&mut pass);
+        }
         pass.set_bind_group(0, &self.view_group, &[]);
-        match ground {
-            Source::Drawn => self.draw_ground(&mut pass, picture),
-            Source::DrawnToKeep | Source::Kept => self.ground_copy.draw(&mut pass),
+        if ground == Source::Drawn {
+            self.draw_ground(&mut pass, picture);
         }
         self.draw_on_ground(&mut pass, picture.scene.layers);
         self.draw_robots(&mut pass, picture, &poses, robots);

@@ -60,6 +60,9 @@ fn trail(@builtin(instance_index) instance: u32, @builtin(vertex_index) corner: 
     }
     let older = point_of(robot, age);
     let motion = newer - older;
+    if robot >= view.robots || is_hidden(robot) {
+        return Trail(vec4f(2.0, 2.0, 2.0, 1.0), vec4f(0.0), 0.0, 0.0, 0.0, 0.0);
+    }
     // Segments of 20 m or more are teleports. The comparison with NaN is false.
     if !(dot(motion, motion) < 400.0) || dot(motion, motion) < 1e-8 {
         return Trail(vec4f(2.0, 2.0, 2.0, 1.0), vec4f(0.0), 0.0, 0.0, 0.0, 0.0);
@@ -102,7 +105,7 @@ struct Halo {
 @vertex
 fn halo(@builtin(instance_index) instance: u32, @builtin(vertex_index) corner: u32) -> Halo {
     let robot = selected[instance];
-    if robot >= view.robots || state_of(robot) == ABSENT {
+    if robot >= view.robots || state_of(robot) == ABSENT || is_hidden(robot) {
         return Halo(vec4f(2.0, 2.0, 2.0, 1.0), vec2f(0.0));
     }
     let robot_type = robot_types[min(robot_type_of(robot), 63u)];

@@ -60,6 +60,11 @@ fn matches(i: u32) -> bool {
     return view.filtered == 0u || extractBits(attributes[2u * stride + stride / 4u + i / 32u], i % 32u, 1u) == 1u;
 }
 
+// Whether a robot isn't shown: it is on another level than the picture's.
+fn is_hidden(i: u32) -> bool {
+    return view.filtered == 2u && !matches(i);
+}
+
 fn colour_of(i: u32) -> vec3f {
     let colour = undimmed_colour_of(i);
     return select(mix(view.floor.rgb, colour, DIMMED), colour, matches(i));

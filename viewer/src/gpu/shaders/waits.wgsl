@@ -31,7 +31,7 @@ fn mark(
     @location(2) in_ring: u32,
     @builtin(vertex_index) corner: u32,
 ) -> Arrow {
-    if view.robots == 0u || is_absent(start) || is_absent(end) {
+    if view.robots == 0u || is_absent(start) || is_absent(end) || is_hidden(start) || is_hidden(end) {
         return NO_ARROW;
     }
     let from_clip = clip_from(vec3f(pose_of(start).xy, HEIGHT));

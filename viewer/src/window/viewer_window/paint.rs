@@ -5,10 +5,11 @@ use std::time::{Duration, Instant};
 use egui::Rect;
 use glam::{UVec2, Vec2};
 use regatta_plugin::Result;
+use wgpu::CommandEncoder;
 
 use super::{ViewerWindow, size_of};
 use crate::gpu::painter::Drawing;
-use crate::window::surface::{NoCanvas, WindowSurface, create_surface};
+use crate::window::surface::{Canvas, NoCanvas, WindowSurface, create_surface};
 
 impl ViewerWindow {
     /// Draws the fleet and the interface. Returns how long it has waited for the screen.
@@ -24,9 +25,7 @@ impl ViewerWindow {
                 let scale = output.pixels_per_point;
                 let triangles = self.context.tessellate(std::mem::take(&mut output.shapes), scale);
                 let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-                let (at, size) = pixels(picture, scale, canvas.size);
-                let (camera, alpha) = (self.interface.camera_controller.camera(), self.stage.alpha(now));
-                self.stage.draw_within(&mut encoder, &canvas.fleet, Some((at, canvas.size)), &camera, size, alpha);
+                self.draw_fleet(&mut encoder, &canvas, picture, scale, now);
                 let drawing = Drawing { triangles, pixels_per_point: scale, size: canvas.size };
                 self.painter.draw(&self.gpu, &mut encoder, &canvas.interface, &drawing);
                 self.gpu.queue.submit([encoder.finish()]);
@@ -43,6 +42,25 @@ impl ViewerWindow {
         }
         self.painter.free(changes);
         Ok(waited)
+    }
+
+    /// Draws the picture of the fleet; of levels side by side, the pictures of all of them.
+    fn draw_fleet(&mut self, encoder: &mut CommandEncoder, canvas: &Canvas, picture: Rect, scale: f32, now: Instant) {
+        let (camera, alpha) = (self.interface.camera_controller.camera(), self.stage.alpha(now));
+        let (parts, shown) = (self.interface.parts(), self.stage.scene.level.clone());
+        // A level that was clicked just now is the scene's from the next picture on.
+        let (current, beside): (Vec<_>, Vec<_>) = parts.iter().partition(|(level, _)| Some(level) == shown.as_ref());
+        let (at, size) = pixels(current.first().map_or(picture, |(_, part)| *part), scale, canvas.size);
+        self.stage.draw_within(encoder, &canvas.fleet, Some((at, canvas.size)), &camera, size, alpha);
+        if beside.is_empty() {
+            return;
+        }
+        let place = |part: Rect| pixels(part, scale, canvas.size).0.min(canvas.size - size);
+        let places: Vec<_> = beside.iter().map(|(_, part)| place(*part)).collect();
+        for ((level, _), view) in beside.iter().zip(self.insets.make_room(beside.len(), size)) {
+            self.stage.draw_beside(encoder, view, level, &camera, size, alpha);
+        }
+        self.insets.copy(encoder, &canvas.fleet, &places);
     }
 
     /// Replaces a lost surface.

@@ -3,11 +3,12 @@
 use std::time::{Duration, Instant};
 
 use egui::{Rect, ViewportId};
-use glam::Vec2;
+use glam::{UVec2, Vec2};
 use regatta_plugin::frame::ClockState;
 use winit::window::Fullscreen;
 
 use super::{ViewerWindow, size_of, title};
+use crate::filter::Filter;
 use crate::interface::measure::End;
 use crate::interface::pose::interpolate;
 use crate::interface::view_model::{Action, EngineState, Item, Timeline, ViewModel};
@@ -63,7 +64,7 @@ impl ViewerWindow {
             plans: self.stage.plan_facts(),
             closed: self.stage.closed(),
             jams: self.stage.jam_facts(),
-            density: self.stage.shown_density(&self.interface.camera_controller.camera(), size_of(&self.window)),
+            density: self.stage.shown_density(&self.interface.camera_controller.camera(), self.picture_size()),
             rows: self.fleet_state.rows.as_ref(),
             matches: self.fleet_state.matches,
             bounds: self.stage.bounds(),
@@ -83,6 +84,12 @@ impl ViewerWindow {
             actions.extend(requested);
         });
         (picture, output, actions)
+    }
+
+    /// Width and height of the picture of a level in pixels, as far as it is known from the last one.
+    fn picture_size(&self) -> UVec2 {
+        let size = self.stage.renderer.drawn_size().as_uvec2();
+        if size == UVec2::ONE { size_of(&self.window) } else { size }
     }
 
     /// Carries out actions, and requests the values of a newly selected robot.
@@ -114,7 +121,10 @@ impl ViewerWindow {
                     }
                     self.fleet_state.matches = None;
                     self.fleet_state.filter.clone_from(&filter);
-                    self.link.filter(filter);
+                    let beside = self.interface.levels_beside();
+                    let beside: Vec<_> =
+                        beside.map(|level| Filter { level: Some(level.to_owned()), ..filter.clone() }).collect();
+                    self.link.filters([vec![filter], beside].concat());
                 }
                 Action::Write { path, text } => {
                     let written = std::fs::write(&path, text);

@@ -1,11 +1,11 @@
-// Copies the picture of the ground.
+// Copies a picture.
 
-@group(1) @binding(0) var ground: texture_2d<f32>;
-@group(1) @binding(1) var ground_sampler: sampler;
+@group(0) @binding(0) var picture: texture_2d<f32>;
+@group(0) @binding(1) var picture_sampler: sampler;
 
 struct Place {
     @builtin(position) clip: vec4f,
-    // Where the picture is in the ground's, from 0 to 1.
+    // Where it is in the picture, from 0 to 1.
     @location(0) at: vec2f,
 }
 
@@ -17,5 +17,5 @@ fn place(@builtin(vertex_index) corner: u32) -> Place {
 
 @fragment
 fn copied(in: Place) -> @location(0) vec4f {
-    return textureSample(ground, ground_sampler, in.at);
+    return textureSample(picture, picture_sampler, in.at);
 }

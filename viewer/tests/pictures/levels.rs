@@ -1,0 +1,124 @@
+//! Levels side by side, in a screenshot and as a window draws them.
+
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use glam::UVec2;
+use image::RgbaImage;
+use image::imageops::crop_imm;
+use regatta_plugin::Participant;
+use regatta_viewer::feed::News;
+use regatta_viewer::gpu::TargetConfig;
+use regatta_viewer::gpu::device::Gpu;
+use regatta_viewer::gpu::insets::Insets;
+use regatta_viewer::gpu::renderer::Renderer;
+use regatta_viewer::picture::{FORMAT, Offscreen};
+use regatta_viewer::scene::Scene;
+use regatta_viewer::stage::Stage;
+
+use crate::Test;
+use crate::fleet::{SIZE, camera, graph};
+use crate::live::LiveFleet;
+use crate::motion::difference;
+use crate::references::TOLERANCE;
+
+pub const TESTS: &[(&str, Test)] =
+    &[("levels_are_drawn_side_by_side", in_a_screenshot), ("levels_beside_each_other_are_as_alone", in_a_window)];
+
+/// The levels, and the heights at which a picture of both has them.
+const LEVELS: [(&str, u32); 2] = [("cellar", 0), ("ground", SIZE.y)];
+
+/// A fleet whose robots are all in the cellar.
+fn fleet(test: &str) -> LiveFleet {
+    let mut world = graph();
+    let [cellar, ground] = LEVELS.map(|(name, _)| world.texts.add(name));
+    world.edges.iter_mut().zip([cellar, ground, ground, ground]).for_each(|(edge, level)| edge.level = level);
+    LiveFleet::start_in(test, world)
+}
+
+/// Each part is as a picture of its level alone.
+fn in_a_screenshot(_: &Gpu) {
+    let live = fleet("levels");
+    let path = live.path("levels.png");
+    let view = |size: &str, args: &[&str]| {
+        let common = ["--screenshot", &path, "--force", "--no-ids", "--no-legend", "--camera", "4,2,14"];
+        live.try_view(size, &[&common[..], args].concat()).expect("a picture");
+        image::open(Path::new(&path)).expect("a picture").into_rgba8()
+    };
+    let all = view("320x400", &["--levels"]);
+    assert_eq!((all.width(), all.height()), (320, 400));
+    let parts = LEVELS.map(|(name, top)| {
+        let alone = view("320x200", &["--level", name, "--title", name]);
+        let part = crop_imm(&all, 0, top, SIZE.x, SIZE.y).to_image();
+        assert!(part == alone, "the part of {name}");
+        part
+    });
+    assert!(parts[0] != parts[1], "they show different things");
+    drop(live);
+    let live = LiveFleet::start("one-level");
+    let refused = live.try_view("320x200", &["--screenshot", &live.path("no.png"), "--levels"]).expect_err("no levels");
+    assert!(refused.to_string().contains("leave --levels out"), "{refused}");
+}
+
+/// A stage that has a fleet's world, frame and column.
+fn stage(live: &LiveFleet, gpu: &Gpu, target: TargetConfig) -> Stage {
+    let participant = Participant::join(&live.name, "test").expect("joined");
+    let scene = Scene { level: Some("ground".to_owned()), ..Scene::default() };
+    let mut stage = Stage::new(&participant, Renderer::new(gpu, target), scene).expect("a stage");
+    let until = Instant::now() + Duration::from_secs(20);
+    while stage.feed.world().is_none() || stage.feed.frame().is_none() || stage.feed.value().is_none() {
+        assert!(Instant::now() < until, "no fleet");
+        stage.update(Instant::now()).expect("an update");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    stage
+}
+
+/// Makes a level the scene's.
+fn show(stage: &mut Stage, level: &str) {
+    stage.scene.level = Some(level.to_owned());
+    stage.apply(News::default(), Instant::now()).expect("applied");
+    stage.hide_other_levels();
+}
+
+/// A level is the same beside another one as alone, whichever of both is the scene's, with one sample per pixel and with several.
+fn in_a_window(gpu: &Gpu) {
+    let live = fleet("beside");
+    for samples in [1, 4] {
+        let target = TargetConfig::new(gpu, FORMAT, samples);
+        let mut stage = stage(&live, gpu, target);
+        let offscreen = Offscreen::new(gpu, SIZE, target).expect("room");
+        let alone = LEVELS.map(|(level, _)| {
+            show(&mut stage, level);
+            let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            stage.draw(&mut encoder, &offscreen.view, &camera(), SIZE, 1.0);
+            offscreen.read(encoder).expect("a picture")
+        });
+        assert!(alone[0] != alone[1], "they show different things");
+        let both = Offscreen::new(gpu, UVec2::new(SIZE.x, 2 * SIZE.y), target).expect("room");
+        let mut insets = Insets::new(gpu, FORMAT);
+        for (round, current) in [1, 0, 1, 1].into_iter().enumerate() {
+            let (level, at) = LEVELS[current];
+            show(&mut stage, level);
+            let (other, below) = LEVELS[1 - current];
+            let is_new = stage.show_beside(&[other], || Renderer::new(gpu, target));
+            assert_eq!(is_new, round == 0, "the levels change places");
+            stage.update(Instant::now()).expect("the columns");
+            let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            let within = Some((UVec2::new(0, at), both.size()));
+            stage.draw_within(&mut encoder, &both.view, within, &camera(), SIZE, 1.0);
+            for view in insets.make_room(1, SIZE) {
+                stage.draw_beside(&mut encoder, view, other, &camera(), SIZE, 1.0);
+            }
+            insets.copy(&mut encoder, &both.view, &[UVec2::new(0, below)]);
+            let picture: RgbaImage = both.read(encoder).expect("a picture");
+            for ((name, top), alone) in LEVELS.iter().zip(&alone) {
+                let part = crop_imm(&picture, 0, *top, SIZE.x, SIZE.y).to_image();
+                // At the border of a robot, some samples are of the ground as it is kept: a pixel of it.
+                let limit = if samples == 1 { 0.0 } else { TOLERANCE };
+                assert!(difference(&part, alone) <= limit, "{name} in round {round}, with {samples} samples");
+            }
+        }
+        assert!(!stage.show_beside(&[], || unreachable!("nothing is to be shown beside")));
+    }
+}
