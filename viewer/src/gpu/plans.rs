@@ -14,7 +14,7 @@ use crate::plans::goals::GoalMark;
 use crate::plans::waits::WaitArrow;
 
 /// The attributes of a [`GoalMark`].
-const GOAL: [VertexAttribute; 2] = vertex_attr_array![0 => Float32x2, 1 => Uint32];
+const GOAL: [VertexAttribute; 2] = vertex_attr_array![0 => Uint32, 1 => Uint32];
 /// The attributes of a [`WaitArrow`].
 const ARROW: [VertexAttribute; 3] = vertex_attr_array![0 => Uint32, 1 => Uint32, 2 => Uint32];
 
@@ -28,7 +28,14 @@ pub struct PlanMarks {
 }
 
 impl PlanMarks {
-    pub fn new(gpu: &Gpu, target: TargetConfig, view: &BindGroupLayout, columns: &Columns) -> Self {
+    /// Creates the pipelines. `records` is the layout of the graph's records.
+    pub fn new(
+        gpu: &Gpu,
+        target: TargetConfig,
+        view: &BindGroupLayout,
+        records: &BindGroupLayout,
+        columns: &Columns,
+    ) -> Self {
         let quad = |module: &str, groups: &[&BindGroupLayout], stride: usize, attributes: &[VertexAttribute]| {
             let instance =
                 VertexBufferLayout { array_stride: stride as u64, step_mode: VertexStepMode::Instance, attributes };
@@ -45,7 +52,7 @@ impl PlanMarks {
             render_pipeline(gpu, target, &descriptor)
         };
         Self {
-            goal: quad("goals", &[view], size_of::<GoalMark>(), &GOAL),
+            goal: quad("goals", &[view, records], size_of::<GoalMark>(), &GOAL),
             arrow: quad("waits", &[view, columns.layout()], size_of::<WaitArrow>(), &ARROW),
             goals: Instances::new(gpu, "goals"),
             arrows: Instances::new(gpu, "wait arrows"),
@@ -63,14 +70,15 @@ impl PlanMarks {
     }
 
     /// Draws the goals over the robots, and with `waits` the arrows.
-    pub fn draw(&self, pass: &mut RenderPass<'_>, poses: &BindGroup, waits: bool) {
+    pub fn draw(&self, pass: &mut RenderPass<'_>, records: Option<&BindGroup>, poses: &BindGroup, waits: bool) {
         if waits && self.arrows.count() > 0 {
             pass.set_pipeline(&self.arrow);
             pass.set_bind_group(1, poses, &[]);
             self.arrows.draw(pass, 4);
         }
-        if self.goals.count() > 0 {
+        if let Some(records) = records.filter(|_| self.goals.count() > 0) {
             pass.set_pipeline(&self.goal);
+            pass.set_bind_group(1, records, &[]);
             self.goals.draw(pass, 4);
         }
     }

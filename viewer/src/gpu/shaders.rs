@@ -90,7 +90,14 @@ pub const SHADERS: [(&str, &str); 17] = [
             include_str!("shaders/field.wgsl")
         ),
     ),
-    ("goals", concat!(include_str!("shaders/view.wgsl"), include_str!("shaders/goals.wgsl"))),
+    (
+        "goals",
+        concat!(
+            include_str!("shaders/view.wgsl"),
+            include_str!("shaders/curves.wgsl"),
+            include_str!("shaders/goals.wgsl")
+        ),
+    ),
     ("stations", concat!(include_str!("shaders/view.wgsl"), include_str!("shaders/stations.wgsl"))),
     (
         "waits",

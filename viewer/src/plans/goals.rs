@@ -7,20 +7,20 @@ use regatta_plugin::World;
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct GoalMark {
-    /// Metres east and north of the world's origin.
-    pub place: [f32; 2],
+    /// Index of the node in the world.
+    pub node: u32,
     /// 1 for the goal of a selected robot, else 0.
     pub selected: u32,
 }
 
-/// The nodes of a route graph by their ids.
+/// The indices of a route graph's nodes by their ids.
 #[derive(Clone, Debug, Default)]
-pub struct Places(Vec<(u32, [f32; 2])>);
+pub struct Places(Vec<(u32, u32)>);
 
 impl Places {
     /// Collects the nodes of a world.
     pub fn new(world: &World<'_>) -> Self {
-        let mut places: Vec<_> = world.nodes().iter().map(|node| (node.id, [node.x, node.y])).collect();
+        let mut places: Vec<_> = world.nodes().iter().map(|node| node.id).zip(0..).collect();
         places.sort_by_key(|(id, _)| *id);
         Self(places)
     }
@@ -43,7 +43,7 @@ pub fn marks(goals: &[f32], all: bool, selected: &[u32], places: &Places) -> Vec
         }
     }
     let of = |mark: u8| places.0.iter().zip(&is_marked).filter(move |(_, marked)| **marked == mark);
-    let goal = |selected| move |((_, place), _): (&(u32, [f32; 2]), &u8)| GoalMark { place: *place, selected };
+    let goal = |selected| move |((_, node), _): (&(u32, u32), &u8)| GoalMark { node: *node, selected };
     of(1).map(goal(0)).chain(of(2).map(goal(1))).collect()
 }
 
@@ -58,10 +58,10 @@ mod tests {
         let node = |id, x| NodeRecord { id, x, ..NodeRecord::default() };
         let world = WorldData { nodes: vec![node(30, 3.0), node(10, 1.0), node(20, 2.0)], ..WorldData::default() };
         let places = Places::new(&world.view(1, 1));
-        let mark = |x, selected| GoalMark { place: [x, 0.0], selected };
+        let mark = |node, selected| GoalMark { node, selected };
         let goals = [20.0, 10.0, f32::NAN, 20.0, 99.0, -1.0, 30.0];
-        assert_eq!(marks(&goals, true, &[1, 77], &places), [mark(2.0, 0), mark(3.0, 0), mark(1.0, 1)]);
-        assert_eq!(marks(&goals, false, &[0, 2, 5], &places), [mark(2.0, 1)]);
+        assert_eq!(marks(&goals, true, &[1, 77], &places), [mark(2, 0), mark(0, 0), mark(1, 1)]);
+        assert_eq!(marks(&goals, false, &[0, 2, 5], &places), [mark(2, 1)]);
         assert_eq!(marks(&goals, false, &[], &places), []);
         assert_eq!(marks(&[0.0], true, &[], &Places::default()), []);
     }

@@ -63,7 +63,7 @@ fn routes_goals_and_waits_of_a_fleet_are_collected() {
     // What is left of edge 0 for the first robot, and of edge 1 for the second one; all of edge 1 is the first one's horizon.
     let lines: Vec<_> = report.lines.iter().map(|line| (line.curve, line.released)).collect();
     assert_eq!(lines, [(1, 0), (0, 1), (1, 1)]);
-    assert_eq!(report.goals, [GoalMark { place: [20.0, 0.0], selected: 0 }]);
+    assert_eq!(report.goals, [GoalMark { node: 2, selected: 0 }]);
     assert_eq!(report.facts.waiting, Some([2, 2]));
     let known = report.facts.routes.expect("routes are watched");
     assert_eq!((known.known, known.under_way), (2, 2));

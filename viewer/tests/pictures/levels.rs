@@ -7,23 +7,33 @@ use glam::UVec2;
 use image::RgbaImage;
 use image::imageops::crop_imm;
 use regatta_plugin::Participant;
+use regatta_plugin::frame::RobotState;
 use regatta_viewer::feed::News;
 use regatta_viewer::gpu::TargetConfig;
 use regatta_viewer::gpu::device::Gpu;
 use regatta_viewer::gpu::insets::Insets;
 use regatta_viewer::gpu::renderer::Renderer;
+use regatta_viewer::jams::heat::{HeatFacts, HeatMap, HotCurve};
+use regatta_viewer::palette::Colouring;
 use regatta_viewer::picture::{FORMAT, Offscreen};
+use regatta_viewer::plans::PlanReport;
+use regatta_viewer::plans::goals::GoalMark;
+use regatta_viewer::plans::waits::WaitArrow;
+use regatta_viewer::route::RouteSegment;
 use regatta_viewer::scene::Scene;
 use regatta_viewer::stage::Stage;
 
 use crate::Test;
-use crate::fleet::{SIZE, camera, graph};
+use crate::fleet::{SIZE, TestRenderer, camera, graph, robots};
 use crate::live::LiveFleet;
 use crate::motion::difference;
-use crate::references::TOLERANCE;
+use crate::references::{TOLERANCE, coloured};
 
-pub const TESTS: &[(&str, Test)] =
-    &[("levels_are_drawn_side_by_side", in_a_screenshot), ("levels_beside_each_other_are_as_alone", in_a_window)];
+pub const TESTS: &[(&str, Test)] = &[
+    ("levels_are_drawn_side_by_side", in_a_screenshot),
+    ("levels_beside_each_other_are_as_alone", in_a_window),
+    ("a_level_has_nothing_of_another_one", nothing_of_others),
+];
 
 /// The levels, and the heights at which a picture of both has them.
 const LEVELS: [(&str, u32); 2] = [("cellar", 0), ("ground", SIZE.y)];
@@ -121,4 +131,64 @@ fn in_a_window(gpu: &Gpu) {
         }
         assert!(!stage.show_beside(&[], || unreachable!("nothing is to be shown beside")));
     }
+}
+
+/// Of the heat map, routes, goals, arrows, halos and trails, a picture of a level has what is on that level: it equals the one of a fleet
+/// that has nothing else.
+fn nothing_of_others(gpu: &Gpu) {
+    let mut world = graph();
+    let levels = ["cellar", "ground"].map(|name| world.texts.add(name));
+    let level_of = |index: usize| levels[usize::from(index > 1)];
+    world.edges.iter_mut().enumerate().for_each(|(index, edge)| edge.level = level_of(index));
+    world.nodes.iter_mut().enumerate().for_each(|(index, node)| node.level = level_of(index));
+    // The first row of robots is in the cellar.
+    let in_cellar = |robot: u32| robot < 6;
+    let heat = "waiting:run".parse().expect("a heat map");
+    let draw = |is_on_level: [bool; 2]| {
+        let mut renderer = TestRenderer::new(gpu);
+        renderer.inner.set_level(Some("cellar"));
+        renderer.inner.set_graph(&world.view(1, 1));
+        let is_there = |index: u32| is_on_level[usize::from(index > 1)];
+        let hot = (0..4).filter(|curve| is_there(*curve)).map(|curve| HotCurve { curve, level: 0.8 });
+        let (straight, bent) = hot.partition(|hot| hot.curve % 2 == 0);
+        let facts = HeatFacts {
+            heat,
+            ends: [0.0, 10.0],
+            is_exceeded: false,
+            edges: 4,
+            secs: 60.0,
+            has_contacts: true,
+            has_routes: true,
+        };
+        renderer.inner.set_heat(Some(&HeatMap { straight, bent, facts }));
+        let line = |curve| RouteSegment { curve, range: [0.0, 1.0], released: curve % 2 };
+        let all: Vec<_> = (0..4).filter(|index| is_there(*index)).collect();
+        let robots_there = |robot: u32| in_cellar(robot) || is_on_level[1];
+        let waits = [(0, 3), (7, 10), (8, 2)].map(|(from, to)| WaitArrow { from, to, in_ring: 0 });
+        renderer.inner.set_routes(&all.iter().map(|curve| line(*curve)).collect::<Vec<_>>());
+        renderer.inner.set_plans(&PlanReport {
+            lines: all.iter().map(|curve| line(*curve)).collect(),
+            goals: all.iter().map(|node| GoalMark { node: *node, selected: node % 2 }).collect(),
+            arrows: waits.into_iter().filter(|wait| robots_there(wait.from) && robots_there(wait.to)).collect(),
+            ..PlanReport::default()
+        });
+        let mut fleet = robots();
+        fleet
+            .iter_mut()
+            .zip(0..)
+            .filter(|(_, id)| !robots_there(*id))
+            .for_each(|(robot, _)| robot.state = RobotState::Absent as u8);
+        let mut scene = Scene { selected: vec![1, 8], heat: Some(heat), ..coloured(Colouring::State) };
+        (scene.layers.plans, scene.layers.waits, scene.layers.trails, scene.trails.points) = (true, true, true, 8);
+        for step in 0..3 {
+            fleet.iter_mut().for_each(|robot| robot.x += 0.4 * step as f32);
+            renderer.push(&fleet);
+            renderer.inner.set_matches(Some(&[0b11_1111]));
+            renderer.render(&camera(), &scene, 1.0);
+        }
+        renderer.render(&camera(), &scene, 1.0)
+    };
+    let (all, alone) = (draw([true, true]), draw([true, false]));
+    assert!(all == alone, "something of the other level is in the picture");
+    assert!(draw([false, true]) != alone, "the picture has something of its own level");
 }

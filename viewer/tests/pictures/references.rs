@@ -221,7 +221,7 @@ fn stations(gpu: &Gpu) {
 fn plans(gpu: &Gpu) {
     let mut renderer = loop_renderer(gpu);
     let line = |curve, range, released| RouteSegment { curve, range, released };
-    let goal = |place, selected| GoalMark { place, selected };
+    let goal = |node, selected| GoalMark { node, selected };
     renderer.inner.set_plans(&PlanReport {
         lines: vec![
             line(2, [0.5, 1.0], 0),
@@ -230,7 +230,7 @@ fn plans(gpu: &Gpu) {
             line(1, [0.0, 1.0], 1),
             line(2, [0.0, 0.5], 1),
         ],
-        goals: vec![goal([0.0, 4.0], 0), goal([8.0, 0.0], 0), goal([8.0, 4.0], 1)],
+        goals: vec![goal(3, 0), goal(1, 0), goal(2, 1)],
         ..PlanReport::default()
     });
     let mut scene = coloured(Colouring::State);

@@ -44,7 +44,7 @@ impl Renderer {
         }
         self.draw_on_ground(&mut pass, picture.scene.layers);
         self.draw_robots(&mut pass, picture, &poses, robots);
-        self.plan_marks.draw(&mut pass, &poses, picture.scene.layers.waits);
+        self.plan_marks.draw(&mut pass, self.graph.records(), &poses, picture.scene.layers.waits);
         drop(pass);
         if let Some(timer) = timer {
             timer.finish(encoder);

@@ -2,7 +2,7 @@
 
 // A cubic Bézier curve: an edge, or a part of one. The same as `CurveInstance` in graph.rs.
 struct Curve {
-    // Index of the edge in the world.
+    // Index of the edge in the world, or NO_EDGE if the curve isn't shown: it is on another level than the picture's.
     edge: u32,
     length: f32,
     edge_length: f32,
@@ -15,6 +15,8 @@ struct Curve {
     arrow: f32,
     reserved: f32,
 }
+
+const NO_EDGE = 0xffffffffu;
 
 struct Node {
     x: f32,

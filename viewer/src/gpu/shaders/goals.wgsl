@@ -15,9 +15,11 @@ struct Pin {
     @location(2) @interpolate(flat) pixel: f32,
 }
 
-// An instance is the place of the node, and whether a selected robot goes there.
+// An instance is the index of the node, which has no place on another level than the picture's, and whether a selected robot goes
+// there.
 @vertex
-fn mark(@location(0) place: vec2f, @location(1) selected: u32, @builtin(vertex_index) corner: u32) -> Pin {
+fn mark(@location(0) index: u32, @location(1) selected: u32, @builtin(vertex_index) corner: u32) -> Pin {
+    let place = vec2f(nodes[index].x, nodes[index].y);
     let local = vec3f(place - view.origin.xy, 0.0);
     let clip = clip_from(local);
     let pixels = select(PIN_PIXELS, SELECTED_PIXELS, selected == 1u);

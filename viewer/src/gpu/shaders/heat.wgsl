@@ -118,6 +118,9 @@ fn sort(@builtin(global_invocation_id) at: vec3u, @builtin(num_workgroups) group
     let i = end - 1u - number;
     let hot = all[i];
     let curve = curves[hot.curve];
+    if curve.edge == NO_EDGE {
+        return;
+    }
     let low = min(min(curve.start, curve.end), min(curve.control_a, curve.control_b)) - view.origin.xy;
     let high = max(max(curve.start, curve.end), max(curve.control_a, curve.control_b)) - view.origin.xy;
     let middle = (low + high) * 0.5;

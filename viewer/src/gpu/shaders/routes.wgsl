@@ -46,6 +46,9 @@ fn narrow_route(
 
 fn ribbon(index: u32, range: vec2f, released: u32, part: f32, side: u32, metres: f32, pixels: vec2f) -> Route {
     let curve = curves[index];
+    if curve.edge == NO_EDGE {
+        return Route(vec4f(2.0, 2.0, 2.0, 1.0), 0.0, 0.0, 0.0, 0u);
+    }
     let at = mix(range.x, range.y, part);
     let spine = spine(curve, at);
     let pixel = metres_per_pixel(vec3f(spine.local, 0.0));
