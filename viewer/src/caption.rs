@@ -2,7 +2,7 @@
 
 use egui::{Context, FullOutput, RawInput, Rect, pos2, vec2};
 use glam::{UVec2, Vec2};
-use regatta_plugin::Frame;
+use regatta_plugin::{Frame, World};
 use wgpu::{CommandEncoder, TextureView};
 
 use crate::camera::Camera;
@@ -45,8 +45,8 @@ pub struct Annotations<'a> {
     pub title: Vec<String>,
     /// The robots that are near enough for ids; empty if no ids are shown.
     pub frame: Option<Frame<'a>>,
-    /// The radius of the largest robot type, in metres.
-    pub robot_radius: f32,
+    /// The world; empty if it isn't known.
+    pub world: World<'a>,
     /// The scale of the heat map.
     pub heat: Option<HeatFacts>,
     /// Number of closed edges.
@@ -104,28 +104,17 @@ impl Caption {
     }
 
     fn lay_out(&self, size: UVec2, scale: f32, annotations: &Annotations<'_>) -> FullOutput {
-        let Annotations {
-            camera,
-            scene,
-            legend,
-            plans,
-            title,
-            frame,
-            robot_radius,
-            heat,
-            closed,
-            density,
-            robots,
-            banner,
-        } = annotations;
+        let Annotations { camera, scene, legend, plans, title, frame, world, heat, closed, density, robots, banner } =
+            annotations;
         let picture = Rect::from_min_size(pos2(0.0, 0.0), vec2(size.x as f32, size.y as f32) / scale);
         let mut input = RawInput { screen_rect: Some(picture), ..RawInput::default() };
         input.viewports.entry(egui::ViewportId::ROOT).or_default().native_pixels_per_point = Some(scale);
         self.context.run_ui(input, |ui| {
             let (layers, theme, size) = (scene.layers, scene.theme, Vec2::new(picture.width(), picture.height()));
             let near = frame.filter(|_| layers.ids || layers.robot_ids);
-            let spots = near.map(|frame| robot_spots::find(&frame, camera, scene.offset, size, *robot_radius));
-            let spots = spots.unwrap_or_default();
+            let level = scene.level.as_deref();
+            let find = |frame| robot_spots::find(&frame, world, level, camera, scene.offset, size);
+            let spots = near.map(find).unwrap_or_default();
             if layers.ids {
                 let view = LabelView { picture, camera, offset: scene.offset, theme, robots: &spots };
                 self.labels.draw(ui.ctx(), picture, &view);

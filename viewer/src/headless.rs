@@ -23,7 +23,6 @@ use crate::gpu::renderer::Renderer;
 use crate::interface::banner::Banner;
 use crate::interface::labels::{Labels, levels};
 use crate::interface::overlay;
-use crate::interface::robot_spots;
 use crate::interface::style::thousands;
 use crate::interface::transport::clock_text;
 use crate::jams::Watch as JamWatched;
@@ -315,7 +314,7 @@ impl HeadlessViewer<'_> {
         };
         let banner = Banner { title: heading, clock: time.filter(|_| look.clock), scale: look.scale };
         let frame = self.stage.feed.frame();
-        let robot_radius = self.stage.feed.world().map_or(0.5, |world| robot_spots::radius(&world));
+        let world = self.stage.feed.world().unwrap_or_default();
         let heat = self.stage.jam_facts().heat;
         let density = self.stage.shown_density(&camera, size);
         let (title, scene) = (self.title(), &self.stage.scene);
@@ -326,7 +325,7 @@ impl HeadlessViewer<'_> {
             plans,
             title,
             frame,
-            robot_radius,
+            world,
             heat,
             closed: self.stage.closed().len() as u32,
             density,

@@ -69,9 +69,8 @@ impl Interface {
         let (camera, offset, theme) =
             (&self.camera_controller.camera(), Vec2::from(self.settings.offset), self.settings.theme());
         let size = Vec2::new(picture.width(), picture.height());
-        let radius = robot_spots::radius(&model.world);
-        let spots =
-            model.frame.map(|frame| robot_spots::find(&frame, camera, offset, size, radius)).unwrap_or_default();
+        let find = |frame| robot_spots::find(&frame, &model.world, self.level(), camera, offset, size);
+        let spots = model.frame.map(find).unwrap_or_default();
         if ids {
             let view = LabelView { picture, camera, offset, theme, robots: &spots };
             model.labels.draw(context, visible, &view);

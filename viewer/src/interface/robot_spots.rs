@@ -41,14 +41,25 @@ pub fn radius(world: &World<'_>) -> f32 {
     radii.filter(|radius| radius.is_finite()).reduce(f32::max).unwrap_or(0.5)
 }
 
-/// Finds the robots of a picture of `size` points, of which ids could be read. `radius` is that of the largest robot type, in
-/// metres.
-pub fn find(frame: &Frame<'_>, camera: &Camera, offset: Vec2, size: Vec2, radius: f32) -> Vec<Spot> {
+/// Finds the robots of a picture of `size` points, of which ids could be read; of one level only if it is given.
+pub fn find(
+    frame: &Frame<'_>,
+    world: &World<'_>,
+    level: Option<&str>,
+    camera: &Camera,
+    offset: Vec2,
+    size: Vec2,
+) -> Vec<Spot> {
+    let radius = radius(world);
     let Some(near) = near_bounds(camera, size, radius) else { return Vec::new() };
     let (low, high) = (near.low - offset, near.high - offset);
     let is_near = |x: f32, y: f32| x >= low.x && x <= high.x && y >= low.y && y <= high.y;
     let rows = frame.x().iter().zip(frame.y()).enumerate();
+    let is_on =
+        |level: &str, edge: u32| world.edges().get(edge as usize).is_some_and(|edge| world.text(edge.level) == level);
+    let is_shown = |row: usize| level.is_none_or(|level| is_on(level, frame.edge()[row]));
     let rows = rows.filter(|(row, (x, y))| is_near(**x, **y) && frame.state_of(*row) != RobotState::Absent);
+    let rows = rows.filter(|(row, _)| is_shown(*row));
     let spots = rows.filter_map(|(row, (x, y))| {
         let place = (Vec2::new(*x, *y) + offset).extend(ID_HEIGHT);
         let at = camera.project(place, size).filter(|at| at.cmpge(Vec2::ZERO).all() && at.cmple(size).all())?;
@@ -91,5 +102,38 @@ pub fn draw(context: &Context, clip: Rect, picture: Rect, theme: Theme, spots: &
         taken.extend(cells(place));
         painter.rect_filled(place, 6.0, colours.text);
         painter.galley(place.min + egui::vec2(4.0, 1.0), text, colours.panel);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use regatta_plugin::frame::{ColumnsMut, FrameHeader, Line, frame_lines, stride_lines};
+    use regatta_plugin::world::{EdgeRecord, WorldData};
+
+    use super::*;
+
+    #[test]
+    fn robots_of_another_level_and_on_no_edge_have_no_ids() {
+        let mut world = WorldData::default();
+        for name in ["cellar", "ground"] {
+            let level = world.texts.add(name);
+            world.add_edge(EdgeRecord { level, ..EdgeRecord::default() }, []);
+        }
+        let mut lines = vec![Line::default(); frame_lines(3)];
+        let columns = ColumnsMut::split(&mut lines, 3);
+        for (robot, edge) in [0, 1, u32::MAX].into_iter().enumerate() {
+            (columns.x[robot], columns.edge[robot]) = (robot as f32, edge);
+            columns.state[robot] = RobotState::Driving as u8;
+        }
+        let header = FrameHeader { robots: 3, stride_lines: stride_lines(3) as u32, ..FrameHeader::default() };
+        let frame = Frame::new(&header, &lines).expect("a frame");
+        let camera = Camera::plan_around(Vec2::ZERO, 10.0);
+        let ids = |level| {
+            let spots = find(&frame, &world.view(1, 1), level, &camera, Vec2::ZERO, Vec2::new(800.0, 600.0));
+            spots.iter().map(|spot| spot.id).collect::<Vec<_>>()
+        };
+        assert_eq!(ids(None), [0, 1, 2]);
+        assert_eq!(ids(Some("cellar")), [0]);
+        assert_eq!(ids(Some("ground")), [1]);
     }
 }
