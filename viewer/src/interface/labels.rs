@@ -75,11 +75,12 @@ impl Labels {
     }
 
     /// Draws the ids that are near enough over a picture, of which `clip` is in sight. Where space is short, nodes precede edges
-    /// and near ones far ones; none covers a robot.
+    /// and near ones far ones; none covers a robot or another id.
     pub fn draw(&self, context: &Context, clip: Rect, view: &LabelView<'_>) {
         let LabelView { picture, camera, offset, theme, robots } = *view;
         let painter = context.layer_painter(LayerId::background()).with_clip_rect(clip);
         let colours = style::colours(theme);
+        let mut drawn: Vec<Rect> = Vec::new();
         for (label, at) in self.visible(camera, offset, Vec2::new(picture.width(), picture.height())) {
             let (colour, size) =
                 if label.is_node { (colours.text, 11.0) } else { (colours.text.gamma_multiply(0.8), 10.0) };
@@ -100,9 +101,10 @@ impl Labels {
                 let middle = pos2(picture.left() + spot.at.x, picture.top() + spot.at.y);
                 text.distance_sq_to_pos(middle) < spot.radius * spot.radius
             };
-            if robots.iter().any(covers) {
+            if robots.iter().any(covers) || drawn.iter().any(|other| other.intersects(text)) {
                 continue;
             }
+            drawn.push(text);
             painter.rect_filled(text.expand2(egui::vec2(3.0, 0.0)), 3.0, colours.panel.gamma_multiply(0.6));
             painter.galley(text.min, galley, colour);
         }

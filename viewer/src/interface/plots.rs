@@ -14,6 +14,14 @@ use super::style::{self, color32};
 use super::view_model::{Action, ViewModel};
 use crate::palette::{Colouring, Scale};
 
+/// The least distance between two marks of the axis of time, in points.
+const TIME_POINTS: f32 = 85.0;
+/// Distances between marks of the axis of time, in seconds.
+const STEPS: [f64; 18] = [
+    1.0, 2.0, 5.0, 10.0, 15.0, 30.0, 60.0, 120.0, 300.0, 600.0, 900.0, 1_800.0, 3_600.0, 7_200.0, 14_400.0, 21_600.0,
+    43_200.0, 86_400.0,
+];
+
 /// The states that are counted, in the order of their values.
 const STATES: [RobotState; FLEET_STATES] = [
     RobotState::Idle,
@@ -116,6 +124,7 @@ impl Interface {
             ui.label(style::faint(ui, theme, "not published"));
             return (None, None);
         }
+        let room = ui.available_width() - 40.0;
         let plot = Plot::new(figure.title)
             .include_x(ends[0])
             .include_x(ends[1])
@@ -123,6 +132,7 @@ impl Interface {
             .include_y(1.0)
             .y_axis_min_width(34.0)
             .y_grid_spacer(marks)
+            .x_grid_spacer(move |input| times(input.bounds, room))
             .y_axis_formatter(|mark, _| number(mark.value))
             .x_axis_formatter(|mark, _| clock(mark.value))
             .allow_drag(false)
@@ -155,6 +165,15 @@ fn marks(input: GridInput) -> Vec<GridMark> {
     range.map(|i| GridMark { value: i as f64 * step_size, step_size }).collect()
 }
 
+/// Returns the marks of a plot's axis of time, at round times, in an axis of some points.
+fn times((low, high): (f64, f64), points: f32) -> Vec<GridMark> {
+    let least = (high - low) * f64::from(TIME_POINTS / points.max(TIME_POINTS));
+    let days = (least / 86_400.0).ceil() * 86_400.0;
+    let step_size = STEPS.into_iter().find(|step| *step >= least).unwrap_or(days);
+    let range = (low / step_size).ceil() as i64..=(high / step_size).floor() as i64;
+    range.map(|i| GridMark { value: i as f64 * step_size, step_size }).collect()
+}
+
 /// Formats a value beside a plot.
 fn number(value: f64) -> String {
     if value.fract() == 0.0 || value >= 1000.0 {
@@ -167,6 +186,16 @@ fn number(value: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn times_are_round_and_have_room() {
+        let values = |high, points| times((0.0, high), points).into_iter().map(|mark| mark.value).collect::<Vec<_>>();
+        assert_eq!(values(875.0, 200.0), [0.0, 600.0]);
+        assert_eq!(values(875.0, 400.0), [0.0, 300.0, 600.0]);
+        assert_eq!(values(4.2, 400.0), [0.0, 1.0, 2.0, 3.0, 4.0]);
+        assert_eq!(values(3.0 * 86_400.0, 200.0), [0.0, 172_800.0]);
+        assert_eq!(times((120.0, 130.0), 0.0).len(), 2, "a plot without room");
+    }
 
     #[test]
     fn an_axis_has_two_or_three_marks() {
