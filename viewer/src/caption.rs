@@ -39,6 +39,8 @@ pub struct Annotations<'a> {
     pub scene: &'a Scene,
     /// The legend, if it is shown.
     pub legend: Option<&'a Legend>,
+    /// Whether a plan has its coordinates, its scale and the direction to the north.
+    pub plan: bool,
     /// What is known of plans.
     pub plans: PlanFacts,
     /// The fleet, the time and the number of robots, a line each; shown with the legend.
@@ -104,8 +106,21 @@ impl Caption {
     }
 
     fn lay_out(&self, size: UVec2, scale: f32, annotations: &Annotations<'_>) -> FullOutput {
-        let Annotations { camera, scene, legend, plans, title, frame, world, heat, closed, density, robots, banner } =
-            annotations;
+        let Annotations {
+            camera,
+            scene,
+            legend,
+            plan,
+            plans,
+            title,
+            frame,
+            world,
+            heat,
+            closed,
+            density,
+            robots,
+            banner,
+        } = annotations;
         let picture = Rect::from_min_size(pos2(0.0, 0.0), vec2(size.x as f32, size.y as f32) / scale);
         let mut input = RawInput { screen_rect: Some(picture), ..RawInput::default() };
         input.viewports.entry(egui::ViewportId::ROOT).or_default().native_pixels_per_point = Some(scale);
@@ -124,10 +139,11 @@ impl Caption {
             }
             Labels::draw_robots(ui.ctx(), picture, picture, camera, theme, robots.iter().copied());
             banner.show(ui.ctx(), picture, camera, theme);
+            if *plan && camera.is_plan() {
+                let beside = legend.map_or(Rect::NOTHING, |_| overlay::legend_place(ui.ctx()));
+                plan::draw(ui.ctx(), picture, picture, beside, camera, theme);
+            }
             if let Some(legend) = legend {
-                if camera.is_plan() {
-                    plan::draw(ui.ctx(), picture, picture, overlay::legend_place(ui.ctx()), camera, theme);
-                }
                 let heat = scene.heat.map(|wanted| HeatLegend { heat: wanted, facts: *heat });
                 let closed = if layers.edges { *closed } else { 0 };
                 let symbols = Symbols { heat, density: *density, closed, ..Symbols::new(layers, *plans) };

@@ -34,6 +34,7 @@ use crate::route::RoutePoller;
 use crate::stage::Stage;
 use crate::video::VideoWriter;
 use crate::watching::Inbox;
+use levels::Part;
 
 /// The time between two polls for new data.
 const POLL: Duration = Duration::from_millis(2);
@@ -55,8 +56,8 @@ struct HeadlessViewer<'a> {
     caption: Caption,
     /// The time of the picture, where it isn't that of the newest frame, in seconds.
     clock: Option<f64>,
-    /// The number and the name of the level that is drawn into a part of the picture, if levels are shown side by side.
-    part: Option<(u32, String)>,
+    /// The part of the picture that is drawn, if levels are shown side by side.
+    part: Option<Part>,
     samples: u32,
     termination: Termination,
 }
@@ -300,14 +301,15 @@ impl HeadlessViewer<'_> {
         let size = self.size();
         self.stage.draw(&mut encoder, &self.offscreen.view, &camera, size, alpha);
         let (target, legend) = ((&self.offscreen.overlay, size), self.stage.legend());
-        let is_first = self.part.as_ref().is_none_or(|(number, _)| *number == 0);
-        let legend = (!self.options.look.no_legend && is_first).then_some(&legend);
+        let [has_legend, plan] = self.part.as_ref().map_or([true; 2], |part| [part.has_legend, part.has_scale]);
+        let [has_legend, plan] = [has_legend, plan].map(|is_shown| is_shown && !self.options.look.no_legend);
+        let legend = has_legend.then_some(&legend);
         let selected = self.selected().filter(|_| !self.options.look.no_ids);
         let robots = selected.filter_map(|robot| Some((robot, self.pose(robot)?.0))).collect();
         let plans = self.stage.plan_facts();
         let time = self.clock.or_else(|| Some(self.stage.feed.frame()?.sim_time().as_secs_f64()));
         let look = &self.options.look;
-        let level = self.part.as_ref().map(|(_, name)| name.clone());
+        let level = self.part.as_ref().map(|part| part.level.clone());
         let heading = match (&look.title, level) {
             (Some(title), Some(level)) => Some(format!("{title}: {level}")),
             (title, level) => title.clone().or(level),
@@ -322,6 +324,7 @@ impl HeadlessViewer<'_> {
             camera: &camera,
             scene,
             legend,
+            plan,
             plans,
             title,
             frame,

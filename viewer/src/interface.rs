@@ -152,9 +152,9 @@ impl Interface {
         if picture.is_positive() && visible.is_positive() {
             let part = |at: egui::Pos2| glam::Vec2::new(at.x - picture.left(), at.y - picture.top());
             let size = glam::Vec2::new(picture.width(), picture.height());
-            // Nothing of the fleet is to lie under the legend.
-            let legend =
-                overlay::beside_legend(glam::Vec2::new(visible.width(), visible.height())).low.x * visible.width();
+            // Nothing of the fleet is to lie under the legend. Levels side by side lie beside it.
+            let beside = overlay::beside_legend(glam::Vec2::new(visible.width(), visible.height())).low.x;
+            let legend = if self.parts().is_empty() { beside * visible.width() } else { 0.0 };
             let (low, high) = (part(visible.min + egui::vec2(legend, 0.0)) / size, part(visible.max) / size);
             self.window = Window { aspect: picture.aspect_ratio(), low, high };
             self.camera_controller.keep_fitted(model.bounds, self.window);

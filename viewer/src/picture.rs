@@ -11,6 +11,7 @@ use crate::gpu::attachments::Attachments;
 use crate::gpu::device::{DeviceError, Gpu};
 use crate::gpu::resources::view_of;
 use crate::memory;
+use crate::palette::Rgb;
 
 /// The format of offscreen pictures.
 pub const FORMAT: TextureFormat = TextureFormat::Rgba8UnormSrgb;
@@ -127,6 +128,22 @@ impl Offscreen {
     /// Width and height in pixels.
     pub fn size(&self) -> UVec2 {
         self.size
+    }
+
+    /// Fills the texture with a colour.
+    pub fn fill(&self, encoder: &mut wgpu::CommandEncoder, colour: Rgb) {
+        let [r, g, b] = colour.linear().to_array().map(f64::from);
+        let load = wgpu::LoadOp::Clear(wgpu::Color { r, g, b, a: 1.0 });
+        encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("fill"),
+            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                view: &self.view,
+                depth_slice: None,
+                resolve_target: None,
+                ops: wgpu::Operations { load, store: wgpu::StoreOp::Store },
+            })],
+            ..wgpu::RenderPassDescriptor::default()
+        });
     }
 
     /// Submits the commands that draw into the texture, waits for them, and returns the picture.

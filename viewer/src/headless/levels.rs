@@ -2,43 +2,66 @@
 
 use std::time::Instant;
 
-use glam::UVec2;
-use image::{RgbaImage, imageops};
-use regatta_plugin::{Error, Result};
+use glam::{UVec2, Vec2};
+use image::{Rgba, RgbaImage, imageops};
+use regatta_plugin::{Error, Result, World};
 
 use super::HeadlessViewer;
-use crate::caption::Caption;
+use crate::camera::Camera;
+use crate::caption::{Annotations, Caption, pixels_per_point};
 use crate::feed::News;
 use crate::gpu::TargetConfig;
+use crate::interface::banner::Banner;
 use crate::interface::labels::{Labels, levels};
 use crate::interface::levels::columns;
+use crate::interface::overlay;
 use crate::picture::{FORMAT, Offscreen};
+
+/// A part of a picture.
+pub(super) struct Part {
+    /// The level that it shows.
+    pub level: String,
+    /// Whether it has the legend.
+    pub has_legend: bool,
+    /// Whether it has coordinates, a scale and the direction to the north, in a plan.
+    pub has_scale: bool,
+}
 
 impl HeadlessViewer<'_> {
     /// Draws each level into a part of the picture, from the upper left corner on, in the order of their names. All have the same
-    /// camera, so that what is above each other is at the same place of each part.
+    /// camera, so that what is above each other is at the same place of each part. The legend is on the left of them, or, where there
+    /// is no room for it, in the first part.
     pub(super) fn render_levels(&mut self, samples: u32) -> Result<RgbaImage> {
         let names = self.stage.feed.world().map(|world| levels(&world)).unwrap_or_default();
         if names.len() < 2 {
             return Err(Error::new("this world has no two levels to show side by side; leave --levels out"));
         }
         let (size, parts, bounds) = (self.size(), names.len() as u32, self.stage.bounds());
-        let columns = columns(parts, size.as_vec2(), bounds.high - bounds.low);
-        let part = size / UVec2::new(columns, parts.div_ceil(columns));
-        self.offscreen = Offscreen::new(&self.gpu, part, TargetConfig::new(&self.gpu, FORMAT, samples))?;
-        let mut picture = RgbaImage::new(size.x, size.y);
+        let room = if self.options.look.no_legend { 0 } else { legend_width(size) };
+        let rest = UVec2::new(size.x - room, size.y);
+        let columns = columns(parts, rest.as_vec2(), bounds.high - bounds.low);
+        let part = rest / UVec2::new(columns, parts.div_ceil(columns));
+        let target = TargetConfig::new(&self.gpu, FORMAT, samples);
+        self.offscreen = Offscreen::new(&self.gpu, part, target)?;
+        let [_, r, g, b] = self.stage.scene.theme.colours().sky.0.to_be_bytes();
+        let mut picture = RgbaImage::from_pixel(size.x, size.y, Rgba([r, g, b, 255]));
         for (number, name) in (0..).zip(names) {
-            self.show_level(number, &name)?;
+            self.show_level(&name)?;
+            let has_legend = number == 0 && room == 0;
+            self.part = Some(Part { level: name, has_legend, has_scale: number == 0 });
             let drawn = self.render(1.0)?;
-            let at = part * UVec2::new(number % columns, number / columns);
+            let at = part * UVec2::new(number % columns, number / columns) + UVec2::new(room, 0);
             imageops::replace(&mut picture, &drawn, at.x.into(), at.y.into());
         }
-        // What is left over is like the floor of a part without anything.
-        picture.pixels_mut().filter(|pixel| pixel.0[3] == 0).for_each(|pixel| pixel.0[3] = 255);
+        if room > 0 {
+            let density = self.stage.shown_density(&self.camera(), part);
+            self.offscreen = Offscreen::new(&self.gpu, UVec2::new(room, size.y), target)?;
+            imageops::replace(&mut picture, &self.render_legend(density)?, 0, 0);
+        }
         Ok(picture)
     }
 
-    fn show_level(&mut self, number: u32, name: &str) -> Result {
+    fn show_level(&mut self, name: &str) -> Result {
         self.stage.scene.level = Some(name.to_owned());
         self.stage.apply(News::default(), Instant::now())?;
         // Another name is as wide as it is: what was laid out before doesn't count.
@@ -46,7 +69,37 @@ impl HeadlessViewer<'_> {
         if let Some(world) = self.stage.feed.world() {
             self.caption.labels = Labels::new(&world, Some(name));
         }
-        self.part = Some((number, name.to_owned()));
         Ok(())
     }
+
+    /// Draws the legend alone. `density` is as in [`Annotations`].
+    fn render_legend(&mut self, density: Option<f32>) -> Result<RgbaImage> {
+        let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        let (legend, scene) = (self.stage.legend(), &self.stage.scene);
+        self.offscreen.fill(&mut encoder, scene.theme.colours().sky);
+        let annotations = Annotations {
+            camera: &Camera::default(),
+            scene,
+            legend: Some(&legend),
+            plan: false,
+            plans: self.stage.plan_facts(),
+            title: self.title(),
+            frame: None,
+            world: World::default(),
+            heat: self.stage.jam_facts().heat,
+            closed: self.stage.closed().len() as u32,
+            density,
+            robots: Vec::new(),
+            banner: Banner::default(),
+        };
+        self.caption = Caption::new(&self.gpu);
+        self.caption.draw(&self.gpu, &mut encoder, (&self.offscreen.overlay, self.size()), &annotations);
+        Ok(self.offscreen.read(encoder)?)
+    }
+}
+
+/// Returns the width of the strip on the left of a picture that its legend takes, in pixels; 0 if the picture has no room to spare.
+fn legend_width(size: UVec2) -> u32 {
+    let beside = overlay::beside_legend(size.as_vec2() / pixels_per_point(size));
+    (beside.low * Vec2::new(size.x as f32, 0.0)).x.ceil() as u32
 }

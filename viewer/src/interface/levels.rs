@@ -5,6 +5,7 @@
 use egui::{Align2, ComboBox, Context, Event, FontId, LayerId, Rect, Role, Stroke, StrokeKind, Ui, WidgetInfo, vec2};
 use glam::Vec2;
 
+use super::overlay::beside_legend;
 use super::state::Interface;
 use super::view_model::Action;
 use crate::camera::Bounds;
@@ -93,7 +94,10 @@ impl Interface {
         if !self.is_side_by_side() || !whole.is_positive() {
             return PictureArea { picture, visible: whole, whole };
         }
-        let parts = divide(&self.levels, whole, bounds.high - bounds.low, ui.pixels_per_point());
+        // The legend lies beside the levels, where there is room.
+        let legend = beside_legend(Vec2::new(whole.width(), whole.height())).low.x * whole.width();
+        let beside = whole.with_min_x(whole.left() + legend);
+        let parts = divide(&self.levels, beside, bounds.high - bounds.low, ui.pixels_per_point());
         let wanted = self.pressed_part(ui, &parts).or_else(|| self.level().map(str::to_owned));
         let (level, part) = parts.iter().find(|(level, _)| Some(level) == wanted.as_ref()).unwrap_or(&parts[0]).clone();
         self.show_level(Some(level));

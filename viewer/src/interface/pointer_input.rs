@@ -27,10 +27,11 @@ impl Interface {
         let response = ui.interact(whole, ui.scope_id().with("picture"), Sense::click_and_drag());
         let size = glam(picture.size());
         self.handle_drag(ui, &response, picture, visible, size);
-        if response.contains_pointer() {
+        let is_in = |at: Option<Pos2>| at.filter(|at| visible.contains(*at));
+        if response.contains_pointer() && is_in(response.hover_pos()).is_some() {
             self.wheel(ui, picture, size);
         }
-        if let Some(at) = response.interact_pointer_pos() {
+        if let Some(at) = is_in(response.interact_pointer_pos()) {
             let (window, at) = (glam(at.to_vec2()), glam(at - picture.min));
             if response.double_clicked() && self.measuring.is_none() {
                 if let Some(place) = self.camera_controller.camera().unproject(at, size) {
@@ -48,7 +49,7 @@ impl Interface {
             }
         }
         self.held_keys(ui, size);
-        response.hover_pos().filter(|at| visible.contains(*at) && self.drag.is_none())
+        is_in(response.hover_pos()).filter(|_| self.drag.is_none())
     }
 
     /// Handles the pointer event by event: where a picture takes long, a whole drag may happen between two pictures, which

@@ -64,6 +64,22 @@ fn a_click_into_another_part_moves_on_to_its_level_and_selects_there() {
     assert_eq!(levels_of_filters(&harness), [Some("first".to_owned())]);
 }
 
+/// Beside the levels is the legend.
+#[test]
+fn a_click_beside_all_levels_selects_nothing() {
+    let (mut harness, parts) = side_by_side();
+    let at = pos2(parts[0].1.left() - 60.0, 200.0);
+    assert!(at.x > 100.0, "the legend has room: {at}");
+    harness.hover_at(at);
+    settle(&mut harness);
+    harness.drag_at(at);
+    harness.drop_at(at);
+    settle(&mut harness);
+    let actions = &harness.state().actions;
+    assert!(!actions.iter().any(|action| matches!(action, Action::Pick { .. })), "{actions:?}");
+    assert_eq!(harness.state().interface.level(), Some("cellar"));
+}
+
 #[test]
 fn the_wheel_zooms_about_the_pointer_in_its_part() {
     let (mut harness, parts) = side_by_side();
