@@ -4,6 +4,7 @@
 #[path = "../processes/fleet.rs"]
 #[expect(dead_code, reason = "shared with other tests, which use more of it")]
 mod fleet;
+mod layers;
 mod recording;
 mod screen;
 mod steering;
@@ -40,6 +41,9 @@ const TESTS: &[(&str, fn())] = &[
         "an_edge_is_closed_and_a_robot_sent_broken_and_held_by_the_menu",
         steering::an_edge_is_closed_and_a_robot_sent_broken_and_held_by_the_menu,
     ),
+    ("a_heat_map_is_shown_and_hidden", layers::a_heat_map_is_shown_and_hidden),
+    ("a_narrow_window_has_one_panel", layers::a_narrow_window_has_one_panel),
+    ("a_click_goes_on_in_another_level", layers::a_click_goes_on_in_another_level),
     ("the_past_of_a_run_is_looked_at_while_it_goes_on", recording::the_past_of_a_run_is_looked_at_while_it_goes_on),
     ("a_run_opens_a_viewer_and_continues_without_it", a_run_opens_a_viewer_and_continues_without_it),
     ("a_run_that_requires_a_viewer_fails_without_a_display", a_run_that_requires_a_viewer_fails_without_a_display),

@@ -117,6 +117,15 @@ impl Screenshot {
         places.filter(|place| self.0[*place] != other.0[*place]).count()
     }
 
+    /// Returns the number of pixels within a rectangle that are like one of some colours, each red, green and blue.
+    pub fn like(&self, colours: &[[u8; 3]], x: std::ops::Range<usize>, y: std::ops::Range<usize>) -> usize {
+        let is_near = |[b, g, r]: [u8; 3], colour: &[u8; 3]| {
+            [r, g, b].into_iter().zip(colour).all(|(found, wanted)| found.abs_diff(*wanted) <= 3)
+        };
+        let pixels = y.flat_map(|y| x.clone().map(move |x| y * SIZE.0 + x)).map(|place| self.0[place]);
+        pixels.filter(|pixel| colours.iter().any(|colour| is_near(*pixel, colour))).count()
+    }
+
     /// Returns the number of different colours.
     pub fn colours(&self) -> usize {
         let mut all = self.0.clone();

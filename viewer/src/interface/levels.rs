@@ -107,12 +107,12 @@ impl Interface {
 
     fn pressed_part(&self, ui: &Ui, parts: &[(String, Rect)]) -> Option<String> {
         let at = ui.input(|input| {
-            let places = input.events.iter().filter_map(|event| match event {
+            let mut places = input.events.iter().filter_map(|event| match event {
                 Event::PointerButton { pos, pressed: true, .. } => Some(*pos),
                 Event::MouseWheel { .. } => input.pointer.hover_pos(),
                 _ => None,
             });
-            places.last()
+            places.next_back()
         });
         let on_picture = at.filter(|at| ui.ctx().layer_id_at(*at) == Some(ui.layer_id()) && self.drag.is_none());
         let part = on_picture.and_then(|at| parts.iter().find(|(_, part)| part.contains(at)));

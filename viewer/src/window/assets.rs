@@ -87,13 +87,15 @@ fn load_floor(file: &str, size: Option<[f32; 2]>, placed: Option<[f32; 4]>, stag
 
 /// Sets or removes the picture on the floor of all levels that are shown. Returns false if one of them has no room for it.
 fn set_floor(stage: &mut Stage, picture: Option<&FloorPicture>) -> bool {
-    stage.renderers().fold(true, |has_room, renderer| renderer.set_floor_picture(picture) && has_room)
+    let mut has_room = true;
+    stage.renderers().for_each(|renderer| has_room &= renderer.set_floor_picture(picture));
+    has_room
 }
 
 fn load_mesh(mesh: Option<&RobotMesh>, stage: &mut Stage) -> Result<(), String> {
     let mesh = mesh.map(|mesh| mesh_file::load(Path::new(&mesh.file), mesh.placement())).transpose();
     let mesh = mesh.map_err(|error| error.to_string())?;
-    let has_room =
-        stage.renderers().fold(true, |has_room, renderer| renderer.set_mesh(None, mesh.as_ref()) && has_room);
+    let mut has_room = true;
+    stage.renderers().for_each(|renderer| has_room &= renderer.set_mesh(None, mesh.as_ref()));
     has_room.then_some(()).ok_or_else(|| "too many meshes; this one is not used".to_owned())
 }

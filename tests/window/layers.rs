@@ -1,0 +1,73 @@
+//! What the window shows besides robots: the heat map, panels in a narrow window, and levels side by side.
+
+use regatta_viewer::palette::{Rgb, Theme, heat_ramp};
+
+use crate::fleet::{Fleet, eventually};
+use crate::screen::{SIZE, Screen};
+use crate::{close, viewer};
+
+/// Red, green and blue.
+fn bytes(colour: Rgb) -> [u8; 3] {
+    let [_, rgb @ ..] = colour.0.to_be_bytes();
+    rgb
+}
+
+pub fn a_heat_map_is_shown_and_hidden() {
+    let screen = Screen::start();
+    let fleet = Fleet::start("heat-window", "thirty.yaml", &["--speed", "5"]);
+    let traffic = fleet.plugin("traffic");
+    let viewer = viewer(&screen, &fleet.name, &["--heat", "occupancy"]);
+    screen.window(&format!("Regatta: {}", fleet.name));
+    let ramp = heat_ramp(Theme::Dark).map(bytes);
+    // Beside the legend, which has the ramp, too.
+    let hot = || screen.screenshot().like(&ramp, 220..SIZE.0, 60..640);
+    for _ in 0..2 {
+        eventually("edges have the colours of the heat map", || (hot() > 1_000).then_some(()));
+        screen.xdotool(&["key", "shift+h"]);
+        eventually("edges have their own colours", || (hot() < 100).then_some(()));
+        screen.xdotool(&["key", "shift+h"]);
+    }
+    close(&screen, viewer);
+    traffic.interrupt();
+}
+
+pub fn a_narrow_window_has_one_panel() {
+    let screen = Screen::start();
+    let fleet = Fleet::start("narrow", "thirty.yaml", &[]);
+    fleet.control(&["pause"]);
+    let viewer = viewer(&screen, &fleet.name, &[]);
+    let window = screen.window(&format!("Regatta: {}", fleet.name));
+    eventually("the fleet is drawn", || (screen.screenshot().colours() > 100).then_some(()));
+    screen.xdotool(&["windowsize", &window, "640", "400"]);
+    screen.stable_screenshot();
+    let panel = [[0x10, 0x15, 0x1b]];
+    let is_covered = |[from, to]: [usize; 2]| screen.screenshot().like(&panel, from..to, 60..280) > 100 * (to - from);
+    let (left, right) = ([10, 200], [440, 630]);
+    assert!(!is_covered(left) && !is_covered(right), "no panel is open");
+    screen.xdotool(&["key", "1"]);
+    eventually("a panel opens on the left", || (is_covered(left) && !is_covered(right)).then_some(()));
+    screen.xdotool(&["key", "4"]);
+    eventually("one on the right takes its place", || (!is_covered(left) && is_covered(right)).then_some(()));
+    close(&screen, viewer);
+    let settings = screen.settings().expect("settings are stored");
+    assert_eq!((&settings["left"], &settings["right"]), (&serde_json::Value::Null, &"view".into()));
+}
+
+pub fn a_click_goes_on_in_another_level() {
+    let screen = Screen::start();
+    let fleet = Fleet::start("levels-window", "imported/open-rmf/hotel.building.yaml", &["--robots", "20"]);
+    let viewer = viewer(&screen, &fleet.name, &["--levels"]);
+    screen.window(&format!("Regatta: {}", fleet.name));
+    // The frame of the level that is the current one, of three beside the legend.
+    let accent = [[0x56, 0xb4, 0xe9]];
+    let width = (SIZE.0 - 205) / 3;
+    let is_current = |level: usize| {
+        let start = 205 + level * width;
+        screen.screenshot().like(&accent, start - 2..start + 4, 100..600) > 400
+    };
+    eventually("the first level is the current one", || (is_current(0) && !is_current(2)).then_some(()));
+    let at = (205 + 2 * width + width / 2).to_string();
+    screen.xdotool(&["mousemove", &at, "300", "click", "1"]);
+    eventually("the third one is", || (is_current(2) && !is_current(0)).then_some(()));
+    close(&screen, viewer);
+}
