@@ -101,7 +101,7 @@ impl Interface {
             (area, self.pointer_input(ui, area, &mut actions))
         });
         let (area, pointer) = shown.inner;
-        self.hover_edge(ui.ctx(), area.picture, pointer, model);
+        self.hover_edge(ui.ctx(), area, pointer, model);
         self.overlay(ui.ctx(), area, model);
         self.menu(ui.ctx(), area.whole, model, &mut actions);
         if model.engine != EngineState::Awaited {

@@ -7,6 +7,7 @@ use glam::Vec2;
 use regatta_plugin::traffic::EdgeTraffic;
 
 use super::edge_finder::EdgeFinder;
+use super::levels::PictureArea;
 use super::ramp;
 use super::state::Interface;
 use super::style::{self, faint, thousands};
@@ -38,16 +39,16 @@ impl EdgeHover {
 }
 
 impl Interface {
-    /// Finds the edge under the pointer, which is over the picture, and shows its figures.
+    /// Finds the edge under the pointer, which is over the picture, and shows its figures beside it, over no panel.
     pub(super) fn hover_edge(
         &mut self,
         context: &Context,
-        picture: Rect,
+        area: PictureArea,
         pointer: Option<Pos2>,
         model: &ViewModel<'_>,
     ) {
         let at = pointer.filter(|_| self.settings.edges && self.menu.is_none() && self.measuring.is_none());
-        let found = at.and_then(|at| self.edge_at(at, picture, model));
+        let found = at.and_then(|at| self.edge_at(at, area.picture, model));
         let rests = context.input(|input| input.pointer.time_since_last_movement()) >= REST;
         if found.is_some() && found != self.edge_hover.edge && !rests {
             self.edge_hover.edge = None;
@@ -56,7 +57,7 @@ impl Interface {
         }
         self.edge_hover.edge = found;
         if let (Some(edge), Some(at)) = (found, at) {
-            self.edge_tooltip(context, at, edge, model);
+            self.edge_tooltip(context, area.whole, at, edge, model);
         }
     }
 
@@ -75,7 +76,7 @@ impl Interface {
         self.edge_hover.finder.nearest(world, place - Vec2::from(self.settings.offset), reach)
     }
 
-    fn edge_tooltip(&mut self, context: &Context, at: Pos2, edge: u32, model: &ViewModel<'_>) {
+    fn edge_tooltip(&mut self, context: &Context, within: Rect, at: Pos2, edge: u32, model: &ViewModel<'_>) {
         let Some(record) = model.world.edges().get(edge as usize) else { return };
         let theme = self.settings.theme();
         let present = self.present_on_edge(model, edge);
@@ -86,7 +87,7 @@ impl Interface {
         // Of a time that is over, only where robots were is known.
         let traffic = model.jams.edge(edge).filter(|_| !model.is_past()).map(|facts| facts.traffic);
         let area = Area::new(Id::unique("edge under the pointer")).order(Order::Tooltip).fade_in(false);
-        area.interactable(false).fixed_pos(at + vec2(14.0, 16.0)).show(context, |ui| {
+        area.interactable(false).fixed_pos(at + vec2(14.0, 16.0)).constrain_to(within).show(context, |ui| {
             style::floating(theme).show(ui, |ui| {
                 ui.set_max_width(260.0);
                 ui.label(RichText::new(title).strong());
