@@ -60,6 +60,16 @@ impl Interface {
         self.filter.level.as_deref()
     }
 
+    /// Takes the names of a world's levels. If the shown one isn't among them, all are shown.
+    pub fn set_levels(&mut self, levels: Vec<String>) {
+        let unknown = self.filter.level.take_if(|level| !levels.contains(level));
+        self.is_refiltered |= unknown.is_some();
+        if let Some(level) = unknown.filter(|_| !self.side_by_side.is_on) {
+            self.notify(format!("there is no level '{level}'; all are shown"));
+        }
+        self.levels = levels;
+    }
+
     /// Shows one level only, or all.
     pub fn show_level(&mut self, level: Option<String>) {
         self.is_refiltered |= self.filter.level != level;

@@ -74,7 +74,7 @@ pub struct Interface {
     /// Keys for the search field that were pressed before it had the focus.
     pub(super) late_input: Option<Vec<egui::Event>>,
     /// The names of the world's levels.
-    pub levels: Vec<String>,
+    pub(super) levels: Vec<String>,
     pub(super) side_by_side: SideBySide,
     /// Whether the filter has been changed by something else than its own panel.
     pub(super) is_refiltered: bool,

@@ -336,7 +336,7 @@ impl ViewerWindow {
     fn update_state(&mut self, news: News, now: Instant) {
         if let Some(world) = self.stage.feed.world().filter(|_| news.world) {
             self.fleet_state.labels = Labels::new(&world, self.stage.scene.level.as_deref());
-            self.interface.levels = levels(&world);
+            self.interface.set_levels(levels(&world));
         }
         if self.stage.feed.frame().is_some() {
             for Unloadable { file, message } in self.assets.update(&mut self.interface.settings, &mut self.stage) {

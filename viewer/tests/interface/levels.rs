@@ -5,7 +5,7 @@ use super::*;
 /// A harness of a world with three levels, side by side, and their parts.
 fn side_by_side() -> (Harness<'static, Fixture>, Vec<(String, egui::Rect)>) {
     let mut fixture = Fixture::new(5);
-    fixture.interface.levels = ["cellar", "ground", "first"].map(str::to_owned).to_vec();
+    fixture.interface.set_levels(["cellar", "ground", "first"].map(str::to_owned).to_vec());
     fixture.interface.show_side_by_side(true);
     let mut harness = harness(fixture);
     settle(&mut harness);
@@ -103,7 +103,7 @@ fn the_wheel_zooms_about_the_pointer_in_its_part() {
 #[test]
 fn levels_are_chosen_in_the_view_panel() {
     let mut fixture = Fixture::new(5);
-    fixture.interface.levels = ["cellar", "ground"].map(str::to_owned).to_vec();
+    fixture.interface.set_levels(["cellar", "ground"].map(str::to_owned).to_vec());
     fixture.interface.settings.right = Some(RightPanel::View);
     let mut harness = harness(fixture);
     let choose = |harness: &mut Harness<'_, Fixture>, name: &str| {
@@ -124,4 +124,23 @@ fn levels_are_chosen_in_the_view_panel() {
     let mut levels = levels_of_filters(&harness);
     levels.dedup();
     assert!(levels.ends_with(&wanted), "{levels:?}");
+}
+
+#[test]
+fn another_world_without_the_level_is_shown_as_a_whole() {
+    let (mut harness, _) = side_by_side();
+    let show = |harness: &mut Harness<'_, Fixture>, levels: &[&str]| {
+        harness.state_mut().interface.set_levels(levels.iter().map(|level| (*level).to_owned()).collect());
+        settle(harness);
+        let interface = &harness.state().interface;
+        (interface.level().map(str::to_owned), interface.parts().len())
+    };
+    assert_eq!(show(&mut harness, &[]), (None, 0));
+    assert_eq!(levels_of_filters(&harness).last(), Some(&None), "no robot is hidden");
+    assert!(harness.query_by_label_contains("there is no level").is_none(), "the user has chosen none");
+    assert_eq!(show(&mut harness, &["attic", "ground"]), (Some("attic".to_owned()), 2), "side by side again");
+    harness.state_mut().interface.show_side_by_side(false);
+    assert_eq!(show(&mut harness, &["attic", "ground"]), (Some("attic".to_owned()), 0));
+    assert_eq!(show(&mut harness, &["ground"]), (None, 0));
+    harness.get_by_label_contains("there is no level 'attic'; all are shown");
 }
