@@ -26,13 +26,13 @@ const NARROW: &[Column] = &[
 
 /// The columns of a wide list.
 const WIDE: &[Column] = &[
-    ("id", Some(SortBy::Id), 0.12),
-    ("state", Some(SortBy::State), 0.25),
-    ("speed", Some(SortBy::Speed), 0.35),
-    ("edge", Some(SortBy::Edge), 0.46),
-    ("x", Some(SortBy::X), 0.59),
-    ("y", Some(SortBy::Y), 0.72),
-    ("θ", Some(SortBy::Theta), 0.84),
+    ("id", Some(SortBy::Id), 0.11),
+    ("state", Some(SortBy::State), 0.24),
+    ("speed", Some(SortBy::Speed), 0.335),
+    ("edge", Some(SortBy::Edge), 0.435),
+    ("x", Some(SortBy::X), 0.565),
+    ("y", Some(SortBy::Y), 0.695),
+    ("θ", Some(SortBy::Theta), 0.83),
     ("contact", None, 0.98),
 ];
 
