@@ -32,7 +32,9 @@ impl Interface {
             zone(ui, &mut self.filter, model);
             self.task_filter(ui);
         });
-        if !self.filter.is_empty() {
+        // Of levels side by side, all robots are shown.
+        let is_filtered = !Filter { level: None, ..self.filter.clone() }.is_empty();
+        if is_filtered || self.filter.level.is_some() && self.parts().is_empty() {
             ui.horizontal(|ui| {
                 let text = model.matches.map_or("counting …".to_owned(), |[matching, all]| {
                     format!("{} of {} robots match", thousands(matching.into()), thousands(all.into()))

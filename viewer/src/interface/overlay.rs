@@ -54,7 +54,7 @@ impl Interface {
             };
             self.draw_parts(context);
             legend(context, whole, theme, model.legend, &symbols, None);
-            self.draw_mark(context, picture);
+            self.draw_mark(context, picture, visible);
             self.coordinates(context, area, model);
         }
         self.messages(context, whole);
@@ -79,8 +79,13 @@ impl Interface {
             robot_spots::draw(context, visible, picture, theme, &spots);
         }
         if ids {
+            let is_shown = |id: &u32| {
+                let edge = model.frame.and_then(|frame| frame.edge().get(*id as usize).copied());
+                let edge = edge.and_then(|edge| model.world.edges().get(edge as usize));
+                self.level().is_none_or(|level| edge.is_some_and(|edge| model.world.text(edge.level) == level))
+            };
             let place = |id| Some((id, model.pose(id, offset)?.place));
-            let robots = self.robots().into_iter().filter_map(place);
+            let robots = self.robots().into_iter().filter(is_shown).filter_map(place);
             Labels::draw_robots(context, picture, visible, camera, theme, robots);
         }
     }

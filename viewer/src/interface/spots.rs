@@ -59,14 +59,14 @@ impl Interface {
     }
 
     /// Draws a ring around the marked place.
-    pub(super) fn draw_mark(&self, context: &egui::Context, picture: Rect) {
+    pub(super) fn draw_mark(&self, context: &egui::Context, picture: Rect, visible: Rect) {
         let Some(place) = self.marked else { return };
         let (camera, size) = (self.camera_controller.camera(), Vec2::new(picture.width(), picture.height()));
         let place = (place + Vec2::from(self.settings.offset)).extend(0.0);
         let Some(at) = camera.project(place, size) else { return };
         let points_per_metre = camera.pixels_per_radian(size.y) / place.distance(camera.eye()).max(1.0);
         let radius = (MARK.0 * points_per_metre).max(MARK.1);
-        let painter = context.layer_painter(LayerId::background()).with_clip_rect(picture);
+        let painter = context.layer_painter(LayerId::background()).with_clip_rect(visible);
         let centre = pos2(picture.left() + at.x, picture.top() + at.y);
         painter.circle_stroke(centre, radius, Stroke::new(4.5, Color32::from_black_alpha(150)));
         painter.circle_stroke(centre, radius, Stroke::new(2.0, self.colours().accent));
