@@ -42,17 +42,23 @@ impl Stage {
             // The columns are uploaded again, to this renderer too.
             self.watched = None;
         }
-        !new.is_empty()
+        let is_new = !new.is_empty();
+        if is_new {
+            self.update_routes();
+        }
+        is_new
     }
 
     /// Uploads to a new renderer what the others have.
     fn fill(&self, renderer: &mut Renderer, level: &str) {
         renderer.set_level(Some(level));
-        let (Some(world), Some(frame)) = (self.feed.world(), self.frame()) else { return };
+        let Some(world) = self.feed.world() else { return };
         renderer.set_world(&world);
         renderer.set_closed(&world, &self.closed.1);
         renderer.set_heat(self.heat.as_ref());
         renderer.set_plans(&self.plans);
+        // A world comes before its first frame.
+        let Some(frame) = self.frame() else { return };
         // Twice, so that robots don't glide from nowhere.
         (0..2).for_each(|_| renderer.push_frame(&frame));
         if let Some(types) = self.feed.robot_type() {
