@@ -2,13 +2,14 @@
 
 use std::path::Path;
 
+use regatta_plugin::contact::ContactRecord;
 use regatta_plugin::event::EventKind;
 use regatta_plugin::frame::ClockState;
 use regatta_plugin::order::OrderKind;
 use regatta_plugin::recording::MarkKind;
 use regatta_plugin::{
-    ColumnReader, ContactReader, Control, ControlError, EventReader, FleetName, OrderLogReader, Orders, Participant,
-    ReadError, RecordingReader, Subscriber, WorldReader,
+    ColumnReader, ContactReader, Control, ControlError, EventReader, FleetName, HistoryReader, OrderLogReader, Orders,
+    Participant, ReadError, RecordingReader, Spots, Subscriber, TrafficReader, WorldReader,
 };
 use regatta_record::{ReadingError, Recording, Topic};
 use tempfile::TempDir;
@@ -374,4 +375,84 @@ fn a_replay_tells_its_file_its_time_and_its_marks() {
     assert_eq!((note.as_str(), notes.len(), notes[1].time_nanos), ("added", 3, 500_000_000));
     assert!(marks.is_sorted_by_key(|mark| mark.time_nanos) && marks.len() > notes.len(), "others are still there");
     assert!(process.interrupt().status.success());
+}
+
+/// The robot seconds that a recording's robots lose, of all frames.
+fn lost_secs(recording: &Path) -> f64 {
+    let recording = Recording::open(recording).expect("a recording");
+    let mut lists: Vec<(u64, Vec<ContactRecord>)> = Vec::new();
+    let read = recording.contacts(|_, header, pairs| {
+        lists.push((header.tick, pairs.to_vec()));
+        Ok::<_, ReadingError>(())
+    });
+    read.expect("readable");
+    let mut spots = Spots::default();
+    let read = recording.frames(|_, frame| -> Result<(), ReadingError> {
+        let pairs = lists.iter().rfind(|(tick, _)| *tick <= frame.tick()).map_or(&[][..], |(_, pairs)| pairs);
+        spots.add(frame, pairs);
+        Ok(())
+    });
+    read.expect("readable");
+    spots.list().iter().map(|spot| spot.lost_secs()).sum()
+}
+
+#[test]
+fn the_history_of_a_recording_is_all_of_it_whatever_is_played() {
+    let folder = TempDir::new().expect("a folder");
+    record_contacts("history-source", &file(&folder), &[]);
+    let expected = lost_secs(&file(&folder));
+    assert!(expected > 5.0, "the recording has contacts: {expected} robot s");
+    let (fleet, replay, mut control) = paused("history", &file(&folder), &[]);
+    let participant = Participant::join(&fleet, "test").expect("joined");
+    let mut reader = HistoryReader::open_on(&participant).expect("a reader");
+    let mut history_of = |run_id: u64| {
+        eventually("the history of the whole recording", || {
+            reader.update().expect("readable");
+            let (header, samples) = reader.samples()?;
+            let is_whole = header.run_id == run_id && header.sim_time_nanos >= 1_400_000_000;
+            let (spots, places) = reader.spots()?;
+            let lost: f64 = places.iter().map(|spot| spot.lost_secs()).sum();
+            (is_whole && spots.run_id == run_id).then(|| (header.began_nanos, samples.to_vec(), lost))
+        })
+    };
+    let run_id = control.status().expect("a status").run_id;
+    let (began, samples, lost) = history_of(run_id);
+    assert_eq!((began, samples[0].secs), (0, 0.0));
+    assert!(samples.len() >= 3 && samples.iter().all(|sample| sample.states.iter().sum::<u32>() == 300), "{samples:?}");
+    assert!(samples.iter().skip(1).all(|sample| sample.touching().is_some() && sample.throughput() > Some(0.0)));
+    // One frame in ten counts, up to a tenth of a second before the end.
+    assert!((lost - expected).abs() < 0.12 * expected, "{lost} of {expected} robot s");
+
+    // Jumps forth, which goes on with the run, and back, which begins another one.
+    assert_eq!(control.seek(std::time::Duration::from_millis(1_000)).expect("gone there").run_id, run_id);
+    assert_eq!(history_of(run_id).2, lost);
+    let back = control.seek(std::time::Duration::from_millis(300)).expect("gone there").run_id;
+    assert_ne!(back, run_id);
+    assert_eq!(history_of(back).2, lost);
+    drop(replay);
+}
+
+#[test]
+fn the_time_of_a_jump_is_counted_on_no_edge() {
+    let folder = TempDir::new().expect("a folder");
+    record("jump-source", "thirty.yaml", 800, &file(&folder), &[]);
+    let (fleet, replay, mut control) = paused("jump", &file(&folder), &[]);
+    let plugin = Process::start(regatta().args(["plugin", "traffic", "--fleet", &fleet.to_string()]));
+    let participant = Participant::join(&fleet, "test").expect("joined");
+    let mut reader = TrafficReader::open_on(&participant).expect("a reader");
+    // With nothing played, whatever is counted would be the time of a jump.
+    let mut jump = |secs: u64| {
+        let tick = control.seek(std::time::Duration::from_secs(secs)).expect("gone there").tick;
+        eventually("the figures of the frame", || {
+            let traffic = reader.latest().expect("readable").filter(|traffic| traffic.header.tick == tick)?;
+            let entered: f32 = traffic.periods[2].iter().map(|edge| edge.entered_per_hour).sum();
+            Some((traffic.header.period_secs[2], entered))
+        })
+    };
+    for secs in [2, 5, 7] {
+        assert_eq!(jump(secs), (0.0, 0.0), "after the jump to {secs} s");
+    }
+    let output = plugin.interrupt();
+    assert!(output.status.success(), "beside the history of a replay: {output:?}");
+    drop(replay);
 }

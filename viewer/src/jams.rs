@@ -80,16 +80,18 @@ pub struct JamFacts {
     pub spots: Arc<[Spot]>,
     /// The figures over time, the oldest first.
     pub series: Arc<[FleetSample]>,
-    /// From when on both are known.
-    pub since: Since,
+    /// The part of the run that both are about.
+    pub known: Known,
 }
 
-/// From when on the history of a run is known.
+/// The part of a run whose history is known.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Since {
-    /// Simulated seconds.
-    pub secs: f64,
-    /// Whether a plugin keeps it; if not, this window does.
+pub struct Known {
+    /// Its first time, in simulated seconds.
+    pub from_secs: f64,
+    /// Its last time, in simulated seconds.
+    pub until_secs: f64,
+    /// Whether a plugin keeps it, or a replay knows it of its recording; if not, this window does.
     pub is_published: bool,
 }
 
@@ -100,8 +102,8 @@ impl JamFacts {
     }
 }
 
-/// The hot spots, the worst one first, the figures over time, and from when on they are known.
-pub type History = (Arc<[Spot]>, Arc<[FleetSample]>, Since);
+/// The hot spots, the worst one first, the figures over time, and the part of the run that they are about.
+pub type History = (Arc<[Spot]>, Arc<[FleetSample]>, Known);
 
 /// What was found since the report before.
 #[derive(Clone, Debug, Default)]

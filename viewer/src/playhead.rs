@@ -13,10 +13,9 @@ pub struct Playhead {
     started: Instant,
     /// Send times of the previous and the newest frame, on the producer's clock, in seconds.
     sent: [f64; 2],
-    /// Simulated time of the newest frame, in seconds.
-    simulated: f64,
     tick: u64,
     run: u64,
+    jumps: u64,
     /// Fewest ticks between two frames.
     gap: u64,
     /// Seconds between two frames, smoothed.
@@ -31,9 +30,9 @@ impl Playhead {
         Self {
             started: Instant::now(),
             sent: [0.0; 2],
-            simulated: 0.0,
             tick: 0,
             run: 0,
+            jumps: 0,
             gap: u64::MAX,
             period: 0.0,
             lead: f64::INFINITY,
@@ -55,13 +54,10 @@ impl Playhead {
             let period = passed * self.gap as f64 / ticks as f64;
             self.period = if self.period == 0.0 { period } else { self.period + (period - self.period) * 0.1 };
         }
-        let simulated = frame.header().sim_time_nanos as f64 * 1e-9;
         // A jump to a later time of a recording is no motion.
-        let most = (passed * f64::from(frame.header().speed)).max(0.0) * 4.0 + 0.5;
-        let has_jumped = frame.run_id() == self.run && simulated - self.simulated > most;
+        let has_jumped = frame.run_id() == self.run && frame.jumps() != self.jumps;
         self.sent = [if has_jumped { sent } else { self.sent[1] }, sent];
-        self.simulated = simulated;
-        (self.tick, self.run) = (frame.tick(), frame.run_id());
+        (self.tick, self.run, self.jumps) = (frame.tick(), frame.run_id(), frame.jumps());
     }
 
     /// Shows the newest frame at once: the user has asked for this one.

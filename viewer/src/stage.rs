@@ -230,8 +230,8 @@ impl Stage {
             self.heat = map;
         }
         (self.jam_facts.edges, self.jam_facts.node) = (report.edges, report.node);
-        if let Some((spots, series, since)) = report.history {
-            (self.jam_facts.spots, self.jam_facts.series, self.jam_facts.since) = (spots, series, since);
+        if let Some((spots, series, known)) = report.history {
+            (self.jam_facts.spots, self.jam_facts.series, self.jam_facts.known) = (spots, series, known);
         }
         is_new
     }

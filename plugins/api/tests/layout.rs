@@ -69,7 +69,7 @@ fn kind<T, F>(_: fn(&T) -> &F) -> &'static str {
 fn all_records() -> Map<String, Value> {
     records! {
         FrameHeader { run_id, tick, sequence, sim_time_nanos, wall_time_nanos, late_ticks, world_revision, tick_cost_nanos,
-            tick_period_nanos, speed, robots, stride_lines, clock, lockstep, repeated }
+            tick_period_nanos, speed, robots, stride_lines, clock, lockstep, repeated, jumps }
         WorldHeader { run_id, revision, origin, nodes, edges, curves, robot_types, text_bytes, reserved }
         NodeRecord { id, x, y, theta, name, level, zone, role }
         EdgeRecord { id, origin, destination, length, first_curve, curves, velocity_forward, velocity_backwards, name,

@@ -109,6 +109,7 @@ class FrameHeader(Sequenced):
     clock: u32
     lockstep: u32
     repeated: u32
+    jumps: u64
 
 
 @record

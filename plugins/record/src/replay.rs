@@ -2,9 +2,12 @@
 
 mod closures;
 mod contact_search;
+mod histories;
+mod history;
 mod marks;
 mod options;
 mod producer;
+mod search;
 mod stage;
 mod teller;
 
@@ -35,7 +38,9 @@ pub fn replay(args: &ReplayArgs) -> Result<(), ReplayError> {
     let mut topics = recording.topics();
     topics.retain(|topic| !args.no_columns || !topic.is_from_plugin());
     let mut ports = ProducerPorts::create_on(Participant::join(&args.fleet, "replay")?, 0)?;
-    let teller = Teller::open(ports.participant(), &recording)?;
+    // In lockstep, nothing may depend on how fast a search is.
+    let with_history = !args.no_columns && args.lockstep.names.is_empty();
+    let teller = Teller::open(ports.participant(), &recording, with_history)?;
     let stage = Stage::open(&mut ports, &topics, teller);
     regatta_plugin::tell!(
         "fleet '{}': {} frames from {:.2} s to {:.2} s of {}; Ctrl-C stops",
@@ -144,6 +149,7 @@ impl<'recording> Replay<'recording> {
             self.stage.begin_run(session)?;
         }
         self.withheld.clear();
+        session.begin_jump();
         self.show_state_before(session, frame)?;
         self.reader = self.recording.read(&Selection { from: frame, ..selection(self.recording) })?;
         // The first moments of a recording may have no frame.

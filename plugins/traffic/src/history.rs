@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use regatta_plugin::history::{FleetSample, HistoryHeader};
 use regatta_plugin::traffic::EdgeTraffic;
-use regatta_plugin::{ContactReader, Frame, HistoryPublisher, Participant, Result, Series, Spots};
+use regatta_plugin::{ContactReader, Frame, HistoryPublisher, OpenError, Participant, Result, Series, Spots};
 
 /// The time between two publications, unless they take long.
 const PUBLISH_EVERY: Duration = Duration::from_millis(500);
@@ -21,18 +21,23 @@ pub struct RunHistory {
 }
 
 impl RunHistory {
-    /// Opens the ports.
+    /// Opens the ports. Returns `None` if another process publishes the history.
     ///
     /// # Errors
-    /// If another process publishes the history, or shared memory fails.
-    pub fn open(fleet: &Participant) -> Result<Self> {
-        Ok(Self {
-            publisher: HistoryPublisher::open_on(fleet)?,
+    /// If shared memory fails.
+    pub fn open(fleet: &Participant) -> Result<Option<Self>> {
+        let publisher = match HistoryPublisher::open_on(fleet) {
+            Ok(publisher) => publisher,
+            Err(OpenError::HistoryTaken { .. }) => return Ok(None),
+            Err(error) => return Err(error.into()),
+        };
+        Ok(Some(Self {
+            publisher,
             contacts: ContactReader::open_on(fleet)?,
             spots: Spots::default(),
             series: Series::default(),
             publish_at: Instant::now(),
-        })
+        }))
     }
 
     /// Adds a frame. `figures` are those of the last minute, by edge; empty if there are none yet.

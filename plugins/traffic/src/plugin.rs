@@ -71,7 +71,8 @@ pub fn plugin(cli: Cli) -> impl Plugin {
 struct Ports {
     traffic: TrafficPublisher,
     contacts: ColumnReader,
-    history: RunHistory,
+    /// `None` if another process publishes the history: a replay knows that of its whole recording.
+    history: Option<RunHistory>,
     fleet: FleetName,
     /// Who has which route; `None` until the first frame that isn't in lockstep.
     routes: Option<RouteWatch>,
@@ -82,6 +83,7 @@ struct Ports {
 struct Before {
     run_id: u64,
     tick: u64,
+    jumps: u64,
     sim_secs: f64,
 }
 
@@ -125,16 +127,20 @@ impl TrafficPlugin {
         self.figures.clear();
     }
 
-    /// Returns for how long a frame stands, in simulated seconds: 0 for the first one, and after a gap or a jump.
+    /// Returns for how long a frame stands, in simulated seconds: 0 for the first one, and after a jump or a long gap.
     fn secs_of(&mut self, frame: &Frame<'_>) -> f64 {
         let sim_secs = frame.sim_time().as_secs_f64();
-        let now = Before { run_id: frame.run_id(), tick: frame.tick(), sim_secs };
+        let now = Before { run_id: frame.run_id(), tick: frame.tick(), jumps: frame.jumps(), sim_secs };
         // A replay that goes back begins anew.
         if self.before.is_some_and(|before| before.run_id != now.run_id || before.tick > now.tick) {
             self.begin();
         }
-        let secs = self.before.map_or(0.0, |before| sim_secs - before.sim_secs);
-        self.before = Some(now);
+        let Some(before) = self.before.replace(now) else { return 0.0 };
+        if before.jumps != now.jumps {
+            self.tally.forget_places();
+            return 0.0;
+        }
+        let secs = sim_secs - before.sim_secs;
         if secs > LONGEST_GAP_SECS { 0.0 } else { secs }
     }
 
@@ -216,14 +222,14 @@ impl Plugin for TrafficPlugin {
         }
         self.periods.add(counts, secs);
         self.publish(frame, has_contacts, has_routes)?;
-        let Some(ports) = &mut self.ports else { return Ok(()) };
-        ports.history.add(frame, &self.figures[..self.figures.len() / TRAFFIC_PERIODS])
+        let Some(history) = self.ports.as_mut().and_then(|ports| ports.history.as_mut()) else { return Ok(()) };
+        history.add(frame, &self.figures[..self.figures.len() / TRAFFIC_PERIODS])
     }
 
     fn on_idle(&mut self, _has_producer: bool) -> Result {
         if let Some(ports) = &self.ports {
             ports.traffic.update();
-            ports.history.update();
+            ports.history.iter().for_each(RunHistory::update);
         }
         Ok(())
     }

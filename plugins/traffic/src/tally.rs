@@ -53,6 +53,11 @@ impl Tally {
         self.edges.clear();
     }
 
+    /// Forgets where robots were: none enters an edge in the next frame.
+    pub fn forget_places(&mut self) {
+        self.edges.fill(NO_EDGE);
+    }
+
     /// Adds the robots whose routes lead over each edge to the counts of a frame: whose released, and whose planned one.
     pub fn count_routes(&mut self, routes: &[[u32; 2]]) -> &[Counts] {
         for (counts, [released, planned]) in self.counts.iter_mut().zip(routes) {

@@ -1,14 +1,13 @@
-//! The figures of the fleet over time, in a row of plots. Hovering over one shows its time in all of them; in a recording, a
-//! click goes there.
+//! The figures of the fleet over time, in a row of plots. Hovering over one shows its time in all of them; a click goes there, in
+//! a recording and in what is kept of a live run.
 
 use egui::{Color32, Ui};
 use egui_plot::{GridInput, GridMark, Line, Plot, PlotPoint, PlotPoints};
-use regatta_plugin::control::{ControlKind, ControlRequest};
 use regatta_plugin::frame::RobotState;
 use regatta_plugin::history::{FLEET_STATES, FleetSample as Sample};
 
 use super::plan::round_step;
-use super::spots::{SINCE_HINT, clock, since_text};
+use super::spots::{clock, known_hint, known_text};
 use super::state::Interface;
 use super::style::{self, color32};
 use super::view_model::{Action, ViewModel};
@@ -51,19 +50,20 @@ impl Interface {
         let ends = [samples[0].secs, samples[samples.len() - 1].secs];
         let figures = self.figures(samples);
         let hovered = self.hovered_secs;
+        // Of a recording, more is known than what was shown.
+        let shown = model.recording().and(model.frame).map(|frame| frame.sim_time().as_secs_f64());
         let (mut now_hovered, mut clicked) = (None, None);
-        ui.label(style::faint(ui, theme, since_text(model))).on_hover_text(SINCE_HINT);
+        ui.label(style::faint(ui, theme, known_text(model))).on_hover_text(known_hint(model));
         ui.columns(figures.len(), |columns| {
             for (ui, figure) in columns.iter_mut().zip(&figures) {
-                let found = self.plot_of(ui, figure, ends, samples, hovered);
+                let found = self.plot_of(ui, figure, ends, samples, [shown, hovered]);
                 now_hovered = found.0.or(now_hovered);
                 clicked = found.1.or(clicked);
             }
         });
         self.hovered_secs = now_hovered;
         if let Some(secs) = clicked {
-            let count = (secs.max(0.0) * 1e9) as u64;
-            actions.push(Action::Control(ControlRequest { count, ..ControlRequest::new(ControlKind::Seek) }));
+            self.go_to_time(secs, model, actions);
         }
     }
 
@@ -94,17 +94,19 @@ impl Interface {
         ]
     }
 
-    /// Shows a plot. Returns the times at which the pointer is over it, and at which it was clicked.
+    /// Shows a plot, with lines at the shown time and at the one that the pointer is over. Returns the times at which the pointer is
+    /// over it, and at which it was clicked.
     fn plot_of(
         &self,
         ui: &mut Ui,
         figure: &Figure,
         ends: [f64; 2],
         samples: &[Sample],
-        hovered: Option<f64>,
+        [shown, hovered]: [Option<f64>; 2],
     ) -> (Option<f64>, Option<f64>) {
         let (theme, colours) = (self.settings.theme(), self.colours());
         let near = hovered
+            .or(shown)
             .and_then(|secs| samples.iter().min_by(|a, b| (a.secs - secs).abs().total_cmp(&(b.secs - secs).abs())));
         ui.horizontal_wrapped(|ui| {
             ui.spacing_mut().item_spacing.x = 5.0;
@@ -142,17 +144,19 @@ impl Interface {
             .show_background(false)
             .show_x(false)
             .show_y(false);
-        let shown = plot.show(ui, |axes| {
+        let plotted = plot.show(ui, |axes| {
             for (name, colour, points) in &figure.lines {
                 axes.line(Line::new(name.clone(), PlotPoints::from(points.clone())).color(*colour).width(1.5));
             }
-            if let Some(secs) = hovered {
-                axes.vline(egui_plot::VLine::new("", secs).color(colours.faint).width(1.0));
+            for (name, secs, colour) in [("shown", shown, colours.accent), ("pointer", hovered, colours.faint)] {
+                if let Some(secs) = secs {
+                    axes.vline(egui_plot::VLine::new(name, secs).color(colour).width(1.0));
+                }
             }
             axes.pointer_coordinate().map(|PlotPoint { x, .. }| x)
         });
-        let pointer = shown.inner.filter(|_| shown.response.hovered());
-        (pointer, pointer.filter(|_| shown.response.clicked()))
+        let pointer = plotted.inner.filter(|_| plotted.response.hovered());
+        (pointer, pointer.filter(|_| plotted.response.clicked()))
     }
 }
 

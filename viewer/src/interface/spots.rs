@@ -7,6 +7,7 @@ use super::state::Interface;
 use super::style::{self, ThemeColours, thousands};
 use super::view_model::{Action, Item, ViewModel};
 use super::virtual_list::clickable;
+use crate::jams::Known;
 use crate::jams::spots::{Spot, Trend, csv};
 
 /// The radius of the mark in metres, and its least one in points.
@@ -14,9 +15,6 @@ const MARK: (f32, f32) = (5.0, 14.0);
 
 /// Who has seen the first simulated seconds of a run has seen all of it.
 const FROM_START: f64 = 2.0;
-/// How to know all of a run.
-pub(super) const SINCE_HINT: &str =
-    "regatta plugin traffic keeps all that it has seen of the run, for windows that open later";
 
 impl Interface {
     pub(super) fn hot_spots(&mut self, ui: &mut Ui, model: &ViewModel<'_>, actions: &mut Vec<Action>) {
@@ -25,7 +23,7 @@ impl Interface {
         let total: f64 = spots.iter().map(Spot::lost_secs).sum();
         ui.label(egui::RichText::new(format!("{} robot s lost", thousands(total.round() as u64))).size(20.0));
         ui.label(style::faint(ui, theme, "by contacts and by robots that stand and can't drive on"));
-        ui.label(style::faint(ui, theme, since_text(model))).on_hover_text(SINCE_HINT);
+        ui.label(style::faint(ui, theme, known_text(model))).on_hover_text(known_hint(model));
         ui.horizontal(|ui| {
             let path = &mut self.files.spots;
             ui.add(egui::TextEdit::singleline(path).desired_width(150.0))
@@ -133,13 +131,24 @@ fn details(spot: &Spot) -> String {
     )
 }
 
-/// Says from when on the hot spots and the figures over time are known.
-pub(super) fn since_text(model: &ViewModel<'_>) -> String {
-    let since = model.jams.since;
-    match (since.is_published, since.secs < FROM_START) {
-        (_, true) => "since the start of the run".to_owned(),
-        (true, false) => format!("since {}, when regatta plugin traffic began", clock(since.secs)),
-        (false, false) => format!("since {}, when this window began to watch", clock(since.secs)),
+/// Says which part of the run the hot spots and the figures over time are about.
+pub(super) fn known_text(model: &ViewModel<'_>) -> String {
+    let Known { from_secs, until_secs, is_published } = model.jams.known;
+    let from = clock(from_secs);
+    match (model.recording().is_some(), is_published) {
+        (true, true) => format!("of the recording, {from} to {}", clock(until_secs)),
+        (true, false) => format!("of what was replayed since {from}"),
+        (false, _) if from_secs < FROM_START => "since the start of the run".to_owned(),
+        (false, true) => format!("since {from}, when regatta plugin traffic began"),
+        (false, false) => format!("since {from}, when this window began to watch"),
+    }
+}
+
+/// Says how to know all of a run.
+pub(super) fn known_hint(model: &ViewModel<'_>) -> &'static str {
+    match model.recording() {
+        Some(_) => "a replay reads all of its recording in the background, and publishes what it has read so far",
+        None => "regatta plugin traffic keeps all that it has seen of the run, for windows that open later",
     }
 }
 

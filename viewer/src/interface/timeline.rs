@@ -238,6 +238,27 @@ impl Interface {
         actions.push(seek(time));
     }
 
+    /// Goes to a simulated time of the shown run: in a recording, or in what is kept of a live run.
+    pub(super) fn go_to_time(&mut self, secs: f64, model: &ViewModel<'_>, actions: &mut Vec<Action>) {
+        let (Some(timeline), Some(frame)) = (model.timeline, model.frame) else { return };
+        let nanos = (secs.max(0.0) * 1e9) as u64;
+        let Some(live) = timeline.live else {
+            // The clock of a recording of several runs is ahead of the later ones.
+            let (now, shown) = (timeline.now.unwrap_or_default(), frame.header().sim_time_nanos);
+            self.ask_for(nanos.saturating_add(now).saturating_sub(shown).clamp(timeline.start, timeline.end), actions);
+            return;
+        };
+        if nanos >= timeline.start {
+            self.timeline.shows_past = true;
+            actions.push(Action::LookBack(Some(nanos)));
+        } else if !live.is_past {
+            self.notify(format!(
+                "of this run, only what is after {} is kept",
+                clock_text(timeline.start as f64 * 1e-9)
+            ));
+        }
+    }
+
     /// Goes to the next mark, or to the previous one.
     pub(super) fn go_to_mark(&mut self, model: &ViewModel<'_>, forward: bool, actions: &mut Vec<Action>) {
         let Some(timeline) = model.timeline else { return };

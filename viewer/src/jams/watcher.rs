@@ -14,7 +14,7 @@ use regatta_plugin::{
 use super::heat::{Heat, HeatMap};
 use super::presence::Presence;
 use super::spots::Spot;
-use super::{EdgeFacts, History, JamReport, NodeFacts, Since, Watch};
+use super::{EdgeFacts, History, JamReport, Known, NodeFacts, Watch};
 use crate::interface::robot_spots;
 use crate::watching::Watched;
 
@@ -162,14 +162,16 @@ impl Watcher {
     fn published(&self, run: u64) -> Option<History> {
         let (header, samples) = self.published.samples().filter(|_| self.published.has_publisher())?;
         let (_, spots) = self.published.spots().filter(|(spots, _)| spots.run_id == run && header.run_id == run)?;
-        let since = Since { secs: header.began_nanos as f64 * 1e-9, is_published: true };
-        Some((spots.iter().map(Spot::from).collect(), samples.into(), since))
+        let [from_secs, until_secs] = [header.began_nanos, header.sim_time_nanos].map(|nanos| nanos as f64 * 1e-9);
+        let known = Known { from_secs, until_secs, is_published: true };
+        Some((spots.iter().map(Spot::from).collect(), samples.into(), known))
     }
 
     /// What was found here, since this thread began to watch.
     fn own(&self) -> History {
-        let since = Since { secs: self.spots.began().1, is_published: false };
-        (self.spots.list().iter().map(Spot::from).collect(), self.series.samples.clone().into(), since)
+        let until_secs = self.series.samples.last().map_or(0.0, |sample| sample.secs);
+        let known = Known { from_secs: self.spots.began().1, until_secs, is_published: false };
+        (self.spots.list().iter().map(Spot::from).collect(), self.series.samples.clone().into(), known)
     }
 
     fn edge_facts(&self, edge: u32) -> Result<EdgeFacts, ReadError> {

@@ -146,10 +146,10 @@ fn a_hot_spot_is_flown_to_and_the_list_is_exported() {
     press(&mut harness, Key::Num7);
     harness.get_by_label("nobody has lost time");
     harness.get_by_label("since the start of the run");
-    harness.state_mut().jams.since = Since { secs: 754.0, is_published: false };
+    harness.state_mut().jams.known = Known { from_secs: 754.0, until_secs: 800.0, is_published: false };
     settle(&mut harness);
     harness.get_by_label("since 12:34, when this window began to watch");
-    harness.state_mut().jams.since.is_published = true;
+    harness.state_mut().jams.known.is_published = true;
     settle(&mut harness);
     harness.get_by_label("since 12:34, when regatta plugin traffic began");
     harness.state_mut().jams.spots = [spot(40.0, 25.0), spot(7.0, 0.0)].into();
@@ -171,16 +171,35 @@ fn a_hot_spot_is_flown_to_and_the_list_is_exported() {
     assert_eq!(text.lines().nth(1), Some("1,40.00,3.00,35.0,25.0,10.0,61.0,90.0,growing,34"));
 }
 
-#[test]
-fn plots_show_the_figures_at_the_time_under_the_pointer_and_a_click_goes_there() {
-    let mut fixture = Fixture::new(5);
-    let sample = |second: u32| Sample {
+/// Clicks into the middle of the plot of touching pairs, at some time of the shown samples. While the pointer is there, each plot
+/// tells that time.
+fn click_into_a_plot(harness: &mut Harness<'_, Fixture>) {
+    let title = harness.get_by_label("touching pairs").rect();
+    let at = pos2(title.left() + 130.0, title.top() + 70.0);
+    harness.hover_at(at);
+    settle(harness);
+    let times =
+        harness.query_all_by_label_contains("at 0:").count() + harness.query_all_by_label_contains("at 1:").count();
+    assert_eq!(times, 5, "each plot tells the same time");
+    harness.drag_at(at);
+    harness.drop_at(at);
+    settle(harness);
+}
+
+/// The figures of a fleet of a hundred robots at a time: one robot more waits each second.
+fn sample(second: u32) -> Sample {
+    Sample {
         secs: f64::from(second),
         states: [0, 100 - second, second, 0, 0, 0, 0, 0],
         touching: 2,
         mean_speed: 0.75,
         ..Sample::default()
-    };
+    }
+}
+
+#[test]
+fn plots_show_the_figures_at_the_time_under_the_pointer_and_a_click_looks_back() {
+    let mut fixture = Fixture::new(5);
     fixture.jams.series = (0..=80).map(sample).collect();
     let mut harness = harness(fixture);
     assert!(harness.query_by_label("mean speed, m/s").is_none());
@@ -188,18 +207,30 @@ fn plots_show_the_figures_at_the_time_under_the_pointer_and_a_click_goes_there()
     harness.get_by_label("waiting 80");
     harness.get_by_label("0.75");
     harness.get_by_label("not published");
-    // Over the middle of the plot of those that wait.
-    let title = harness.get_by_label("touching pairs").rect();
-    let at = pos2(title.left() + 130.0, title.top() + 70.0);
-    harness.hover_at(at);
+    click_into_a_plot(&mut harness);
+    harness.get_by_label("of this run, only what is after 01:13.46 is kept");
+    harness.state_mut().jams.series = (76..=82).map(sample).collect();
     settle(&mut harness);
-    let times =
-        harness.query_all_by_label_contains("at 0:").count() + harness.query_all_by_label_contains("at 1:").count();
-    assert_eq!(times, 5, "each plot tells the same time");
-    harness.drag_at(at);
-    harness.drop_at(at);
-    settle(&mut harness);
+    click_into_a_plot(&mut harness);
+    let state = harness.state();
+    let looks_back = |action: &&Action| matches!(action, Action::LookBack(Some(76_000_000_000..82_000_000_000)));
+    assert_eq!(state.actions.iter().filter(looks_back).count(), 1, "{:?}", state.actions);
+    assert!(state.requests().iter().all(|(kind, ..)| *kind != ControlKind::Seek), "a live run can't be sent back");
+}
+
+#[test]
+fn plots_of_a_recording_tell_what_is_shown_and_a_click_goes_there() {
+    // The shown frame is at 83.456 s of its run, and at 3 s of the recording.
+    let mut fixture = replay(3.0);
+    fixture.jams.series = (80..=90).map(sample).collect();
+    fixture.jams.known = Known { from_secs: 80.0, until_secs: 90.0, is_published: true };
+    let mut harness = harness(fixture);
+    press(&mut harness, Key::Num8);
+    harness.get_by_label("of the recording, 1:20 to 1:30");
+    harness.get_by_label("waiting 83");
+    assert_eq!(harness.query_all_by_label("at 1:23").count(), 5, "the figures at the shown time");
+    click_into_a_plot(&mut harness);
     let seeks: Vec<_> =
         harness.state().requests().into_iter().filter(|(kind, ..)| *kind == ControlKind::Seek).collect();
-    assert!(seeks.len() == 1 && seeks[0].1 > 10_000_000_000 && seeks[0].1 < 80_000_000_000, "{seeks:?}");
+    assert!(seeks.len() == 1 && (1_000_000_000..9_000_000_000).contains(&seeks[0].1), "{seeks:?}");
 }

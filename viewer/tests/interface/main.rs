@@ -35,7 +35,7 @@ use regatta_viewer::interface::view_model::{Action, EngineState, Item, Live, Tim
 use regatta_viewer::jams::heat::{Heat, HeatFacts};
 use regatta_viewer::jams::presence::Presence;
 use regatta_viewer::jams::spots::{Spot, Trend};
-use regatta_viewer::jams::{EdgeFacts, JamFacts, Since};
+use regatta_viewer::jams::{EdgeFacts, JamFacts, Known};
 use regatta_viewer::log::{AlarmChange, AlarmKey, Entry, Kind, LogReport, Place, Severity};
 use regatta_viewer::orders::UserOrder;
 use regatta_viewer::palette::{Colouring, Legend, Theme};

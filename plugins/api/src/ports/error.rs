@@ -70,6 +70,14 @@ pub enum OpenError {
         /// Its publisher: executable and process id.
         owner: String,
     },
+    /// Another process publishes the history of the fleet's run.
+    #[error("the history of fleet '{fleet}' is already published by {owner}; stop that one first")]
+    HistoryTaken {
+        /// The fleet.
+        fleet: FleetName,
+        /// Its publisher: executable and process id.
+        owner: String,
+    },
     /// A service has no free place.
     #[error(
         "{service} has all of its {limit} places taken by {holders}; stop one of them, or run `regatta doctor --clean` if \

@@ -1,4 +1,4 @@
-//! Both sides of the history of a run: a plugin publishes it, any process reads it.
+//! Both sides of the history of a run: a plugin or a replay publishes it, any process reads it.
 
 use iceoryx2::service::port_factory::PortFactory as _;
 
@@ -20,12 +20,12 @@ impl HistoryPublisher {
     /// Opens a fleet's history for writing.
     ///
     /// # Errors
-    /// [`OpenError::TrafficTaken`] if a live process publishes it, [`OpenError::OtherVersion`] if the fleet uses another contract,
+    /// [`OpenError::HistoryTaken`] if a live process publishes it, [`OpenError::OtherVersion`] if the fleet uses another contract,
     /// else [`OpenError::SharedMemory`].
     pub fn open_on(participant: &Participant) -> Result<Self, OpenError> {
         let (node, fleet) = (participant.node(), participant.fleet());
         let (samples, spots) = (services::history(node, fleet)?, services::spots(node, fleet)?);
-        let taken = |owner| OpenError::TrafficTaken { fleet: fleet.clone(), owner };
+        let taken = |owner| OpenError::HistoryTaken { fleet: fleet.clone(), owner };
         Ok(Self {
             samples: SliceSender::open_only(samples, "history", services::FIRST_RECORDS, node, taken)?,
             spots: SliceSender::open_only(spots, "spots", services::FIRST_RECORDS, node, taken)?,
@@ -111,7 +111,7 @@ mod tests {
         let participant = Participant::join(&name, "test").expect("joined");
         let mut publisher = HistoryPublisher::open_on(&participant).expect("a publisher");
         let second = HistoryPublisher::open_on(&participant).expect_err("one at a time");
-        assert!(matches!(second, OpenError::TrafficTaken { .. }), "{second}");
+        assert!(matches!(second, OpenError::HistoryTaken { .. }), "{second}");
         let samples: Vec<_> = (0..300).map(|n| FleetSample { secs: f64::from(n), ..FleetSample::default() }).collect();
         let header = HistoryHeader { run_id: 3, tick: 9, ..HistoryHeader::default() };
         publisher.publish(&header, &samples, &[]).expect("published");

@@ -39,6 +39,8 @@ pub struct Session {
     tick_period: Duration,
     pub(super) now: Moment,
     pub(super) started: Instant,
+    /// The jumps in time so far.
+    jumps: u64,
     /// Whether the last frame of the run is due.
     ended: bool,
     /// Whether the current tick has published a frame.
@@ -70,6 +72,7 @@ impl Session {
             tick_period,
             now: Moment::default(),
             started: now,
+            jumps: 0,
             ended: false,
             frame_sent: false,
             pending: Vec::new(),
@@ -203,6 +206,11 @@ impl Session {
         self.now.tick = tick;
     }
 
+    /// Begins to go to another moment: the frames from now on tell that they come after a jump. [`jump`](Self::jump) ends it.
+    pub fn begin_jump(&mut self) {
+        self.jumps += 1;
+    }
+
     /// Goes to another moment at once: a replay that seeks does this. Steps that are left are dropped.
     pub fn jump(&mut self, to: Moment) {
         let now = Instant::now();
@@ -250,6 +258,7 @@ impl Session {
             speed: self.clock.speed().as_f32(),
             clock: self.clock_state() as u32,
             lockstep: u32::from(self.is_lockstep()),
+            jumps: self.jumps,
             ..*header
         };
         Ok(frame)

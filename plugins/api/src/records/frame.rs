@@ -10,7 +10,7 @@ mod view;
 
 /// The version of everything in this crate that crosses a process boundary. Two processes communicate only if
 /// their versions are equal.
-pub const CONTRACT_VERSION: u32 = 9;
+pub const CONTRACT_VERSION: u32 = 10;
 
 /// The value of the `edge` column for a robot that is on no edge.
 pub const NO_EDGE: u32 = u32::MAX;
@@ -68,6 +68,9 @@ pub struct FrameHeader {
     pub lockstep: u32,
     /// Nonzero if an earlier frame of the run has the same tick.
     pub repeated: u32,
+    /// Counts the jumps of the producer's clock in its run: a replay that is sent to another time jumps. Between two frames
+    /// with different counts no simulated time has passed, whatever their times are.
+    pub jumps: u64,
 }
 
 /// The state of the producer's clock.

@@ -1,8 +1,6 @@
-//! The search of a recording for marks: contacts, faults, stops, and the notes beside it. It runs on a thread of its own, since it
-//! goes through all chunks with events, so that a replay starts at once.
+//! The search of a recording for marks: contacts, faults, stops, and the notes beside it.
 
 use std::path::{Path, PathBuf};
-use std::sync::mpsc::{self, Receiver, Sender};
 use std::time::{Duration, Instant};
 
 use regatta_plugin::contact::{ContactChange, ContactLevel};
@@ -19,9 +17,9 @@ pub(super) const MAX_MARKS: usize = 65_536;
 /// The time between two messages of the search.
 const TELL_EVERY: Duration = Duration::from_millis(250);
 
-/// What a search has found since its last message.
+/// What was found since the message before.
 #[derive(Debug, Default)]
-pub(super) struct Found {
+pub(super) struct FoundMarks {
     /// In the order of time.
     pub marks: Vec<RecordingMark>,
     /// Edges that were closed and opened.
@@ -33,23 +31,11 @@ pub(super) struct Found {
 /// What one message tells.
 type Searched = (Vec<RecordingMark>, Vec<ClosureChange>);
 
-/// Starts a search. The thread ends with the recording, at its first damaged message, or when the receiver is dropped.
-pub(super) fn search(path: &Path) -> std::io::Result<Receiver<Found>> {
-    let (found, finds) = mpsc::channel();
-    let path = path.to_owned();
-    std::thread::Builder::new().name("marks".into()).spawn(move || {
-        if let Err(error) = run(&path, &found) {
-            regatta_plugin::tell!("replay: the search for marks ended early: {error}");
-        }
-    })?;
-    Ok(finds)
-}
-
-fn run(path: &Path, found: &Sender<Found>) -> Result<(), ReadingError> {
-    let recording = Recording::open_frames(path)?;
+/// Searches a recording, and passes on what is found, until `tell` wants no more. Returns whether it did to the end.
+pub(super) fn search(recording: &Recording, mut tell: impl FnMut(FoundMarks) -> bool) -> Result<bool, ReadingError> {
     let topics = vec![Topic::Events, Topic::ContactEvents];
     let mut reader = recording.read(&Selection::all_of(topics))?;
-    let (mut batch, mut told) = (Found::default(), Instant::now());
+    let (mut batch, mut told) = (FoundMarks::default(), Instant::now());
     while let Some(entry) = reader.next()? {
         batch.until = entry.log_time;
         let searched = search_message(entry.topic, entry.log_time, entry.message);
@@ -58,15 +44,13 @@ fn run(path: &Path, found: &Sender<Found>) -> Result<(), ReadingError> {
         batch.closures.extend(closures);
         if told.elapsed() > TELL_EVERY {
             told = Instant::now();
-            if found.send(std::mem::take(&mut batch)).is_err() {
-                return Ok(());
+            if !tell(std::mem::take(&mut batch)) {
+                return Ok(false);
             }
         }
     }
     batch.until = u64::MAX;
-    // The receiver is gone only if the replay has ended.
-    let _ = found.send(batch);
-    Ok(())
+    Ok(tell(batch))
 }
 
 /// Returns the marks of a message (at most one of each kind, which counts what happened in its tick), and its closures.

@@ -166,7 +166,7 @@ impl Stage {
 
     fn frame(&mut self, session: &mut Session, frame: &RecordedFrame<'_>) -> Result<(), StageError> {
         self.follow_run(session, frame.header.run_id)?;
-        self.teller.before_frame(session.run_id(), self.time, frame.header.sim_time_nanos)?;
+        self.teller.before_frame(session.run_id(), self.time, &frame.header)?;
         session.set_tick(frame.header.tick);
         self.publish_closures(session)?;
         let mut loan = session.loan(frame.len())?;

@@ -1,14 +1,17 @@
-//! Tells readers what is being replayed: the file's name, its time, and the marks in it.
+//! Tells readers what is being replayed: the file's name, its time, the marks in it, and the history of its runs.
 
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::Receiver;
 use std::time::{Duration, Instant, SystemTime};
 
+use regatta_plugin::frame::FrameHeader;
 use regatta_plugin::recording::{MarkKind, RecordingHeader, RecordingMark};
 use regatta_plugin::{OpenError, Participant, PublishError, RecordingPublisher};
 
 use super::closures::Closures;
-use super::marks::{self, Found, MAX_MARKS, Notes};
+use super::histories::Histories;
+use super::marks::{self, FoundMarks, MAX_MARKS, Notes};
+use super::search::{self, Found};
 use crate::reading::Recording;
 
 /// The time between two looks whether there are other notes.
@@ -28,6 +31,8 @@ pub(super) struct Teller {
     /// The time that is shown, in nanoseconds.
     shown: u64,
     search: Option<Receiver<Found>>,
+    /// `None` if none is wanted, or somebody else publishes one.
+    histories: Option<Histories>,
     /// Whether something has changed since it was told.
     is_news: bool,
     /// The closed edges.
@@ -35,8 +40,8 @@ pub(super) struct Teller {
 }
 
 impl Teller {
-    /// Opens the service, and starts the search for marks.
-    pub fn open(participant: &Participant, recording: &Recording) -> Result<Self, OpenError> {
+    /// Opens the services, and starts the search for marks, and, if wanted, for the history.
+    pub fn open(participant: &Participant, recording: &Recording, with_history: bool) -> Result<Self, OpenError> {
         let path = recording.path();
         let (start, end) = recording.span();
         let header = RecordingHeader {
@@ -46,7 +51,8 @@ impl Teller {
         };
         let notes_were = size_and_time(path);
         let notes = marks::notes(path);
-        let search = search(path);
+        let histories = with_history.then(|| Histories::open(participant)).flatten();
+        let search = search(path, histories.is_some());
         let marks = notes.iter().take(MAX_MARKS).map(mark).collect();
         Ok(Self {
             publisher: RecordingPublisher::open_on(participant)?,
@@ -58,14 +64,18 @@ impl Teller {
             look_at: Instant::now() + LOOK_EVERY,
             shown: 0,
             search,
+            histories,
             is_news: true,
             closures: Closures::default(),
         })
     }
 
-    /// Tells what is new before a frame is shown: another run, or another clock of its frames.
-    pub fn before_frame(&mut self, run_id: u64, time: u64, sim_time: u64) -> Result<(), PublishError> {
-        let ahead = time.wrapping_sub(sim_time);
+    /// Tells what is new before a frame of a recorded run is shown: another run, or another clock of its frames.
+    pub fn before_frame(&mut self, run_id: u64, time: u64, recorded: &FrameHeader) -> Result<(), PublishError> {
+        if let Some(histories) = &mut self.histories {
+            histories.show(run_id, recorded.run_id)?;
+        }
+        let ahead = time.wrapping_sub(recorded.sim_time_nanos);
         self.shown = time;
         let note = self.notes.iter().rev().find(|(at, _)| *at <= time).map_or("", |(_, text)| text);
         let is_known = (self.header.run_id, self.header.ahead_nanos) == (run_id, ahead);
@@ -80,7 +90,14 @@ impl Teller {
     /// Takes what the search has found, tells it, and connects readers that have joined.
     pub fn update(&mut self) -> Result<(), PublishError> {
         while let Some(found) = self.search.as_ref().and_then(|search| search.try_recv().ok()) {
-            self.take(found);
+            match (found, &mut self.histories) {
+                (Found::Marks(marks), _) => self.take(marks),
+                (Found::History(history), Some(histories)) => histories.take(history),
+                (Found::History(_), None) => {}
+            }
+        }
+        if let Some(histories) = &mut self.histories {
+            histories.update()?;
         }
         self.read_new_notes();
         // The first frame tells the run.
@@ -111,10 +128,7 @@ impl Teller {
         self.is_news = true;
     }
 
-    fn take(&mut self, found: Found) {
-        if found.until == u64::MAX {
-            self.search = None;
-        }
+    fn take(&mut self, found: FoundMarks) {
         self.header.searched_nanos = found.until;
         self.closures.take(found.closures);
         let room = MAX_MARKS.saturating_sub(self.marks.len()).min(found.marks.len());
@@ -143,8 +157,8 @@ fn size_and_time(recording: &Path) -> Option<(u64, SystemTime)> {
     Some((file.len(), file.modified().ok()?))
 }
 
-/// Starts the search. Without it, there are no marks, but there is a replay.
-fn search(path: &Path) -> Option<Receiver<Found>> {
-    let started = marks::search(path);
+/// Starts the search. Without it, there are no marks and no history, but there is a replay.
+fn search(path: &Path, with_history: bool) -> Option<Receiver<Found>> {
+    let started = search::start(path, with_history);
     started.inspect_err(|error| regatta_plugin::tell!("replay: no marks are searched for: {error}")).ok()
 }

@@ -27,7 +27,8 @@ const LONGEST_GAP: f64 = 60.0;
 #[derive(Clone, Debug, Default)]
 pub struct Spots {
     run: u64,
-    now: Option<f64>,
+    /// The simulated time of the newest frame, in seconds, and the jumps before it.
+    newest: Option<(f64, u64)>,
     began: f64,
     cells: Cells,
 }
@@ -38,15 +39,15 @@ impl Spots {
         (self.run, self.began)
     }
 
-    /// Adds a frame and the pairs of robots that touch in it. It stands for the time since the one before. Another run, or a
-    /// time that goes back, begins anew.
+    /// Adds a frame and the pairs of robots that touch in it. It stands for the time since the one before, unless a jump lies
+    /// between them. Another run, or a time that goes back, begins anew.
     pub fn add(&mut self, frame: &Frame<'_>, pairs: &[ContactRecord]) {
         let now = frame.sim_time().as_secs_f64();
-        if self.run != frame.run_id() || self.now.is_some_and(|before| now < before) {
+        if self.run != frame.run_id() || self.newest.is_some_and(|(before, _)| now < before) {
             *self = Self { run: frame.run_id(), began: now, ..Self::default() };
         }
-        let before = self.now.replace(now).unwrap_or(now);
-        if now > before {
+        let (before, jumps) = self.newest.replace((now, frame.jumps())).unwrap_or((now, 0));
+        if now > before && jumps == frame.jumps() {
             let moment = Moment::new(before, now, (now - before).min(LONGEST_GAP));
             losses::losses(frame, pairs).iter().for_each(|loss| self.cells.lose(loss, &moment));
         }
@@ -85,7 +86,7 @@ impl Spots {
     fn spot(&self, cells: &[Key]) -> HotSpot {
         let (mut secs, mut places, mut seen) = ([0.0; 2], [0.0; 2], [f64::INFINITY, 0.0]);
         let (mut fading, mut edges) = ([0.0; 2], BTreeMap::<u32, f64>::new());
-        let now = self.now.unwrap_or_default();
+        let now = self.newest.unwrap_or_default().0;
         for cell in cells.iter().filter_map(|key| self.cells.get(*key)) {
             add(&mut secs, cell.secs);
             add(&mut places, cell.places);

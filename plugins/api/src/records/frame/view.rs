@@ -60,6 +60,11 @@ impl<'sample> Frame<'sample> {
         Duration::from_nanos(self.header.sim_time_nanos)
     }
 
+    /// The number of jumps of the producer's clock so far: see [`FrameHeader::jumps`].
+    pub fn jumps(&self) -> u64 {
+        self.header.jumps
+    }
+
     /// The number of rows: robot ids are `0..len()`. Some may be [`RobotState::Absent`].
     pub fn len(&self) -> usize {
         self.header.robots as usize

@@ -7,8 +7,13 @@ use super::*;
 
 /// Robots as x, y, edge and state, in a frame at a time in seconds.
 fn at(secs: f64, robots: &[(f32, f32, u32, RobotState)], use_frame: impl FnOnce(&Frame<'_>)) {
+    after_jumps(0, secs, robots, use_frame);
+}
+
+fn after_jumps(jumps: u64, secs: f64, robots: &[(f32, f32, u32, RobotState)], use_frame: impl FnOnce(&Frame<'_>)) {
     let header = FrameHeader {
         run_id: 1,
+        jumps,
         robots: robots.len() as u32,
         stride_lines: stride_lines(robots.len()) as u32,
         sim_time_nanos: (secs * 1e9) as u64,
@@ -86,6 +91,16 @@ fn another_run_begins_anew() {
     assert_eq!(spots.list().len(), 1);
     at(3.0, &jam, |frame| spots.add(frame, &[]));
     assert!(spots.list().is_empty(), "time went back");
+}
+
+#[test]
+fn nobody_loses_the_time_of_a_jump() {
+    let jam = [(0.0, 0.0, 1, RobotState::Waiting)];
+    let mut spots = Spots::default();
+    for (jumps, secs) in [(1, 10.0), (1, 12.0), (2, 40.0), (2, 43.0), (3, 43.5), (3, 43.5)] {
+        after_jumps(jumps, secs, &jam, |frame| spots.add(frame, &[]));
+    }
+    assert_eq!(spots.list()[0].standing_secs, 5.0, "two seconds before the jump, and three after it");
 }
 
 #[test]
