@@ -18,25 +18,33 @@ pub fn run(options: &Options) -> Result<ExitCode, Failure> {
         return Ok(ExitCode::SUCCESS);
     };
     // One line about a file that is no recording, before a window opens.
-    check_times(&Recording::open_frames(file)?, options)?;
+    let recording = Recording::open_frames(file)?;
+    check_times(&recording, options)?;
     let fleet: FleetName = format!("recording-{}", std::process::id()).parse()?;
     let options = Options { fleet: fleet.clone(), ..options.clone() };
-    let mut replay = Supervisor::default();
-    replay.start("replay", &mut replay_command(file, &fleet, &options)?)?;
-    // The replay ends with the viewer, whatever the outcome.
+    let mut children = Supervisor::default();
+    children.start("replay", &mut replay_command(file, recording.span().0, &options)?)?;
+    if options.shows_traffic() {
+        let mut traffic = Command::new(std::env::current_exe()?);
+        children.start("traffic", traffic.args(["plugin", "traffic", "--fleet", fleet.as_str()]))?;
+    }
+    // They end with the viewer, whatever the outcome.
     regatta_viewer::run(&options).map_err(plugin_failure)?;
     Ok(ExitCode::SUCCESS)
 }
 
-/// The command that publishes a recording as a fleet, and stays at its end.
-fn replay_command(file: &Path, fleet: &FleetName, options: &Options) -> Result<Command, Failure> {
+/// The command that publishes a recording, which begins at `start`, as a fleet, and stays at its end.
+fn replay_command(file: &Path, start: Duration, options: &Options) -> Result<Command, Failure> {
     let mut command = Command::new(std::env::current_exe()?);
-    command.arg("replay").arg("--fleet").arg(fleet.to_string()).arg("--hold").stdout(Stdio::null());
+    command.arg("replay").arg("--fleet").arg(options.fleet.to_string()).arg("--hold").stdout(Stdio::null());
     if let Some(from) = options.starts_at() {
         command.arg("--paused");
         if from != Duration::MAX {
-            command.args(["--from", &format!("{}ns", from.as_nanos())]);
+            command.args(["--from", &format!("{}ns", from.max(start).as_nanos())]);
         }
+    }
+    if options.counts_traffic() {
+        command.args(["--lockstep", "traffic"]);
     }
     command.arg("--").arg(file);
     Ok(command)

@@ -2,7 +2,8 @@
 
 use regatta_viewer::palette::{Rgb, Theme, heat_ramp};
 
-use crate::fleet::{Fleet, eventually};
+use crate::fleet::{Fleet, Process, eventually, regatta};
+use crate::recording::record;
 use crate::screen::{SIZE, Screen};
 use crate::{close, viewer};
 
@@ -29,6 +30,36 @@ pub fn a_heat_map_is_shown_and_hidden() {
     }
     close(&screen, viewer);
     traffic.interrupt();
+}
+
+pub fn a_recording_has_a_heat_map_without_another_program() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = record("heat-recording", &folder, 400);
+    let ramp = heat_ramp(Theme::Dark).map(bytes);
+    // Pictures: of what is before them, and each time the same.
+    let picture = |name: &str, args: &[&str]| {
+        let path = folder.path().join(name);
+        let mut command = regatta();
+        command.arg("viewer").arg(&file).args(["--headless", "--no-legend", "--at", "3s", "--size", "640x360"]);
+        let output = command.args(args).arg("--screenshot").arg(&path).output().expect("it starts");
+        let messages = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success() && !messages.contains("nobody publishes"), "{messages}");
+        std::fs::read(path).expect("readable")
+    };
+    let hot = picture("hot.png", &["--heat", "occupancy:minute"]);
+    assert!(picture("again.png", &["--heat", "occupancy:minute"]) == hot, "the same bytes");
+    assert!(picture("cold.png", &[]) != hot, "edges without a heat map");
+
+    // The window: of what is played.
+    let screen = Screen::start();
+    let mut command = regatta();
+    command.arg("viewer").arg(&file).args(["--heat", "occupancy"]);
+    screen.configure(&mut command);
+    let viewer = Process::start(&mut command);
+    screen.window("Regatta: run.mcap");
+    let hot = || screen.screenshot().like(&ramp, 220..SIZE.0, 60..600);
+    eventually("edges have the colours of the heat map", || (hot() > 1_000).then_some(()));
+    close(&screen, viewer);
 }
 
 pub fn a_narrow_window_has_one_panel() {

@@ -42,6 +42,7 @@ const TESTS: &[(&str, fn())] = &[
         steering::an_edge_is_closed_and_a_robot_sent_broken_and_held_by_the_menu,
     ),
     ("a_heat_map_is_shown_and_hidden", layers::a_heat_map_is_shown_and_hidden),
+    ("a_recording_has_a_heat_map_without_another_program", layers::a_recording_has_a_heat_map_without_another_program),
     ("a_narrow_window_has_one_panel", layers::a_narrow_window_has_one_panel),
     ("a_click_goes_on_in_another_level", layers::a_click_goes_on_in_another_level),
     ("the_past_of_a_run_is_looked_at_while_it_goes_on", recording::the_past_of_a_run_is_looked_at_while_it_goes_on),

@@ -86,7 +86,11 @@ pub fn run(options: &Options) -> Result {
     // A film reads them with each frame, so that they don't depend on when a thread wakes.
     let watch = Watch { selected: followed, ..stage.plan_watch() };
     let plans = if options.film.is_some() { None } else { Inbox::open(&options.fleet, watch)? };
-    let jams = if options.film.is_some() { None } else { Inbox::open(&options.fleet, stage.jam_watch())? };
+    let jams = if options.film.is_some() || options.counts_traffic() {
+        None
+    } else {
+        Inbox::open(&options.fleet, stage.jam_watch())?
+    };
     let caption = Caption::new(&gpu);
     let mut viewer = HeadlessViewer {
         view,
@@ -119,11 +123,12 @@ impl HeadlessViewer<'_> {
         if !self.wait_for_fleet()? {
             return Ok(());
         }
+        let alpha = if self.options.counts_traffic() { self.play_to_picture()? } else { 1.0 };
         self.wait_for_columns()?;
         self.check_options()?;
         self.wait_for_plans()?;
         self.wait_for_heat()?;
-        let picture = if self.options.levels { self.render_levels(self.samples)? } else { self.render(1.0)? };
+        let picture = if self.options.levels { self.render_levels(self.samples)? } else { self.render(alpha)? };
         write_png(&picture, path)?;
         Ok(())
     }

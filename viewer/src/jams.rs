@@ -12,11 +12,12 @@ use std::sync::mpsc::Receiver;
 
 use regatta_plugin::history::FleetSample;
 use regatta_plugin::traffic::{EdgeTraffic, TRAFFIC_PERIODS};
-use regatta_plugin::{FleetName, Result};
+use regatta_plugin::{FleetName, Participant, Result};
 
 use heat::{Heat, HeatFacts, HeatMap};
 use presence::Presence;
 use spots::Spot;
+use watcher::Watcher;
 
 use crate::watching::Watched;
 
@@ -44,6 +45,27 @@ impl Watched for Watch {
 
     fn run(fleet: &FleetName, changed: &Receiver<Self>, report: &mut dyn FnMut(JamReport) -> bool) -> Result {
         watcher::run(fleet, changed, report)
+    }
+}
+
+/// Reads where it jams at once, with the newest frame, for programs that wait for it.
+pub struct JamReader(Watcher);
+
+impl JamReader {
+    /// Opens what a fleet publishes.
+    ///
+    /// # Errors
+    /// If the fleet can't be read.
+    pub fn open(fleet: &FleetName) -> Result<Self> {
+        Ok(Self(Watcher::open(&Participant::join(fleet, "viewer-jams")?)?))
+    }
+
+    /// Returns what is new with the newest frame.
+    ///
+    /// # Errors
+    /// If the fleet can't be read.
+    pub fn read(&mut self, watch: &Watch) -> Result<JamReport> {
+        self.0.look_now(watch)
     }
 }
 

@@ -52,8 +52,5 @@ pub fn run(options: &Options) -> Result {
     if !options.bench.is_empty() && options.recording.is_none() {
         return bench::run(options);
     }
-    if options.headless || options.film.is_some() || options.svg.is_some() || !options.bench.is_empty() {
-        return headless::run(options);
-    }
-    window::run(options)
+    if options.has_window() { window::run(options) } else { headless::run(options) }
 }

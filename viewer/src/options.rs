@@ -250,13 +250,34 @@ impl Options {
         self.size.map_or(UVec2::new(1920, 1080), |Size(size)| size)
     }
 
-    /// The time at which a recording stands for a picture or a film, or [`Duration::MAX`] for its start; `None` if it plays.
+    /// The time at which a recording stands for a picture or a film, or [`Duration::MAX`] for its start; `None` if it plays. What
+    /// a heat map is about comes before the picture.
     pub fn starts_at(&self) -> Option<Duration> {
-        match (&self.film, self.headless) {
-            (Some(_), _) => Some(self.from.map_or(Duration::MAX, Into::into)),
-            (None, true) => self.screenshot.as_ref().map(|_| self.at.map_or(Duration::MAX, Into::into)),
-            (None, false) => None,
+        let time = match (&self.film, self.headless) {
+            (Some(_), _) => self.from.map_or(Duration::MAX, Into::into),
+            (None, true) if self.screenshot.is_some() => self.at.map_or(Duration::MAX, Into::into),
+            _ => return None,
+        };
+        let Some(heat) = self.look.heat else { return Some(time) };
+        match heat.period.length_secs().map(Duration::from_secs) {
+            Some(length) if time != Duration::MAX => Some(time.saturating_sub(length)),
+            _ => Some(Duration::MAX),
         }
+    }
+
+    /// Whether a window is opened.
+    pub fn has_window(&self) -> bool {
+        !(self.headless || self.film.is_some() || self.svg.is_some() || !self.bench.is_empty())
+    }
+
+    /// Whether the traffic on edges is of use: a window can show it at any time.
+    pub fn shows_traffic(&self) -> bool {
+        self.look.heat.is_some() || self.has_window()
+    }
+
+    /// Whether a recording is played frame by frame, so that the traffic on edges is counted for a heat map.
+    pub fn counts_traffic(&self) -> bool {
+        self.recording.is_some() && self.look.heat.is_some() && self.starts_at().is_some()
     }
 
     /// The camera that the options request; a named one is looked up.

@@ -8,6 +8,7 @@ use regatta_plugin::control::ControlResponse;
 use regatta_plugin::{Control, ControlError, Error, Result};
 
 use super::HeadlessViewer;
+use crate::jams::JamReader;
 use crate::plans::PlanReader;
 use crate::video::VideoWriter;
 
@@ -64,17 +65,13 @@ impl HeadlessViewer<'_> {
         if !self.wait_for_fleet()? {
             return Ok(());
         }
-        let mut control = Control::open_on(&self.participant)?;
         let watch = self.stage.plan_watch();
         let mut plans = (watch.plans || watch.waits).then(|| PlanReader::open(&self.options.fleet)).transpose()?;
-        // The second answer comes after the replay has connected all readers of this program and given them what is there.
-        control.status()?;
-        control.speed(f32::INFINITY)?;
-        let now = control.status()?;
+        let mut jams = self.options.counts_traffic().then(|| JamReader::open(&self.options.fleet)).transpose()?;
+        let (mut control, mut around) = self.stand()?;
         self.wait_for_columns()?;
         self.check_options()?;
-        let schedule = self.schedule(&now)?;
-        let mut around = Around { before: now, after: now, gap: u64::MAX, is_at_end: false };
+        let schedule = self.schedule(&around.after)?;
         let (mut told, total) = (Instant::now(), schedule.pictures());
         while video.pictures() < total && !self.termination.requested() {
             let time = schedule.time(video.pictures());
@@ -82,6 +79,9 @@ impl HeadlessViewer<'_> {
             if let Some(plans) = &mut plans {
                 let found = plans.read(&self.stage.plan_watch())?;
                 self.stage.set_plans(found);
+            }
+            if let Some(jams) = &mut jams {
+                self.stage.set_jams(jams.read(&self.stage.jam_watch())?);
             }
             self.clock = Some(time as f64 * 1e-9);
             let picture = self.render(around.alpha(time))?;
@@ -96,11 +96,32 @@ impl HeadlessViewer<'_> {
         Ok(())
     }
 
+    /// Plays a recording up to the time of the picture, so that the traffic on edges is counted for the heat map. Returns the
+    /// moment to show between the two newest frames.
+    pub(super) fn play_to_picture(&mut self) -> Result<f32> {
+        let mut jams = JamReader::open(&self.options.fleet)?;
+        let (mut control, mut around) = self.stand()?;
+        let time = self.options.at.map_or(around.after.sim_time_nanos, nanos);
+        self.go_on(&mut control, &mut around, time)?;
+        self.stage.set_jams(jams.read(&self.stage.jam_watch())?);
+        self.clock = Some(time as f64 * 1e-9);
+        Ok(around.alpha(time))
+    }
+
+    /// Opens the controls of the replay, which stands.
+    fn stand(&self) -> Result<(Control, Around)> {
+        let mut control = Control::open_on(&self.participant)?;
+        // The second answer comes after the replay has connected all readers of this program and given them what is there.
+        control.status()?;
+        control.speed(f32::INFINITY)?;
+        let now = control.status()?;
+        Ok((control, Around { before: now, after: now, gap: u64::MAX, is_at_end: false }))
+    }
+
     fn schedule(&self, now: &ControlResponse) -> Result<Schedule> {
         let Some(recording) = self.stage.feed.recording() else {
             return Err(Error::new("only recordings can be filmed in simulated time"));
         };
-        let nanos = |time: humantime::Duration| u64::try_from(time.as_nanos()).unwrap_or(u64::MAX);
         let to = self.options.to.map_or(recording.header.end_nanos, nanos).min(recording.header.end_nanos);
         let from = self.options.from.map_or(now.sim_time_nanos, nanos);
         let step = f64::from(self.options.speed) * 1e9 / f64::from(self.options.fps);
@@ -134,6 +155,10 @@ impl HeadlessViewer<'_> {
         let left = (time - around.after.sim_time_nanos).checked_div(period).unwrap_or(0);
         left.saturating_sub(around.gap.saturating_mul(2)).max(1)
     }
+}
+
+fn nanos(time: humantime::Duration) -> u64 {
+    u64::try_from(time.as_nanos()).unwrap_or(u64::MAX)
 }
 
 #[cfg(test)]

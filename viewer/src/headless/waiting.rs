@@ -26,7 +26,9 @@ impl HeadlessViewer<'_> {
     /// Waits for a world, and for a frame at or after the requested time. Returns false if interrupted.
     pub(super) fn wait_for_fleet(&mut self) -> Result<bool> {
         let (started, mut is_notified, mut polls) = (Instant::now(), false, 0);
-        let from = self.options.at.map_or(Duration::ZERO, Into::into);
+        // Of a recording whose traffic is counted, the frames before the picture are played.
+        let at = self.options.at.filter(|_| !self.options.counts_traffic());
+        let from = at.map_or(Duration::ZERO, Into::into);
         while !self.termination.requested() {
             let news = self.stage.update(Instant::now())?;
             self.update_labels(news);
@@ -35,7 +37,7 @@ impl HeadlessViewer<'_> {
             }
             let time = self.stage.feed.frame().map(|frame| frame.sim_time());
             polls += u32::from(time.is_some());
-            if let Some(time) = time.filter(|time| polls == 1 && self.options.at.is_some() && *time > from) {
+            if let Some(time) = time.filter(|time| polls == 1 && at.is_some() && *time > from) {
                 let (time, fleet) = (time.as_secs_f64(), &self.options.fleet);
                 return Err(Error::new(format!(
                     "fleet '{fleet}' is already at {time:.2} s, after --at: give a later time, or replay a recording"

@@ -116,6 +116,15 @@ impl Period {
         }
     }
 
+    /// Its length in simulated seconds, if it has one.
+    pub fn length_secs(self) -> Option<u64> {
+        match self {
+            Self::Minute => Some(60),
+            Self::TenMinutes => Some(600),
+            Self::Run => None,
+        }
+    }
+
     /// The name for people.
     pub fn title(self) -> &'static str {
         match self {

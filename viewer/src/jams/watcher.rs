@@ -56,7 +56,7 @@ pub fn run(fleet: &FleetName, changed: &Receiver<Watch>, report: &mut dyn FnMut(
 }
 
 /// The ports that are open while something is watched.
-struct Watcher {
+pub(super) struct Watcher {
     frames: Subscriber,
     worlds: WorldReader,
     traffic: TrafficReader,
@@ -74,7 +74,7 @@ struct Watcher {
 }
 
 impl Watcher {
-    fn open(participant: &Participant) -> Result<Self> {
+    pub(super) fn open(participant: &Participant) -> Result<Self> {
         Ok(Self {
             frames: Subscriber::open_on(participant)?,
             worlds: WorldReader::open_on(participant)?,
@@ -89,6 +89,12 @@ impl Watcher {
             list_at: Instant::now(),
             look_at: Instant::now(),
         })
+    }
+
+    /// Looks at everything that is watched, whether it is due or not.
+    pub(super) fn look_now(&mut self, watch: &Watch) -> Result<JamReport> {
+        self.look_at = Instant::now();
+        self.look(watch)
     }
 
     /// Looks at everything that is watched. Before the next look is due, as when the pointer moves to another edge, only at what
