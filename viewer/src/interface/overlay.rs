@@ -213,7 +213,7 @@ pub(super) fn float(
     if !room.is_positive() {
         return false;
     }
-    let unseen = UiBuilder::new().layer_id(LayerId::background()).max_rect(room).sizing_pass().invisible();
+    let unseen = UiBuilder::new().layer_id(LayerId::background()).max_rect(room).invisible();
     let mut ui = Ui::new(context.clone(), Id::unique(("size", name)), unseen);
     let size = frame.show(&mut ui, |ui| show(ui)).response.rect.size();
     let Some(place) = placement.take(name, size, at) else { return false };

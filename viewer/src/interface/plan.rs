@@ -13,6 +13,8 @@ use crate::palette::Theme;
 const LABEL_POINTS: f32 = 90.0;
 /// The least and the greatest length of the scale bar are some 60 and 150 points.
 const BAR_POINTS: f32 = 150.0;
+/// The least size of a picture with a scale bar and an arrow to the north, in points.
+const WITH_SCALE: egui::Vec2 = vec2(300.0, 200.0);
 /// The width and height of the arrow to the north with its letter, in points.
 const NORTH: f32 = 76.0;
 
@@ -47,8 +49,11 @@ pub struct PlanScale {
 }
 
 impl PlanScale {
-    /// Takes the places of both in a picture, of which `clip` is in sight.
+    /// Takes the places of both in a picture, of which `clip` is in sight. A small one has none to spare.
     pub fn place(placement: &mut Placement, picture: Rect, clip: Rect, camera: &Camera) -> Self {
+        if clip.width() < WITH_SCALE.x || clip.height() < WITH_SCALE.y {
+            return Self { bar: None, north: None };
+        }
         let per_point = camera.metres_per_pixel(picture.height());
         let bar = vec2(round_step(BAR_POINTS * per_point) / per_point + 20.0, 36.0);
         // The legend is on the left, so that the middle of the rest is right of the middle.

@@ -1,7 +1,7 @@
 //! What holds in each window: no control, text or element over the picture lies over another one, and none is cut.
 
 use egui::epaint::{ClippedShape, TextShape};
-use egui::{Rect, Shape};
+use egui::{Id, Rect, Shape};
 use egui_kittest::Harness;
 use egui_kittest::kittest::NodeT;
 
@@ -71,6 +71,9 @@ pub fn check_placed(harness: &Harness<'_, Fixture>, what: &str) {
             let common = place.intersect(*other);
             common.width() > 0.6 && common.height() > 0.6
         };
+        // What is drawn has the size of its place.
+        let area = harness.ctx.memory(|memory| memory.area_rect(Id::unique(*name)));
+        assert!(area.is_none_or(|area| place.expand(1.0).contains_rect(area)), "{what}: {name} {area:?} in {place}");
         let others = fixture.panels.iter().chain(&placed[..i]);
         for (other, at) in others {
             assert!(!covers(at), "{what}: {name} {place} lies over {other} {at}");
