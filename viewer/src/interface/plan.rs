@@ -13,6 +13,8 @@ use crate::palette::Theme;
 const LABEL_POINTS: f32 = 90.0;
 /// The least and the greatest length of the scale bar are some 60 and 150 points.
 const BAR_POINTS: f32 = 150.0;
+/// The width beside the scale bar, into which the texts of its ends reach, in points.
+const BAR_MARGIN: f32 = 22.0;
 /// The least size of a picture with a scale bar and an arrow to the north, in points.
 const WITH_SCALE: egui::Vec2 = vec2(300.0, 200.0);
 /// The width and height of the arrow to the north with its letter, in points.
@@ -55,7 +57,7 @@ impl PlanScale {
             return Self { bar: None, north: None };
         }
         let per_point = camera.metres_per_pixel(picture.height());
-        let bar = vec2(round_step(BAR_POINTS * per_point) / per_point + 20.0, 36.0);
+        let bar = vec2(round_step(BAR_POINTS * per_point) / per_point + 2.0 * BAR_MARGIN, 36.0);
         // The legend is on the left, so that the middle of the rest is right of the middle.
         let left = placement.place_of(LEGEND).map_or(clip.left(), |legend| legend.right()).max(clip.left());
         let bar = Rect::from_center_size(pos2((left + clip.right()) / 2.0, clip.bottom() - 22.0), bar);
@@ -140,7 +142,7 @@ fn coordinates(
 fn scale_bar(painter: &Painter, back: Rect, per_point: f32, colours: &ThemeColours) {
     let metres = round_step(BAR_POINTS * per_point);
     let width = metres / per_point;
-    let left = back.min + vec2(10.0, 22.0);
+    let left = back.min + vec2(BAR_MARGIN, 22.0);
     painter.rect_filled(back, 5.0, colours.panel.gamma_multiply(0.85));
     for part in 0..4_u8 {
         let from = left + vec2(width * f32::from(part) / 4.0, 0.0);

@@ -15,7 +15,7 @@ use crate::past::BUDGET;
 pub(super) use paint::colour_of;
 
 /// The height of the timeline, in points.
-pub const HEIGHT: f32 = 62.0;
+pub const HEIGHT: f32 = 72.0;
 /// The height of the marks of one kind, and of the bar below them, in points.
 const LANE: f32 = 4.0;
 const BAR: f32 = 8.0;

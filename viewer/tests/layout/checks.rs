@@ -32,6 +32,11 @@ pub fn check(harness: &Harness<'_, Fixture>, size: [f32; 2], what: &str) {
     let controls = controls(harness);
     assert!(controls.len() > 4, "{what}: {controls:?}");
     no_overlap(&controls, area, what);
+    let bars = harness.state().panels.iter().filter(|(name, _)| ["top", "bottom", "timeline"].contains(name));
+    for (bar, place) in bars {
+        let of_bar = controls.iter().filter(|(_, rect)| place.contains(rect.center()));
+        of_bar.for_each(|(name, rect)| assert!(place.contains_rect(*rect), "{what}: {name} {rect} in {bar} {place}"));
+    }
 }
 
 /// The names and places of all controls.
