@@ -11,8 +11,10 @@ use crate::gpu::painter::{Drawing, Painter};
 use crate::interface::banner::Banner;
 use crate::interface::heat::HeatLegend;
 use crate::interface::labels::{LabelView, Labels};
+use crate::interface::placement::Placement;
+use crate::interface::plan::PlanScale;
 use crate::interface::symbols::Symbols;
-use crate::interface::{overlay, plan, robot_spots, style};
+use crate::interface::{overlay, robot_spots, style};
 use crate::jams::heat::HeatFacts;
 use crate::palette::Legend;
 use crate::picture::OVERLAY_FORMAT;
@@ -77,14 +79,14 @@ impl Caption {
         }
     }
 
-    /// Draws the annotations over the picture in `target`.
+    /// Draws the annotations over the picture in `target`. Returns the names of those that the picture has no room for.
     pub fn draw(
         &mut self,
         gpu: &Gpu,
         encoder: &mut CommandEncoder,
         target: (&TextureView, UVec2),
         annotations: &Annotations<'_>,
-    ) {
+    ) -> Vec<&'static str> {
         let (view, size) = target;
         let pixels_per_point = pixels_per_point(size);
         if !self.is_styled {
@@ -92,20 +94,22 @@ impl Caption {
             style::apply(&self.context, annotations.scene.theme);
             // egui measures a new area in a first pass and places it in a second one.
             for _ in 0..2 {
-                let output = self.lay_out(size, pixels_per_point, annotations);
+                let (output, _) = self.lay_out(size, pixels_per_point, annotations);
                 self.painter.upload(gpu, &output.textures_delta);
                 self.painter.free(output.textures_delta);
             }
         }
-        let mut output = self.lay_out(size, pixels_per_point, annotations);
+        let (mut output, left_out) = self.lay_out(size, pixels_per_point, annotations);
         let changes = std::mem::take(&mut output.textures_delta);
         self.painter.upload(gpu, &changes);
         let triangles = self.context.tessellate(output.shapes, pixels_per_point);
         self.painter.draw(gpu, encoder, view, &Drawing { triangles, pixels_per_point, size });
         self.painter.free(changes);
+        left_out
     }
 
-    fn lay_out(&self, size: UVec2, scale: f32, annotations: &Annotations<'_>) -> FullOutput {
+    /// Returns what is to be drawn, and the names of what is left out.
+    fn lay_out(&self, size: UVec2, scale: f32, annotations: &Annotations<'_>) -> (FullOutput, Vec<&'static str>) {
         let Annotations {
             camera,
             scene,
@@ -124,7 +128,9 @@ impl Caption {
         let picture = Rect::from_min_size(pos2(0.0, 0.0), vec2(size.x as f32, size.y as f32) / scale);
         let mut input = RawInput { screen_rect: Some(picture), ..RawInput::default() };
         input.viewports.entry(egui::ViewportId::ROOT).or_default().native_pixels_per_point = Some(scale);
-        self.context.run_ui(input, |ui| {
+        let mut left_out = Vec::new();
+        let output = self.context.run_ui(input, |ui| {
+            let mut placement = Placement::new(picture);
             let (layers, theme, size) = (scene.layers, scene.theme, Vec2::new(picture.width(), picture.height()));
             let near = frame.filter(|_| layers.ids || layers.robot_ids);
             let level = scene.level.as_deref();
@@ -138,17 +144,19 @@ impl Caption {
                 robot_spots::draw(ui.ctx(), picture, picture, theme, &spots);
             }
             Labels::draw_robots(ui.ctx(), picture, picture, camera, theme, robots.iter().copied());
-            banner.show(ui.ctx(), picture, camera, theme);
-            if *plan && camera.is_plan() {
-                let beside = legend.map_or(Rect::NOTHING, |_| overlay::legend_place(ui.ctx()));
-                plan::draw(ui.ctx(), picture, picture, beside, camera, theme);
-            }
+            left_out = banner.show(ui.ctx(), picture, &mut placement, camera, theme);
             if let Some(legend) = legend {
                 let heat = scene.heat.map(|wanted| HeatLegend { heat: wanted, facts: *heat });
                 let closed = if layers.edges { *closed } else { 0 };
                 let symbols = Symbols { heat, density: *density, closed, ..Symbols::new(layers, *plans) };
-                overlay::legend(ui.ctx(), picture, theme, legend, &symbols, Some(title));
+                let is_shown = overlay::legend(ui.ctx(), &mut placement, theme, legend, &symbols, Some(title));
+                left_out.extend((!is_shown).then_some(overlay::LEGEND));
             }
-        })
+            if *plan && camera.is_plan() {
+                let scale = PlanScale::place(&mut placement, picture, picture, camera);
+                scale.draw(ui.ctx(), &placement, picture, picture, camera, theme);
+            }
+        });
+        (output, left_out)
     }
 }

@@ -59,6 +59,10 @@ struct HeadlessViewer<'a> {
     /// The part of the picture that is drawn, if levels are shown side by side.
     part: Option<Part>,
     samples: u32,
+    /// Whether the legend is hidden: as requested, or because it has no room.
+    no_legend: bool,
+    /// Whether it was said what the picture has no room for.
+    has_warned: bool,
     termination: Termination,
 }
 
@@ -98,6 +102,8 @@ pub fn run(options: &Options) -> Result {
         clock: None,
         part: None,
         samples,
+        no_legend: options.look.no_legend,
+        has_warned: false,
         options,
         gpu,
         participant,
@@ -280,7 +286,7 @@ impl HeadlessViewer<'_> {
     /// The part of the picture in which everything is to fit.
     fn window(&self) -> Window {
         let size = self.size().as_vec2();
-        match self.options.look.no_legend || self.part.is_some() {
+        match self.no_legend || self.part.is_some() {
             true => Window::whole(size.x / size.y),
             false => overlay::beside_legend(size / pixels_per_point(self.size())),
         }
@@ -301,14 +307,33 @@ impl HeadlessViewer<'_> {
             self.update_jams()?;
         }
         self.stage.hide_other_levels();
+        if self.part.is_none() && !self.no_legend && legend_width(self.size()) == 0 {
+            self.leave_out(&[overlay::LEGEND]);
+        }
+        let (picture, left_out) = self.draw(alpha)?;
+        // Without the legend, everything else has more room.
+        if self.leave_out(&left_out) { Ok(self.draw(alpha)?.0) } else { Ok(picture) }
+    }
+
+    /// Says once what the picture has no room for. Returns whether the legend is hidden from now on.
+    fn leave_out(&mut self, left_out: &[&str]) -> bool {
+        if !left_out.is_empty() && !std::mem::replace(&mut self.has_warned, true) {
+            tracing::warn!("{}", no_room(self.options.picture_size(), left_out));
+        }
+        let hides_legend = left_out.contains(&overlay::LEGEND);
+        self.no_legend |= hides_legend;
+        hides_legend
+    }
+
+    /// Draws a picture. Returns the names of the annotations that it has no room for, too.
+    fn draw(&mut self, alpha: f32) -> Result<(RgbaImage, Vec<&'static str>)> {
         let camera = self.camera();
         let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let size = self.size();
         self.stage.draw(&mut encoder, &self.offscreen.view, &camera, size, alpha);
         let (target, legend) = ((&self.offscreen.overlay, size), self.stage.legend());
-        let [has_legend, plan] = self.part.as_ref().map_or([true; 2], |part| [part.has_legend, part.has_scale]);
-        let [has_legend, plan] = [has_legend, plan].map(|is_shown| is_shown && !self.options.look.no_legend);
-        let legend = has_legend.then_some(&legend);
+        let legend = Some(&legend).filter(|_| self.part.is_none() && !self.no_legend);
+        let plan = self.part.as_ref().is_none_or(|part| part.has_scale) && !self.options.look.no_legend;
         let selected = self.selected().filter(|_| !self.options.look.no_ids);
         let robots = selected.filter_map(|robot| Some((robot, self.pose(robot)?.0))).collect();
         let plans = self.stage.plan_facts();
@@ -340,7 +365,43 @@ impl HeadlessViewer<'_> {
             robots,
             banner,
         };
-        self.caption.draw(&self.gpu, &mut encoder, target, &annotations);
-        Ok(self.offscreen.read(encoder)?)
+        let left_out = self.caption.draw(&self.gpu, &mut encoder, target, &annotations);
+        Ok((self.offscreen.read(encoder)?, left_out))
+    }
+}
+
+/// Returns the width of the strip on the left of a picture that its legend takes, in pixels; 0 if the picture has no room to spare.
+fn legend_width(size: UVec2) -> u32 {
+    let beside = overlay::beside_legend(size.as_vec2() / pixels_per_point(size));
+    (beside.low.x * size.x as f32).ceil() as u32
+}
+
+/// Says what a picture of this size has no room for, and what to do.
+fn no_room(size: UVec2, left_out: &[&str]) -> String {
+    let advice = if left_out.contains(&overlay::LEGEND) { ", or hide the legend with --no-legend" } else { "" };
+    let names = left_out.join(" and ");
+    format!("a picture of {}x{} has no room for its {names}; give a larger --size{advice}", size.x, size.y)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_picture_without_room_says_what_to_do() {
+        assert_eq!(
+            no_room(UVec2::new(320, 200), &["title", "legend"]),
+            "a picture of 320x200 has no room for its title and legend; give a larger --size, or hide the legend with --no-legend"
+        );
+        assert!(!no_room(UVec2::new(320, 200), &["clock"]).contains("--no-legend"));
+    }
+
+    #[test]
+    fn a_legend_takes_less_than_half_of_the_width() {
+        assert_eq!([320, 499].map(|width| legend_width(UVec2::new(width, 400))), [0, 0]);
+        for width in [500, 640, 1920] {
+            let taken = legend_width(UVec2::new(width, 400));
+            assert!(taken > 200 && taken * 9 <= width * 4, "{taken} of {width}");
+        }
     }
 }

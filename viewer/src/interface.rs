@@ -27,6 +27,7 @@ mod minimap;
 mod notes;
 pub mod overlay;
 mod performance;
+pub mod placement;
 mod places;
 pub mod plan;
 mod plots;
@@ -58,7 +59,7 @@ use crate::camera::Window;
 use levels::PictureArea;
 use settings::{LeftPanel, RightPanel};
 pub use state::Interface;
-use view_model::{Action, EngineState, Item, ViewModel};
+use view_model::{Action, Item, ViewModel};
 
 /// The least width of a window with a panel on either side, in points.
 const TWO_PANELS: f32 = 900.0;
@@ -85,6 +86,8 @@ impl Interface {
             .resizable(false)
             .frame(frame)
             .show(ui, |ui| self.transport(ui, model, &mut actions));
+        // The picture goes on under the panels, so that it doesn't move when one is opened.
+        let picture = ui.available_rect_before_wrap();
         if model.recording().is_some() || model.timeline.is_some() && self.timeline.shows_past {
             Panel::bottom("timeline")
                 .exact_size(timeline::HEIGHT)
@@ -93,8 +96,6 @@ impl Interface {
                 .show(ui, |ui| self.timeline(ui, model, &mut actions));
         }
         self.plot_panel(ui, model, &mut actions);
-        // The picture goes on under the panels, so that it doesn't move when one is opened.
-        let picture = ui.available_rect_before_wrap();
         self.panels(ui, model, &mut actions);
         let shown = CentralPanel::no_frame().show(ui, |ui| {
             let area = self.area(ui, picture, ui.max_rect(), model.bounds);
@@ -104,10 +105,6 @@ impl Interface {
         self.hover_edge(ui.ctx(), area, pointer, model);
         self.overlay(ui.ctx(), area, model);
         self.menu(ui.ctx(), area.whole, model, &mut actions);
-        if model.engine != EngineState::Awaited {
-            self.minimap(ui.ctx(), area, model);
-            self.view_cube(ui.ctx(), area.whole);
-        }
         self.help(ui.ctx());
         self.move_camera(ui, area, model);
         if self.level() != level.as_deref() {

@@ -2,13 +2,13 @@
 
 use std::time::Instant;
 
-use glam::{UVec2, Vec2};
+use glam::UVec2;
 use image::{Rgba, RgbaImage, imageops};
 use regatta_plugin::{Error, Result, World};
 
-use super::HeadlessViewer;
+use super::{HeadlessViewer, legend_width};
 use crate::camera::Camera;
-use crate::caption::{Annotations, Caption, pixels_per_point};
+use crate::caption::{Annotations, Caption};
 use crate::feed::News;
 use crate::gpu::TargetConfig;
 use crate::interface::banner::Banner;
@@ -21,23 +21,24 @@ use crate::picture::{FORMAT, Offscreen};
 pub(super) struct Part {
     /// The level that it shows.
     pub level: String,
-    /// Whether it has the legend.
-    pub has_legend: bool,
     /// Whether it has coordinates, a scale and the direction to the north, in a plan.
     pub has_scale: bool,
 }
 
 impl HeadlessViewer<'_> {
     /// Draws each level into a part of the picture, from the upper left corner on, in the order of their names. All have the same
-    /// camera, so that what is above each other is at the same place of each part. The legend is on the left of them, or, where there
-    /// is no room for it, in the first part.
+    /// camera, so that what is above each other is at the same place of each part. The legend is on the left of them, or left out
+    /// where there is no room for it.
     pub(super) fn render_levels(&mut self, samples: u32) -> Result<RgbaImage> {
         let names = self.stage.feed.world().map(|world| levels(&world)).unwrap_or_default();
         if names.len() < 2 {
             return Err(Error::new("this world has no two levels to show side by side; leave --levels out"));
         }
-        let (size, parts, bounds) = (self.size(), names.len() as u32, self.stage.bounds());
-        let room = if self.options.look.no_legend { 0 } else { legend_width(size) };
+        let (size, parts, bounds) = (self.options.picture_size(), names.len() as u32, self.stage.bounds());
+        let room = if self.no_legend { 0 } else { legend_width(size) };
+        if room == 0 && !self.no_legend {
+            self.leave_out(&[overlay::LEGEND]);
+        }
         let rest = UVec2::new(size.x - room, size.y);
         let columns = columns(parts, rest.as_vec2(), bounds.high - bounds.low);
         let part = rest / UVec2::new(columns, parts.div_ceil(columns));
@@ -47,8 +48,7 @@ impl HeadlessViewer<'_> {
         let mut picture = RgbaImage::from_pixel(size.x, size.y, Rgba([r, g, b, 255]));
         for (number, name) in (0..).zip(names) {
             self.show_level(&name)?;
-            let has_legend = number == 0 && room == 0;
-            self.part = Some(Part { level: name, has_legend, has_scale: number == 0 });
+            self.part = Some(Part { level: name, has_scale: number == 0 });
             let drawn = self.render(1.0)?;
             let at = part * UVec2::new(number % columns, number / columns) + UVec2::new(room, 0);
             imageops::replace(&mut picture, &drawn, at.x.into(), at.y.into());
@@ -56,7 +56,11 @@ impl HeadlessViewer<'_> {
         if room > 0 {
             let density = self.stage.shown_density(&self.camera(), part);
             self.offscreen = Offscreen::new(&self.gpu, UVec2::new(room, size.y), target)?;
-            imageops::replace(&mut picture, &self.render_legend(density)?, 0, 0);
+            let (legend, left_out) = self.render_legend(density)?;
+            if self.leave_out(&left_out) {
+                return self.render_levels(samples);
+            }
+            imageops::replace(&mut picture, &legend, 0, 0);
         }
         Ok(picture)
     }
@@ -72,8 +76,8 @@ impl HeadlessViewer<'_> {
         Ok(())
     }
 
-    /// Draws the legend alone. `density` is as in [`Annotations`].
-    fn render_legend(&mut self, density: Option<f32>) -> Result<RgbaImage> {
+    /// Draws the legend alone. `density` is as in [`Annotations`]. Returns what there is no room for, too.
+    fn render_legend(&mut self, density: Option<f32>) -> Result<(RgbaImage, Vec<&'static str>)> {
         let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let (legend, scene) = (self.stage.legend(), &self.stage.scene);
         self.offscreen.fill(&mut encoder, scene.theme.colours().sky);
@@ -93,13 +97,8 @@ impl HeadlessViewer<'_> {
             banner: Banner::default(),
         };
         self.caption = Caption::new(&self.gpu);
-        self.caption.draw(&self.gpu, &mut encoder, (&self.offscreen.overlay, self.size()), &annotations);
-        Ok(self.offscreen.read(encoder)?)
+        let target = (&self.offscreen.overlay, self.size());
+        let left_out = self.caption.draw(&self.gpu, &mut encoder, target, &annotations);
+        Ok((self.offscreen.read(encoder)?, left_out))
     }
-}
-
-/// Returns the width of the strip on the left of a picture that its legend takes, in pixels; 0 if the picture has no room to spare.
-fn legend_width(size: UVec2) -> u32 {
-    let beside = overlay::beside_legend(size.as_vec2() / pixels_per_point(size));
-    (beside.low * Vec2::new(size.x as f32, 0.0)).x.ceil() as u32
 }

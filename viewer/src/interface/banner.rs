@@ -4,6 +4,7 @@ use egui::{Align2, Context, FontId, Rect, RichText, Stroke, vec2};
 use glam::{Vec2, Vec3};
 
 use super::overlay::float;
+use super::placement::Placement;
 use super::style;
 use super::transport::clock_text;
 use crate::camera::Camera;
@@ -28,32 +29,44 @@ pub struct Banner {
 }
 
 impl Banner {
-    /// Shows the parts over a picture.
-    pub fn show(&self, context: &Context, picture: Rect, camera: &Camera, theme: Theme) {
+    /// Shows the parts over a picture. Returns the names of those that it has no room for.
+    pub fn show(
+        &self,
+        context: &Context,
+        picture: Rect,
+        placement: &mut Placement,
+        camera: &Camera,
+        theme: Theme,
+    ) -> Vec<&'static str> {
+        let mut left_out = Vec::new();
+        if let Some(seconds) = self.clock {
+            let is_shown = float(context, placement, theme, "clock", Align2::RIGHT_TOP, |ui| {
+                ui.add(egui::Label::new(RichText::new(clock_text(seconds)).monospace().size(18.0)).extend());
+            });
+            left_out.extend((!is_shown).then_some("clock"));
+        }
         if let Some(title) = &self.title {
-            float(context, picture, theme, "title", Align2::CENTER_TOP, |ui| {
+            let is_shown = float(context, placement, theme, "title", Align2::CENTER_TOP, |ui| {
                 // Cut with an ellipsis where the clock would be, on the right as on the left.
                 ui.set_max_width((picture.width() - 2.0 * CLOCK_ROOM).max(SHORTEST_TITLE));
                 ui.add(egui::Label::new(RichText::new(title).size(22.0).strong()).truncate());
             });
+            left_out.extend((!is_shown).then_some("title"));
         }
-        if let Some(seconds) = self.clock {
-            float(context, picture, theme, "clock", Align2::RIGHT_TOP, |ui| {
-                ui.add(egui::Label::new(RichText::new(clock_text(seconds)).monospace().size(18.0)).extend());
-            });
+        let metre = points_per_metre(camera, Vec2::new(picture.width(), picture.height()));
+        if let Some(metre) = metre.filter(|_| self.scale) {
+            left_out.extend((!scale(context, placement, metre, theme)).then_some("scale"));
         }
-        if self.scale {
-            scale(context, picture, camera, theme);
-        }
+        left_out
     }
 }
 
-/// Shows a bar with its length on the ground, at the middle of the picture.
-fn scale(context: &Context, picture: Rect, camera: &Camera, theme: Theme) {
-    let Some(metre) = points_per_metre(camera, Vec2::new(picture.width(), picture.height())) else { return };
+/// Shows a bar with its length on the ground, at the middle of the picture; `metre` is the length of a metre there, in points. Returns
+/// whether there is room for it.
+fn scale(context: &Context, placement: &mut Placement, metre: f32, theme: Theme) -> bool {
     let metres = round_length(SHORTEST_BAR / metre);
     let colours = style::colours(theme);
-    float(context, picture, theme, "scale", Align2::RIGHT_BOTTOM, |ui| {
+    float(context, placement, theme, "scale", Align2::RIGHT_BOTTOM, |ui| {
         let (rect, _) = ui.allocate_exact_size(vec2(metres * metre, 20.0), egui::Sense::hover());
         let (painter, stroke) = (ui.painter(), Stroke::new(2.0, colours.text));
         painter.hline(rect.x_range(), rect.bottom() - 3.0, stroke);
@@ -63,7 +76,7 @@ fn scale(context: &Context, picture: Rect, camera: &Camera, theme: Theme) {
         let text = if metres < 1.0 { format!("{:.0} cm", metres * 100.0) } else { format!("{metres:.0} m") };
         let font = FontId::proportional(12.0);
         painter.text(rect.center_top(), Align2::CENTER_TOP, text, font, colours.text);
-    });
+    })
 }
 
 /// The length of a metre to the right at the camera's target, in points.
@@ -107,12 +120,14 @@ mod tests {
             let title =
                 Some("The whole plant with its three halls and its yard, on the first day of the trial ".repeat(2));
             let banner = Banner { title, clock: Some(36_000.0), scale: false };
-            for _ in 0..3 {
-                let input = egui::RawInput { screen_rect: Some(picture), ..egui::RawInput::default() };
-                let show = |ui: &mut egui::Ui| banner.show(ui.ctx(), picture, &Camera::default(), Theme::Dark);
-                context.run_ui(input, show).textures_delta.clear();
-            }
-            let place = |name: &str| context.memory(|memory| memory.area_rect(egui::Id::unique(name))).expect("shown");
+            let mut placement = Placement::new(picture);
+            let input = egui::RawInput { screen_rect: Some(picture), ..egui::RawInput::default() };
+            let show = |ui: &mut egui::Ui| {
+                placement = Placement::new(picture);
+                banner.show(ui.ctx(), picture, &mut placement, &Camera::default(), Theme::Dark);
+            };
+            context.run_ui(input, show).textures_delta.clear();
+            let place = |name: &str| placement.place_of(name).expect("shown");
             let (title, clock) = (place("title"), place("clock"));
             assert!(title.width() > 200.0 && title.right() < clock.left(), "{title} {clock}");
         }

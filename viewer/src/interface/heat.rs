@@ -55,11 +55,19 @@ impl HeatLegend {
     }
 }
 
-/// Says which time the figures are about, and how much of it has passed.
+/// Says which time the figures are about: the windows are longer than their names by a part that isn't over yet.
 fn period_text(facts: &HeatFacts) -> String {
     let secs = facts.secs.round() as u32;
-    let length = if secs < 120 { format!("{secs} s") } else { format!("{:.0} min", f64::from(secs) / 60.0) };
-    format!("{} ({length})", facts.heat.period.title())
+    let (minutes, rest) = (secs / 60, secs % 60);
+    let length = match (minutes, rest) {
+        (0..2, _) => format!("{secs} s"),
+        (_, 0) => format!("{minutes} min"),
+        _ => format!("{minutes} min {rest} s"),
+    };
+    match facts.heat.period {
+        Period::Minute | Period::TenMinutes => format!("last {length}"),
+        Period::Run => format!("the run so far ({length})"),
+    }
 }
 
 impl Interface {

@@ -6,6 +6,7 @@ use egui::{Align2, ComboBox, Context, Event, FontId, LayerId, Rect, Role, Stroke
 use glam::Vec2;
 
 use super::overlay::beside_legend;
+use super::placement::Placement;
 use super::state::Interface;
 use super::view_model::Action;
 use crate::camera::Bounds;
@@ -142,7 +143,7 @@ impl Interface {
     }
 
     /// Draws frames around the parts, and writes their names.
-    pub(super) fn draw_parts(&self, context: &Context) {
+    pub(super) fn draw_parts(&self, context: &Context, placement: &mut Placement) {
         let (painter, colours) = (context.layer_painter(LayerId::background()), self.colours());
         for (level, part) in &self.side_by_side.parts {
             let is_current = Some(level.as_str()) == self.level();
@@ -150,8 +151,11 @@ impl Interface {
             painter.rect_stroke(*part, 0.0, Stroke::new(width, colour), StrokeKind::Inside);
             let text = painter.layout_no_wrap(level.clone(), FontId::proportional(13.0), colours.text);
             let place = Align2::LEFT_TOP.anchor_size(part.min + vec2(10.0, 7.0), text.size());
-            painter.rect_filled(place.expand2(vec2(5.0, 2.0)), 4.0, colours.panel);
-            painter.galley(place.min, text, colours.text);
+            let framed = place.expand2(vec2(5.0, 2.0));
+            if part.contains_rect(framed) && placement.take_exactly("level", framed) {
+                painter.rect_filled(framed, 4.0, colours.panel);
+                painter.galley(place.min, text, colours.text);
+            }
         }
     }
 

@@ -1,6 +1,12 @@
 //! The log panel: alarms to acknowledge, and below them all that happened; a click goes there.
 
-use egui::{Align2, ComboBox, FontId, Rect, RichText, Role, ScrollArea, TextEdit, Ui, WidgetInfo, pos2};
+use std::sync::Arc;
+
+use egui::text::{LayoutJob, TextWrapping};
+use egui::{
+    Align2, Color32, ComboBox, FontId, Galley, Rect, RichText, Role, ScrollArea, TextEdit, TextWrapMode, Ui,
+    WidgetInfo, pos2,
+};
 use glam::Vec2;
 use regatta_plugin::control::{ControlKind, ControlRequest};
 
@@ -96,6 +102,7 @@ impl Interface {
                     if !alarm.is_acknowledged && acknowledge_button(ui, *key).clicked() {
                         acknowledged = Some(Some(*key));
                     }
+                    ui.style_mut().wrap_mode = Some(TextWrapMode::Wrap);
                     if ui.link(RichText::new(alarm_text(alarm)).color(alarm_colour(alarm, &colours))).clicked() {
                         clicked = Some(alarm.entry.clone());
                     }
@@ -146,7 +153,9 @@ impl Interface {
             if response.clicked() {
                 clicked = Some(entry.clone());
             }
-            paint(ui, rect, entry, &time, &colours);
+            if paint(ui, rect, entry, &time, &colours) {
+                response.on_hover_text(&entry.text);
+            }
         });
         clicked
     }
@@ -190,7 +199,7 @@ fn count_text(alarms: usize) -> String {
 fn alarm_text(alarm: &Alarm) -> String {
     let time = clock_text(alarm.entry.time_nanos as f64 / 1e9);
     let over = if alarm.is_active { "" } else { " (over)" };
-    format!("{time} {}{over}", alarm.entry.text)
+    style::unbroken(&format!("{time} {}{over}", alarm.entry.text))
 }
 
 fn alarm_colour(alarm: &Alarm, colours: &ThemeColours) -> egui::Color32 {
@@ -201,16 +210,27 @@ fn alarm_colour(alarm: &Alarm, colours: &ThemeColours) -> egui::Color32 {
     }
 }
 
-fn paint(ui: &Ui, rect: Rect, entry: &Entry, time: &str, colours: &ThemeColours) {
+/// Paints an entry. Returns whether its text ends with an ellipsis because the row is too short.
+fn paint(ui: &Ui, rect: Rect, entry: &Entry, time: &str, colours: &ThemeColours) -> bool {
     let colour = match entry.severity {
         Severity::Info => colours.good,
         Severity::Warning => colours.warn,
         Severity::Alarm => colours.bad,
     };
-    let painter = ui.painter().with_clip_rect(rect.intersect(ui.clip_rect()));
+    let painter = ui.painter();
     painter.circle_filled(pos2(rect.left() + 6.0, rect.center().y), 3.5, colour);
     let at = pos2(rect.left() + 16.0, rect.center().y);
     let time = painter.text(at, Align2::LEFT_CENTER, time, FontId::monospace(12.0), colours.faint);
-    let at = pos2(time.right() + 8.0, rect.center().y);
-    painter.text(at, Align2::LEFT_CENTER, &entry.text, FontId::proportional(12.0), colours.text);
+    let left = time.right() + 8.0;
+    let text = one_line(ui, &entry.text, rect.right() - left, colours.text);
+    let place = Align2::LEFT_CENTER.anchor_size(pos2(left, rect.center().y), text.size());
+    painter.galley(place.min, Arc::clone(&text), colours.text);
+    text.elided
+}
+
+/// Lays out a text in a line of some width, with an ellipsis if it is longer.
+fn one_line(ui: &Ui, text: &str, width: f32, colour: Color32) -> Arc<Galley> {
+    let mut job = LayoutJob::simple_singleline(text.to_owned(), FontId::proportional(12.0), colour);
+    job.wrap = TextWrapping::truncate_at_width(width.max(0.0));
+    ui.painter().layout_job(job)
 }

@@ -8,6 +8,7 @@ use glam::Vec2;
 use regatta_plugin::World;
 
 use super::levels::PictureArea;
+use super::placement::Placement;
 use super::state::Interface;
 use super::style;
 use super::view_model::ViewModel;
@@ -18,6 +19,10 @@ use crate::curves::curve_point;
 const MAX_EDGES: usize = 3000;
 /// The longest side of the map, in points.
 const SIDE: f32 = 170.0;
+/// The distance from the map to its frame, in points.
+const PADDING: i8 = 5;
+/// The width of the frame on both sides together, in points.
+const FRAME: f32 = 2.0 * (PADDING as f32 + 1.0);
 
 /// The lines of a route graph.
 #[derive(Clone, Debug, Default)]
@@ -88,7 +93,13 @@ impl Drawn {
 
 impl Interface {
     /// Shows the minimap in the upper left corner.
-    pub(super) fn minimap(&mut self, context: &Context, area: PictureArea, model: &ViewModel<'_>) {
+    pub(super) fn minimap(
+        &mut self,
+        context: &Context,
+        area: PictureArea,
+        placement: &mut Placement,
+        model: &ViewModel<'_>,
+    ) {
         let PictureArea { picture, visible, whole } = area;
         if !self.settings.minimap || whole.width() < 2.0 * SIDE || whole.height() < 1.5 * SIDE {
             return;
@@ -100,9 +111,12 @@ impl Interface {
         let size = vec2(extent.x * scale, extent.y * scale);
         let theme = self.settings.theme();
         let area = Area::new(Id::unique("minimap")).order(Order::Background).fade_in(false);
+        // A plan has its coordinates at the sides.
         let corner = whole.left_top() + vec2(if self.camera_controller.camera().is_plan() { 60.0 } else { 10.0 }, 30.0);
-        let shown = area.fixed_pos(corner).show(context, |ui| {
-            let frame = style::floating(theme).inner_margin(egui::Margin::same(5));
+        let framed = Rect::from_min_size(corner, size + vec2(FRAME, FRAME));
+        let Some(place) = placement.take_near("minimap", framed) else { return };
+        let shown = area.fixed_pos(place.min).show(context, |ui| {
+            let frame = style::floating(theme).inner_margin(egui::Margin::same(PADDING));
             frame.show(ui, |ui| ui.allocate_exact_size(size, Sense::click_and_drag())).inner
         });
         let (place, response) = shown.inner;

@@ -83,7 +83,7 @@ impl Interface {
             return;
         };
         ui.label(RichText::new(clock_text(draft.time as f64 * 1e-9)).size(11.0).color(colour));
-        let room = (ui.available_width() - 60.0).clamp(60.0, 260.0);
+        let room = (ui.available_width() - 60.0).clamp(40.0, 260.0);
         let field = TextEdit::singleline(&mut draft.text).hint_text("note").char_limit(LONGEST).desired_width(room);
         let response = ui.add(field);
         response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::TextInput, true, "text of the note"));

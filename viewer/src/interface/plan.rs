@@ -3,6 +3,8 @@
 use egui::{Align2, Color32, Context, FontId, LayerId, Painter, Pos2, Rect, Shape, Stroke, pos2, vec2};
 use glam::Vec2;
 
+use super::overlay::LEGEND;
+use super::placement::Placement;
 use super::style::{self, ThemeColours};
 use crate::camera::Camera;
 use crate::palette::Theme;
@@ -11,6 +13,12 @@ use crate::palette::Theme;
 const LABEL_POINTS: f32 = 90.0;
 /// The least and the greatest length of the scale bar are some 60 and 150 points.
 const BAR_POINTS: f32 = 150.0;
+/// The width beside the scale bar, into which the texts of its ends reach, in points.
+const BAR_MARGIN: f32 = 22.0;
+/// The least size of a picture with a scale bar and an arrow to the north, in points.
+const WITH_SCALE: egui::Vec2 = vec2(300.0, 200.0);
+/// The width and height of the arrow to the north with its letter, in points.
+const NORTH: f32 = 76.0;
 
 /// Returns the largest of 1, 2 and 5 times a power of ten that is not above `limit`.
 pub fn round_step(limit: f32) -> f32 {
@@ -35,25 +43,56 @@ pub fn metres_text(metres: f32) -> String {
     }
 }
 
-/// Draws what belongs to a plan over its picture, of which `clip` is in sight, beside its legend.
-pub fn draw(context: &Context, picture: Rect, clip: Rect, legend: Rect, camera: &Camera, theme: Theme) {
-    let painter = context.layer_painter(LayerId::background()).with_clip_rect(clip);
-    let colours = style::colours(theme);
-    coordinates(&painter, picture, (clip, legend), camera, &colours);
-    scale_bar(
-        &painter,
-        clip.with_min_x(clip.left().max(legend.right())),
-        camera.metres_per_pixel(picture.height()),
-        &colours,
-    );
-    north(&painter, pos2(clip.right() - 34.0, clip.top() + 68.0), camera.yaw, &colours);
+/// Where the scale bar and the arrow to the north are, as far as there is room for them.
+#[derive(Clone, Copy, Debug)]
+pub struct PlanScale {
+    bar: Option<Rect>,
+    north: Option<Rect>,
 }
 
-/// Writes x along the upper side and y along the left side down to the legend, at round distances, where north is up.
+impl PlanScale {
+    /// Takes the places of both in a picture, of which `clip` is in sight. A small one has none to spare.
+    pub fn place(placement: &mut Placement, picture: Rect, clip: Rect, camera: &Camera) -> Self {
+        if clip.width() < WITH_SCALE.x || clip.height() < WITH_SCALE.y {
+            return Self { bar: None, north: None };
+        }
+        let per_point = camera.metres_per_pixel(picture.height());
+        let bar = vec2(round_step(BAR_POINTS * per_point) / per_point + 2.0 * BAR_MARGIN, 36.0);
+        // The legend is on the left, so that the middle of the rest is right of the middle.
+        let left = placement.place_of(LEGEND).map_or(clip.left(), |legend| legend.right()).max(clip.left());
+        let bar = Rect::from_center_size(pos2((left + clip.right()) / 2.0, clip.bottom() - 22.0), bar);
+        let bar = placement.take_near("scale bar", bar.translate(vec2(0.0, -6.0)));
+        let north = Rect::from_center_size(clip.right_top() + vec2(-50.0, 70.0), vec2(NORTH, NORTH));
+        Self { bar, north: placement.take_near("north", north) }
+    }
+
+    /// Draws both, and coordinates along the sides, which don't lie under what is placed.
+    pub fn draw(
+        self,
+        context: &Context,
+        placement: &Placement,
+        picture: Rect,
+        clip: Rect,
+        camera: &Camera,
+        theme: Theme,
+    ) {
+        let painter = context.layer_painter(LayerId::background()).with_clip_rect(clip);
+        let colours = style::colours(theme);
+        coordinates(&painter, placement, (picture, clip), camera, &colours);
+        if let Some(place) = self.bar {
+            scale_bar(&painter, place, camera.metres_per_pixel(picture.height()), &colours);
+        }
+        if let Some(place) = self.north {
+            north(&painter, place.center(), camera.yaw, &colours);
+        }
+    }
+}
+
+/// Writes x along the upper side and y along the left side, at round distances, where north is up.
 fn coordinates(
     painter: &Painter,
-    picture: Rect,
-    (clip, legend): (Rect, Rect),
+    placement: &Placement,
+    (picture, clip): (Rect, Rect),
     camera: &Camera,
     colours: &ThemeColours,
 ) {
@@ -71,6 +110,9 @@ fn coordinates(
     let write = |at: Pos2, align: Align2, text: String| {
         let text = painter.layout_no_wrap(text, font(), colours.text);
         let rect = align.anchor_size(at, text.size());
+        if !placement.is_clear(rect) {
+            return;
+        }
         painter.rect_filled(rect.expand(1.5), 2.0, colours.panel.gamma_multiply(0.75));
         painter.galley(rect.min, text, colours.text);
     };
@@ -88,7 +130,7 @@ fn coordinates(
     for i in first.y..=last.y.min(first.y + 100) {
         let y = i as f32 * step;
         let at = picture.top() + place(low.x, y).y;
-        if at < clip.top() + 26.0 || at > clip.bottom().min(legend.top()) - 8.0 {
+        if at < clip.top() + 26.0 || at > clip.bottom() - 8.0 {
             continue;
         }
         tick(pos2(clip.left(), at), pos2(clip.left() + 6.0, at));
@@ -96,12 +138,11 @@ fn coordinates(
     }
 }
 
-/// Draws the scale bar in the middle below.
-fn scale_bar(painter: &Painter, clip: Rect, per_point: f32, colours: &ThemeColours) {
+/// Draws the scale bar.
+fn scale_bar(painter: &Painter, back: Rect, per_point: f32, colours: &ThemeColours) {
     let metres = round_step(BAR_POINTS * per_point);
     let width = metres / per_point;
-    let left = pos2(clip.center().x - width / 2.0, clip.bottom() - 18.0);
-    let back = Rect::from_min_size(left - vec2(10.0, 22.0), vec2(width + 20.0, 36.0));
+    let left = back.min + vec2(BAR_MARGIN, 22.0);
     painter.rect_filled(back, 5.0, colours.panel.gamma_multiply(0.85));
     for part in 0..4_u8 {
         let from = left + vec2(width * f32::from(part) / 4.0, 0.0);

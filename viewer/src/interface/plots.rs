@@ -1,7 +1,7 @@
 //! The figures of the fleet over time, in a row of plots. Hovering over one shows its time in all of them; a click goes there, in
 //! a recording and in what is kept of a live run.
 
-use egui::{Color32, Ui};
+use egui::{Color32, Label, Ui};
 use egui_plot::{GridInput, GridMark, Line, Plot, PlotPoint, PlotPoints};
 use regatta_plugin::frame::RobotState;
 use regatta_plugin::history::{FLEET_STATES, FleetSample as Sample};
@@ -116,10 +116,10 @@ impl Interface {
                 let value =
                     points.iter().rfind(|point| point[0] <= at).map_or("–".to_owned(), |point| number(point[1]));
                 let text = if name.is_empty() { value } else { format!("{name} {value}") };
-                ui.label(egui::RichText::new(text).size(11.0).color(*colour));
+                ui.add(Label::new(egui::RichText::new(text).size(11.0).color(*colour)).extend());
             }
             if let Some(sample) = near {
-                ui.label(style::faint(ui, theme, format!("at {}", clock(sample.secs))));
+                ui.add(Label::new(style::faint(ui, theme, format!("at {}", clock(sample.secs)))).extend());
             }
         });
         if figure.lines.iter().all(|(_, _, points)| points.is_empty()) {

@@ -13,6 +13,7 @@ use super::measure::Measuring;
 use super::menu::Menu;
 use super::minimap::Minimap;
 use super::notes::Notes;
+use super::placement::Placement;
 use super::places::PastPresence;
 use super::rows::{RowQuery, Rows};
 use super::settings::{LeftPanel, RightPanel, RobotMesh, Settings};
@@ -66,6 +67,8 @@ pub struct Interface {
     pub(super) typing: bool,
     /// The part of the picture that no panel covers.
     pub(super) window: Window,
+    /// What lay over the last picture.
+    pub(super) placement: Placement,
     pub(super) minimap: Minimap,
     pub(super) edge_hover: EdgeHover,
     pub(super) past_presence: PastPresence,
@@ -173,6 +176,7 @@ impl Interface {
             drag: None,
             typing: false,
             window: Window::whole(16.0 / 9.0),
+            placement: Placement::new(egui::Rect::ZERO),
             minimap: Minimap::default(),
             edge_hover: EdgeHover::default(),
             past_presence: PastPresence::default(),

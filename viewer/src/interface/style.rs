@@ -9,6 +9,9 @@ use crate::palette::{Rgb, Theme};
 /// The height of one row of a list, in points.
 pub const ROW: f32 = 20.0;
 
+/// A space at which no line ends. The thin one, U+202F, doesn't keep egui from it.
+const NO_BREAK_SPACE: char = '\u{a0}';
+
 /// The colours of a theme.
 #[derive(Clone, Copy, Debug)]
 pub struct ThemeColours {
@@ -142,10 +145,21 @@ pub fn floating(theme: Theme) -> Frame {
         .inner_margin(Margin::symmetric(10, 7))
 }
 
-/// Returns secondary text.
+/// Returns secondary text, in which no line ends between a number and what follows.
 pub fn faint(ui: &Ui, theme: Theme, text: impl Into<String>) -> RichText {
     let size = ui.style().text_styles.get(&TextStyle::Body).map_or(13.0, |font| font.size - 1.0);
-    RichText::new(text).size(size).color(colours(theme).faint)
+    RichText::new(unbroken(&text.into())).size(size).color(colours(theme).faint)
+}
+
+/// Returns a text in which no line ends between a number and its unit.
+pub fn unbroken(text: &str) -> String {
+    let mut after_digit = false;
+    let keep = |letter: char| {
+        let kept = if letter == ' ' && after_digit { NO_BREAK_SPACE } else { letter };
+        after_digit = letter.is_ascii_digit();
+        kept
+    };
+    text.chars().map(keep).collect()
 }
 
 /// Shows a line of a table: a name on the left and a value in a monospaced font on the right.
@@ -164,13 +178,13 @@ pub fn heading(ui: &mut Ui, theme: Theme, text: &str) {
     ui.label(RichText::new(text.to_uppercase()).size(10.5).color(colours(theme).faint).strong());
 }
 
-/// Formats a number with a thin space between groups of three digits.
+/// Formats a number with a space between groups of three digits, at which no line ends.
 pub fn thousands(number: u64) -> String {
     let digits = number.to_string();
     let mut text = String::with_capacity(digits.len() + digits.len() / 3);
     for (i, digit) in digits.chars().enumerate() {
         if i > 0 && (digits.len() - i).is_multiple_of(3) {
-            text.push('\u{2009}');
+            text.push(NO_BREAK_SPACE);
         }
         text.push(digit);
     }

@@ -91,11 +91,11 @@ impl Symbols {
             ui.horizontal(|ui| {
                 let (place, _) = ui.allocate_exact_size(SIZE, Sense::hover());
                 draw(ui.painter(), symbol, place, theme);
-                ui.label(style::faint(ui, theme, text));
+                ui.add(egui::Label::new(style::faint(ui, theme, text)).truncate());
             });
         }
         for gap in self.gaps() {
-            ui.label(egui::RichText::new(gap).size(11.0).color(colours.warn));
+            ui.label(egui::RichText::new(style::unbroken(&gap)).size(11.0).color(colours.warn));
         }
         if let Some(mean) = self.density {
             density(ui, theme, mean);

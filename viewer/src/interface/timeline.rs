@@ -2,7 +2,7 @@
 
 mod paint;
 
-use egui::{Modifiers, Rect, Response, RichText, Sense, Ui, vec2};
+use egui::{Label, Modifiers, Rect, Response, RichText, Sense, Ui, vec2};
 use regatta_plugin::control::{ControlKind, ControlRequest};
 use regatta_plugin::recording::MarkKind;
 
@@ -15,7 +15,7 @@ use crate::past::BUDGET;
 pub(super) use paint::colour_of;
 
 /// The height of the timeline, in points.
-pub const HEIGHT: f32 = 62.0;
+pub const HEIGHT: f32 = 72.0;
 /// The height of the marks of one kind, and of the bar below them, in points.
 const LANE: f32 = 4.0;
 const BAR: f32 = 8.0;
@@ -23,6 +23,14 @@ const BAR: f32 = 8.0;
 const REACHED: u64 = 2_000_000_000;
 /// The shortest part that is repeated, in nanoseconds.
 const SHORTEST_LOOP: u64 = 50_000_000;
+
+/// The least width of a row with all texts, in points.
+const WIDE: f32 = 640.0;
+/// The width of the buttons of a recording's row, and the least width of its name, in points.
+const BUTTONS: f32 = 260.0;
+const SHORTEST_NAME: f32 = 60.0;
+/// The least width of the rest of a row in which a text is shown, in points.
+const LEAST_REST: f32 = 24.0;
 
 /// The kinds of marks, from the top lane down, with their names.
 const KINDS: [(MarkKind, &str); 4] =
@@ -56,6 +64,13 @@ impl Timeline<'_> {
     fn time_at(&self, rect: Rect, x: f32) -> u64 {
         let part = f64::from(((x - rect.left()) / rect.width().max(1.0)).clamp(0.0, 1.0));
         self.start + (part * self.end.saturating_sub(self.start) as f64).round() as u64
+    }
+}
+
+/// Shows a text in what is left of a row: with an ellipsis and a tooltip if that is too little, and not at all if it is nothing.
+fn rest(ui: &mut Ui, text: RichText) {
+    if !text.is_empty() && ui.available_width() > LEAST_REST {
+        ui.add(Label::new(text).truncate());
     }
 }
 
@@ -94,10 +109,18 @@ impl Interface {
         actions: &mut Vec<Action>,
     ) {
         let (theme, colours) = (self.settings.theme(), self.colours());
-        ui.label(RichText::new("recording").size(11.0).color(colours.accent));
-        ui.label(RichText::new(timeline.name).strong());
-        let ends = [timeline.start, timeline.end].map(|time| clock_text(time as f64 * 1e-9));
-        ui.label(style::faint(ui, theme, ends.join(" – ")));
+        let is_wide = ui.available_width() >= WIDE;
+        if is_wide {
+            ui.label(RichText::new("recording").size(11.0).color(colours.accent));
+        }
+        ui.scope(|ui| {
+            ui.set_max_width((ui.available_width() - BUTTONS).max(SHORTEST_NAME));
+            ui.add(Label::new(RichText::new(timeline.name).strong()).truncate());
+        });
+        if is_wide {
+            let ends = [timeline.start, timeline.end].map(|time| clock_text(time as f64 * 1e-9));
+            ui.label(style::faint(ui, theme, ends.join(" – ")));
+        }
         self.mark_buttons(ui, model, actions);
         let text = match (self.timeline.loop_start, self.timeline.repeated) {
             (Some(_), _) => "loop: end here",
@@ -109,17 +132,12 @@ impl Interface {
             self.cycle_loop(model);
         }
         self.note_field(ui, model, actions);
+        rest(ui, RichText::new(timeline.note).color(colour_of(MarkKind::Note, &colours)));
         if timeline.searched < timeline.end {
-            ui.label(style::faint(
-                ui,
-                theme,
-                format!("looking for marks: {:.0} %", timeline.part(timeline.searched) * 100.0),
-            ));
+            let part = timeline.part(timeline.searched) * 100.0;
+            rest(ui, style::faint(ui, theme, format!("looking for marks: {part:.0} %")));
         } else if timeline.left_out > 0 {
-            ui.label(style::faint(ui, theme, format!("{} more marks are not shown", timeline.left_out)));
-        }
-        if !timeline.note.is_empty() {
-            ui.label(RichText::new(timeline.note).color(colour_of(MarkKind::Note, &colours)));
+            rest(ui, style::faint(ui, theme, format!("{} more marks are not shown", timeline.left_out)));
         }
     }
 
@@ -146,23 +164,21 @@ impl Interface {
         let (theme, colours) = (self.settings.theme(), self.colours());
         let (text, colour) = if live.is_past { ("past", colours.warn) } else { ("live", colours.good) };
         ui.label(RichText::new(text).strong().color(colour));
-        let kept = clock_text(timeline.end.saturating_sub(timeline.start) as f64 * 1e-9);
+        if live.is_past && ui.button(RichText::new("back to live").size(11.0)).clicked() {
+            self.timeline.asked = None;
+            actions.push(Action::LookBack(None));
+        }
         if !timeline.marks.is_empty() {
             self.mark_buttons(ui, model, actions);
         }
         self.note_field(ui, model, actions);
+        rest(ui, RichText::new(timeline.note).color(colour_of(MarkKind::Note, &colours)));
+        let kept = clock_text(timeline.end.saturating_sub(timeline.start) as f64 * 1e-9);
         let megabytes = live.bytes as f64 / f64::from(1 << 20);
         let text = format!("the last {kept} are kept, up to ten minutes: {megabytes:.0} of {} MB", BUDGET >> 20);
-        ui.label(style::faint(ui, theme, text));
+        rest(ui, style::faint(ui, theme, text));
         if live.is_past {
-            if ui.button(RichText::new("back to live").size(11.0)).clicked() {
-                self.timeline.asked = None;
-                actions.push(Action::LookBack(None));
-            }
-            ui.label(style::faint(ui, theme, "columns, contacts and routes are not kept"));
-        }
-        if !timeline.note.is_empty() {
-            ui.label(RichText::new(timeline.note).color(colour_of(MarkKind::Note, &colours)));
+            rest(ui, style::faint(ui, theme, "columns, contacts and routes are not kept"));
         }
     }
 

@@ -12,6 +12,8 @@ use super::view_model::ViewModel;
 const WIDE: f32 = 1150.0;
 /// The least width at which the state of the engine is a text; below, it is a tooltip.
 const WITH_STATE: f32 = 560.0;
+/// The width of all tabs and buttons side by side, without the name and the state of the fleet, in points.
+const TABS: f32 = 1030.0;
 /// The greatest count that a tab shows as a number.
 const MAX_COUNT: usize = 99;
 
@@ -21,8 +23,13 @@ impl Interface {
         let room = ui.available_width();
         ui.horizontal_centered(|ui| {
             let (text, colour) = model.engine.text_and_colour(&colours);
+            let state = ui.painter().layout_no_wrap(text.to_owned(), FontId::proportional(12.0), colour).size().x;
             ui.scope(|ui| {
-                ui.set_max_width(if room < WITH_STATE { 90.0 } else { 220.0 });
+                ui.set_max_width(match room {
+                    wide if wide >= WIDE => (wide - TABS - state).clamp(60.0, 220.0),
+                    narrow if narrow >= WITH_STATE => 220.0,
+                    _ => 90.0,
+                });
                 status_dot(ui, colour, RichText::new(model.name()).strong().size(14.0)).on_hover_text(text);
             });
             if room >= WITH_STATE {

@@ -15,7 +15,7 @@ use super::view_model::{Action, ViewModel};
 const SPEEDS: (f32, f32) = (0.1, 100.0);
 /// The slider's position for "as fast as possible". Other positions are the common logarithm of the speed.
 const UNLIMITED: f32 = 2.3;
-/// The least width of the window in which the sliders have names, in points.
+/// The least width of the window in which the sliders have names, and lines between them, in points.
 const NAMED: f32 = 720.0;
 /// The largest number of robots on the slider.
 const MAX_ROBOTS: u32 = 1_000_000;
@@ -62,21 +62,23 @@ impl Interface {
             });
             ui.add_space(4.0);
             self.clock(ui, model, room >= NAMED);
-            ui.separator();
             if room >= NAMED {
+                ui.separator();
                 ui.label(style::faint(ui, theme, "speed"));
             }
             ui.add_enabled_ui(is_connected, |ui| self.speed_slider(ui, model, actions));
             // The robots of a recording are what they were.
             if model.recording().is_none() {
-                ui.separator();
                 if room >= NAMED {
+                    ui.separator();
                     ui.label(style::faint(ui, theme, "robots"));
                 }
                 ui.add_enabled_ui(is_connected, |ui| self.robots_slider(ui, model, actions));
             }
             if model.timeline.is_some_and(|timeline| timeline.live.is_some()) {
-                ui.separator();
+                if room >= NAMED {
+                    ui.separator();
+                }
                 let text = "The last ten minutes, while the run goes on (U)";
                 let button = egui::Button::selectable(self.timeline.shows_past, "Past");
                 if ui.add(button).on_hover_text(text).clicked() {
@@ -89,13 +91,13 @@ impl Interface {
     fn clock(&self, ui: &mut Ui, model: &ViewModel<'_>, with_speed: bool) {
         let time = model.frame.map(|frame| frame.sim_time().as_secs_f64());
         let text = time.map_or("–".to_owned(), clock_text);
-        ui.add_sized([96.0, 24.0], egui::Label::new(RichText::new(text).monospace().size(17.0)));
+        ui.add_sized([96.0, 24.0], egui::Label::new(RichText::new(text).monospace().size(17.0)).extend());
         if !with_speed {
             return;
         }
         let factor = model.status.filter(|_| !model.is_paused()).map(|status| status.real_time_factor);
         let text = factor.map_or("– ×".to_owned(), |factor| format!("{factor:.2}×"));
-        ui.add_sized([50.0, 24.0], egui::Label::new(style::faint(ui, self.settings.theme(), text)))
+        ui.add_sized([50.0, 24.0], egui::Label::new(style::faint(ui, self.settings.theme(), text)).extend())
             .on_hover_text("Measured speed: simulated seconds per second");
     }
 

@@ -28,11 +28,11 @@ impl Interface {
         ui.checkbox(&mut settings.edges, "edges");
         ui.checkbox(&mut settings.nodes, "nodes");
         ui.checkbox(&mut settings.ids, "ids when near");
-        ui.checkbox(&mut settings.robot_ids, "ids of robots when near").on_hover_text("Key U");
-        ui.checkbox(&mut settings.minimap, "minimap").on_hover_text("Key X");
+        ui.checkbox(&mut settings.robot_ids, "ids of robots when near").on_hover_text("Shift+U");
+        ui.checkbox(&mut settings.minimap, "minimap").on_hover_text("Shift+M");
         ui.checkbox(&mut settings.grid, "grid");
         ui.checkbox(&mut settings.shadows, "shadows");
-        ui.checkbox(&mut settings.density, "density of robots from afar").on_hover_text("Key Z");
+        ui.checkbox(&mut settings.density, "density of robots from afar").on_hover_text("Shift+Z");
         self.plan_layers(ui, model);
         self.heat_layer(ui, model);
         let settings = &mut self.settings;

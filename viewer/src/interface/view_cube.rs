@@ -2,9 +2,10 @@
 
 use core::f32::consts::{FRAC_PI_2, PI};
 
-use egui::{Align2, Area, Context, FontId, Id, Order, Pos2, Rect, Role, Sense, Shape, Stroke, WidgetInfo, vec2};
+use egui::{Align2, Area, Context, FontId, Id, Order, Pos2, Role, Sense, Shape, Stroke, WidgetInfo, vec2};
 use glam::Vec3;
 
+use super::placement::Placement;
 use super::state::Interface;
 
 /// Width and height in points, and the length of the cube's half edge.
@@ -24,13 +25,13 @@ const SIDES: [(&str, Vec3, [f32; 2]); 5] = [
 
 impl Interface {
     /// Shows the cube in the upper right corner; a plan has its arrow to the north there.
-    pub(super) fn view_cube(&mut self, context: &Context, visible: Rect) {
-        let camera = self.camera_controller.camera();
-        if camera.is_plan() || visible.width() < 420.0 || visible.height() < 220.0 {
+    pub(super) fn view_cube(&mut self, context: &Context, placement: &mut Placement) {
+        let (camera, room) = (self.camera_controller.camera(), placement.room());
+        if camera.is_plan() || room.width() < 400.0 || room.height() < 200.0 {
             return;
         }
-        let corner = visible.right_top() + vec2(-SIZE - 8.0, 8.0);
-        let area = Area::new(Id::unique("view cube")).order(Order::Background).fade_in(false).fixed_pos(corner);
+        let Some(place) = placement.take("view cube", vec2(SIZE, SIZE), Align2::RIGHT_TOP) else { return };
+        let area = Area::new(Id::unique("view cube")).order(Order::Background).fade_in(false).fixed_pos(place.min);
         let shown = area.show(context, |ui| ui.allocate_exact_size(vec2(SIZE, SIZE), Sense::click()));
         let (place, response) = shown.inner;
         response.widget_info(|| WidgetInfo::labeled(Role::Button, true, "view cube"));

@@ -133,11 +133,11 @@ fn robots_are_filtered_and_those_that_match_are_counted() {
     harness.get_by_label("counting …");
     harness.state_mut().matches = Some([2, 5]);
     settle(&mut harness);
-    harness.get_by_label("2 of 5 robots match");
+    harness.get_by_label("2\u{a0}of 5\u{a0}robots match");
     harness.get_by_label("show all").click();
     settle(&mut harness);
     assert_eq!(filters(&harness.state().actions), [wanted, Filter::default()]);
-    assert!(harness.query_by_label("2 of 5 robots match").is_none());
+    assert!(harness.query_by_label("2\u{a0}of 5\u{a0}robots match").is_none());
 }
 
 #[test]

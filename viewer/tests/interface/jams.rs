@@ -39,8 +39,8 @@ fn the_heat_map_is_chosen_and_says_what_it_lacks() {
     let facts = HeatFacts { heat, ends, is_exceeded: true, edges: 12, secs: 240.0, has_contacts, has_routes };
     harness.state_mut().jams.heat = Some(facts);
     settle(&mut harness);
-    harness.get_by_label("last ten minutes (4 min)");
-    harness.get_by_label("12 edges have a value");
+    harness.get_by_label("last 4\u{a0}min");
+    harness.get_by_label("12\u{a0}edges have a value");
     harness.state_mut().interface.settings.heat_of = "routes".parse().expect("a heat map");
     let routes = HeatFacts { heat: "routes".parse().expect("a heat map"), edges: 0, ..facts };
     harness.state_mut().jams.heat = Some(routes);

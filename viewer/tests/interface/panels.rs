@@ -41,14 +41,14 @@ fn plans_of_all_robots_are_switched_on_and_say_what_they_lack() {
     let routes = Coverage { known: 640, under_way: 990, round_secs: f32::INFINITY };
     harness.state_mut().plans = PlanFacts { routes: Some(routes), has_goals: true, waiting: None };
     settle(&mut harness);
-    harness.get_by_label("routes of 640 of 990 robots under way so far");
-    harness.get_by_label("routes of 640 of 990 robots");
+    harness.get_by_label("routes of 640\u{a0}of 990\u{a0}robots under way so far");
+    harness.get_by_label("routes of 640\u{a0}of 990\u{a0}robots");
     harness.get_by_label("planned");
     let routes = Coverage { known: 985, under_way: 990, round_secs: 1.25 };
     harness.state_mut().plans = PlanFacts { routes: Some(routes), has_goals: true, waiting: None };
     settle(&mut harness);
-    harness.get_by_label("routes of 985 of 990 robots under way, at most 1.2 s old");
-    assert!(harness.query_by_label("routes of 985 of 990 robots").is_none(), "nothing notable is missing");
+    harness.get_by_label("routes of 985\u{a0}of 990\u{a0}robots under way, at most 1.2\u{a0}s old");
+    assert!(harness.query_by_label("routes of 985\u{a0}of 990\u{a0}robots").is_none(), "nothing notable is missing");
     press(&mut harness, Key::H);
     assert!(!harness.state().interface.settings.plans);
     assert!(harness.query_by_label("planned").is_none());
@@ -65,7 +65,7 @@ fn who_waits_is_switched_on_and_counted() {
     harness.get_by_label("waits for (17)");
     harness.get_by_label("ring of waiting (4)");
     press(&mut harness, Key::Num4);
-    harness.get_by_label("17 wait, 4 of them in rings");
+    harness.get_by_label("17\u{a0}wait, 4\u{a0}of them in rings");
 }
 
 #[test]

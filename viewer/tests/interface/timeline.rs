@@ -7,7 +7,7 @@ fn a_replay_has_its_files_name_and_no_slider_for_robots() {
     let mut harness = harness(replay(4.0));
     assert_eq!(harness.get_all_by_label("morning.mcap").count(), 2, "in the top bar and at the timeline");
     harness.get_by_label("recording");
-    harness.get_by_label("00:00.00 – 00:10.00");
+    harness.get_by_label("00:00.00\u{a0}– 00:10.00");
     assert!(harness.query_by_label("robots").is_none(), "a replay would refuse another number");
     press(&mut harness, Key::K);
     harness.get_by_label("a recording has the robots that it has");
@@ -103,7 +103,7 @@ fn the_past_of_a_live_run_is_looked_at_and_left() {
     let mut harness = harness(Fixture::new(5));
     assert!(harness.query_by_label("Timeline").is_none(), "the bar has to be asked for");
     press(&mut harness, Key::U);
-    harness.get_by_label("the last 00:10.00 are kept, up to ten minutes: 12 of 256 MB");
+    harness.get_by_label("the last 00:10.00\u{a0}are kept, up to ten minutes: 12\u{a0}of 256\u{a0}MB");
     let bar = harness.get_by_label("Timeline").rect();
     harness.drag_at(bar.center());
     settle(&mut harness);

@@ -8,6 +8,7 @@ use image::RgbaImage;
 use image::imageops::crop_imm;
 use regatta_plugin::Participant;
 use regatta_plugin::frame::RobotState;
+use regatta_plugin::world::WorldData;
 use regatta_viewer::feed::News;
 use regatta_viewer::gpu::TargetConfig;
 use regatta_viewer::gpu::device::Gpu;
@@ -38,12 +39,17 @@ pub const TESTS: &[(&str, Test)] = &[
 /// The levels, and the heights at which a picture of both has them.
 const LEVELS: [(&str, u32); 2] = [("cellar", 0), ("ground", SIZE.y)];
 
-/// A fleet whose robots are all in the cellar.
-fn fleet(test: &str) -> LiveFleet {
+/// A world of both levels.
+pub fn two_levels() -> WorldData {
     let mut world = graph();
     let [cellar, ground] = LEVELS.map(|(name, _)| world.texts.add(name));
     world.edges.iter_mut().zip([cellar, ground, ground, ground]).for_each(|(edge, level)| edge.level = level);
-    LiveFleet::start_in(test, world)
+    world
+}
+
+/// A fleet whose robots are all in the cellar.
+fn fleet(test: &str) -> LiveFleet {
+    LiveFleet::start_in(test, two_levels())
 }
 
 /// Each part is as a picture of its level alone.

@@ -9,6 +9,7 @@ use std::time::Duration;
 use clap::{Args, FromArgMatches};
 use glam::{UVec2, Vec3};
 use image::RgbaImage;
+use image::imageops::crop_imm;
 use regatta_plugin::FleetName;
 use regatta_plugin::ProducerPorts;
 use regatta_plugin::world::WorldData;
@@ -23,9 +24,11 @@ use wgpu::{TextureFormat, TextureUsages};
 
 use crate::Test;
 use crate::fleet::{SIZE, TestRenderer, graph, robot_types, robots};
+use crate::levels::two_levels;
 
 pub const TESTS: &[(&str, Test)] = &[
     ("a_live_fleet_is_drawn_into_a_screenshot", a_screenshot),
+    ("a_legend_covers_nothing", a_legend),
     ("a_live_fleet_is_recorded", a_recording),
     ("what_a_picture_cannot_show_is_refused", what_cannot_be_shown),
     ("a_picture_without_room_is_refused_with_the_largest_size", a_picture_without_room),
@@ -127,21 +130,38 @@ fn a_screenshot(gpu: &Gpu) {
     renderer.inner.set_values(Some(&collisions()));
     let expected = renderer.render(&Camera::from_eye(Vec3::new(4.0, -4.0, 6.0), 1.5, 0.9), &Scene::default(), 1.0);
     assert!(actual == expected, "the picture equals one rendered without shared memory");
-    let differ = |other: &RgbaImage| {
-        let pixels = expected.enumerate_pixels().zip(other.pixels());
-        let (near, far) = pixels.filter(|((_, _, a), b)| a != b).fold((0, 0), |(near, far), ((x, y, _), _)| {
-            if x < 260 && y > 50 { (near + 1, far) } else { (near, far + 1) }
-        });
-        (near, far)
-    };
-    let (legend, elsewhere) = differ(&screenshot(&["--no-ids"]));
-    assert!(
-        legend > 2_000 && elsewhere == 0,
-        "the legend covers only its corner: {legend} pixels there, {elsewhere} elsewhere"
-    );
-    let (left, right) = differ(&screenshot(&["--no-legend"]));
-    let ids = left + right;
+    assert!(screenshot(&["--no-ids"]) == expected, "a picture without room for the legend has none");
+    let ids = differing(&expected, &screenshot(&["--no-legend"])).len();
     assert!(ids > 100, "ids are drawn beside nodes and edges: {ids} pixels");
+}
+
+/// The legend lies in its corner, and of a picture of all levels in a strip beside them; a small picture of them has none.
+fn a_legend(_: &Gpu) {
+    let live = LiveFleet::start_in("legend", two_levels());
+    let path = live.path("shot.png");
+    let screenshot = |size: &str, args: &[&str]| {
+        let common = ["--screenshot", &path, "--force", "--no-ids", "--camera", "4,-4,6,1.5,0.9"];
+        live.try_view(size, &[&common[..], args].concat()).expect("a picture");
+        image::open(Path::new(&path)).expect("a picture").into_rgba8()
+    };
+    let without = screenshot("640x400", &["--no-legend"]);
+    let legend = differing(&without, &screenshot("640x400", &[]));
+    let is_in_corner = legend.iter().all(|(x, y)| (10..210).contains(x) && (100..391).contains(y));
+    assert!(legend.len() > 2_000 && is_in_corner, "{} pixels", legend.len());
+    let levels = screenshot("640x400", &["--levels"]);
+    let strip = crop_imm(&levels, 0, 0, 210, 400).to_image();
+    let parts = crop_imm(&levels, 210, 0, 430, 400).to_image();
+    let alone = screenshot("430x400", &["--levels", "--no-legend"]);
+    assert!(parts == alone, "the legend covers nothing of the levels");
+    assert!(strip.pixels().any(|pixel| pixel != strip.get_pixel(0, 0)), "it is beside them");
+    let [with, without] = [&["--levels"][..], &["--levels", "--no-legend"]].map(|args| screenshot("320x200", args));
+    assert!(with == without, "a small picture has no legend");
+}
+
+/// The places of the pixels that differ.
+fn differing(one: &RgbaImage, other: &RgbaImage) -> Vec<(u32, u32)> {
+    let pixels = one.enumerate_pixels().zip(other.pixels());
+    pixels.filter(|((_, _, a), b)| a != b).map(|((x, y, _), _)| (x, y)).collect()
 }
 
 fn a_recording(_: &Gpu) {
