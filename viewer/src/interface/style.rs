@@ -164,19 +164,6 @@ pub fn heading(ui: &mut Ui, theme: Theme, text: &str) {
     ui.label(RichText::new(text.to_uppercase()).size(10.5).color(colours(theme).faint).strong());
 }
 
-/// Formats a number with a thin space between groups of three digits.
-pub fn thousands(number: u64) -> String {
-    let digits = number.to_string();
-    let mut text = String::with_capacity(digits.len() + digits.len() / 3);
-    for (i, digit) in digits.chars().enumerate() {
-        if i > 0 && (digits.len() - i).is_multiple_of(3) {
-            text.push('\u{2009}');
-        }
-        text.push(digit);
-    }
-    text
-}
-
 /// Shows a coloured dot and a text, which is cut if there is no room for it.
 pub fn status_dot(ui: &mut Ui, colour: Color32, text: RichText) -> egui::Response {
     ui.horizontal(|ui| {

@@ -12,6 +12,7 @@ use super::style;
 use super::transport::clock_text;
 use super::view_model::{Action, Live, Timeline, ViewModel};
 use crate::past::BUDGET;
+use crate::text::with_plural;
 pub(super) use paint::colour_of;
 
 /// The height of the timeline, in points.
@@ -57,6 +58,12 @@ impl Timeline<'_> {
         let part = f64::from(((x - rect.left()) / rect.width().max(1.0)).clamp(0.0, 1.0));
         self.start + (part * self.end.saturating_sub(self.start) as f64).round() as u64
     }
+}
+
+/// Says how many marks there is no room for.
+fn not_shown(left_out: u64) -> String {
+    let verb = if left_out == 1 { "is" } else { "are" };
+    format!("{} {verb} not shown", with_plural(left_out, "more mark"))
 }
 
 /// Returns the action that goes to a time.
@@ -116,7 +123,7 @@ impl Interface {
                 format!("looking for marks: {:.0} %", timeline.part(timeline.searched) * 100.0),
             ));
         } else if timeline.left_out > 0 {
-            ui.label(style::faint(ui, theme, format!("{} more marks are not shown", timeline.left_out)));
+            ui.label(style::faint(ui, theme, not_shown(timeline.left_out)));
         }
         if !timeline.note.is_empty() {
             ui.label(RichText::new(timeline.note).color(colour_of(MarkKind::Note, &colours)));
