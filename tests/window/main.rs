@@ -33,6 +33,7 @@ const TESTS: &[(&str, fn())] = &[
         "a_picture_at_a_time_between_two_frames_is_that_of_the_frame_before",
         recording::a_picture_at_a_time_between_two_frames_is_that_of_the_frame_before,
     ),
+    ("a_plan_of_a_late_time_is_there_at_once", recording::a_plan_of_a_late_time_is_there_at_once),
     (
         "a_recording_is_scrubbed_stepped_and_greyed_after_its_replay",
         recording::a_recording_is_scrubbed_stepped_and_greyed_after_its_replay,

@@ -250,13 +250,11 @@ impl Options {
         self.size.map_or(UVec2::new(1920, 1080), |Size(size)| size)
     }
 
-    /// The time at which a recording stands for a picture or a film, or [`Duration::MAX`] for its start; `None` if it plays.
+    /// The time at which a recording stands for a picture, a plan or a film, or [`Duration::MAX`] for its start; `None` if it plays.
     pub fn starts_at(&self) -> Option<Duration> {
-        match (&self.film, self.headless) {
-            (Some(_), _) => Some(self.from.map_or(Duration::MAX, Into::into)),
-            (None, true) => self.screenshot.as_ref().map(|_| self.at.map_or(Duration::MAX, Into::into)),
-            (None, false) => None,
-        }
+        let stands = self.film.is_some() || self.screenshot.is_some() || self.svg.is_some();
+        let time = if self.film.is_some() { self.from } else { self.at };
+        stands.then(|| time.map_or(Duration::MAX, Into::into))
     }
 
     /// The camera that the options request; a named one is looked up.
