@@ -11,9 +11,9 @@ use crate::fleet::{Fleet, Process, eventually, graphs, regatta, unique};
 use crate::screen::Screen;
 use crate::{close, screen};
 
-/// Records this many ticks of thirty robots, and returns the file.
-fn record(folder: &TempDir, ticks: u32) -> PathBuf {
-    let (file, fleet) = (folder.path().join("run.mcap"), unique("film").to_string());
+/// Records this many ticks of thirty robots for a test, and returns the file.
+fn record(test: &str, folder: &TempDir, ticks: u32) -> PathBuf {
+    let (file, fleet) = (folder.path().join("run.mcap"), unique(test).to_string());
     let mut engine = regatta();
     engine.arg("engine").arg(graphs("thirty.yaml")).args(["--fleet", &fleet, "--speed", "max"]);
     engine.args(["--lockstep", "recorder", "--ticks", &ticks.to_string()]);
@@ -40,7 +40,7 @@ fn film(recording: &Path, folder: &Path) -> Vec<Vec<u8>> {
 
 pub fn a_film_shows_every_step_once_and_has_the_same_bytes_each_time() {
     let folder = tempfile::tempdir().expect("a folder");
-    let file = record(&folder, 200);
+    let file = record("film", &folder, 200);
     let first = film(&file, &folder.path().join("first"));
     assert_eq!(first.len(), 11, "ten steps of a tenth of a second");
     assert!(first.windows(2).all(|pair| pair[0] != pair[1]), "no picture is repeated");
@@ -49,7 +49,7 @@ pub fn a_film_shows_every_step_once_and_has_the_same_bytes_each_time() {
 
 pub fn a_picture_at_a_time_between_two_frames_is_that_of_the_frame_before() {
     let folder = tempfile::tempdir().expect("a folder");
-    let file = record(&folder, 200);
+    let file = record("between", &folder, 200);
     let picture = |at: &str| {
         let path = folder.path().join(format!("{at}.png"));
         let mut command = regatta();
@@ -73,7 +73,7 @@ pub fn a_picture_at_a_time_between_two_frames_is_that_of_the_frame_before() {
 /// Waiting until then would take twice as long as a test may.
 pub fn a_plan_of_a_late_time_is_there_at_once() {
     let folder = tempfile::tempdir().expect("a folder");
-    let file = record(&folder, 12_001);
+    let file = record("plan-at", &folder, 12_001);
     let plan = folder.path().join("plan.svg");
     let mut command = regatta();
     command.arg("viewer").arg(&file).args(["--at", "2min", "--svg"]).arg(&plan);
@@ -85,7 +85,7 @@ pub fn a_plan_of_a_late_time_is_there_at_once() {
 
 pub fn a_recording_is_scrubbed_stepped_and_greyed_after_its_replay() {
     let folder = tempfile::tempdir().expect("a folder");
-    let file = record(&folder, 1000);
+    let file = record("scrubbed", &folder, 1000);
     std::fs::write(folder.path().join("run.mcap.notes"), "2.5 half way\nnonsense\n").expect("written");
     let screen = Screen::start();
     let mut command = regatta();
