@@ -249,6 +249,7 @@ fn thin_out(news: &mut Vec<(Entry, AlarmChange)>) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::log::AlarmKey;
 
     #[test]
     fn many_entries_at_once_are_counted() {
