@@ -413,8 +413,8 @@ mod tests {
         let header = FrameHeader { robots: 3, stride_lines: stride_lines(3) as u32, ..FrameHeader::default() };
         let mut lines = vec![Line::default(); frame_lines(3)];
         let columns = ColumnsMut::split(&mut lines, 3);
-        columns.edge.copy_from_slice(&[0, 1, NO_EDGE]);
-        columns.state.fill(RobotState::Driving as u8);
+        columns.edge[..3].copy_from_slice(&[0, 1, NO_EDGE]);
+        columns.state[..3].fill(RobotState::Driving as u8);
         let colouring = Colouring::State;
         let legend = colouring.legend(Theme::Light, &[], None);
         let drawn = |level| {
