@@ -1,6 +1,7 @@
 //! Tests with whole processes: the real binary, real shared memory, real signals. Each test has its own fleet name, so that
 //! all of them can run in parallel.
 
+mod alarms;
 mod closures;
 mod collision;
 mod command_line;

@@ -33,6 +33,7 @@ const TESTS: &[(&str, fn())] = &[
         "a_picture_at_a_time_between_two_frames_is_that_of_the_frame_before",
         recording::a_picture_at_a_time_between_two_frames_is_that_of_the_frame_before,
     ),
+    ("a_plan_of_a_late_time_is_there_at_once", recording::a_plan_of_a_late_time_is_there_at_once),
     (
         "a_recording_is_scrubbed_stepped_and_greyed_after_its_replay",
         recording::a_recording_is_scrubbed_stepped_and_greyed_after_its_replay,
@@ -46,6 +47,7 @@ const TESTS: &[(&str, fn())] = &[
     ("a_narrow_window_has_one_panel", layers::a_narrow_window_has_one_panel),
     ("a_click_goes_on_in_another_level", layers::a_click_goes_on_in_another_level),
     ("the_past_of_a_run_is_looked_at_while_it_goes_on", recording::the_past_of_a_run_is_looked_at_while_it_goes_on),
+    ("the_end_of_the_display_is_one_line", the_end_of_the_display_is_one_line),
     ("a_run_opens_a_viewer_and_continues_without_it", a_run_opens_a_viewer_and_continues_without_it),
     ("a_run_that_requires_a_viewer_fails_without_a_display", a_run_that_requires_a_viewer_fails_without_a_display),
 ];
@@ -210,6 +212,34 @@ fn a_second_robot_is_added_and_measured() {
     let changed = screen.screenshot().differing(&before, x - 30..x + 30, y - 30..y + 30);
     assert!(changed > 100, "{changed} pixels between the robots");
     close(&screen, viewer);
+}
+
+/// While pictures are drawn, and while the window waits for events.
+fn the_end_of_the_display_is_one_line() {
+    for (test, is_paused) in [("gone", false), ("gone-paused", true)] {
+        let mut screen = Screen::start();
+        let fleet = Fleet::start(test, "thirty.yaml", &[]);
+        if is_paused {
+            fleet.control(&["pause"]);
+        }
+        let viewer = viewer(&screen, &fleet.name, &[]);
+        screen.window(&format!("Regatta: {}", fleet.name));
+        eventually("the fleet is drawn", || (screen.screenshot().colours() > 100).then_some(()));
+        if is_paused {
+            screen.stable_screenshot();
+        }
+        let process = viewer.0.id();
+        screen.kill();
+        let output = viewer.finish();
+        let messages = String::from_utf8_lossy(&output.stderr).into_owned();
+        let told: Vec<_> = messages.lines().filter(|line| line.starts_with("regatta: ")).collect();
+        assert_eq!(output.status.code(), Some(1), "{messages}");
+        assert_eq!(told, ["regatta: the display has gone; --headless draws pictures without one"], "{messages}");
+        assert!(!messages.contains("panicked"), "{messages}");
+        let doctor = regatta().arg("doctor").output().expect("it starts");
+        let doctor = String::from_utf8_lossy(&doctor.stdout).into_owned();
+        assert!(!doctor.contains(&format!("(regatta {process},")), "it leaves nothing behind: {doctor}");
+    }
 }
 
 fn a_viewer_survives_its_engine_and_finds_the_next() {

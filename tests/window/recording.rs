@@ -11,7 +11,7 @@ use crate::fleet::{Fleet, Process, eventually, graphs, regatta, unique};
 use crate::screen::Screen;
 use crate::{close, screen};
 
-/// Records this many ticks of thirty robots, and returns the file.
+/// Records this many ticks of thirty robots for a test, and returns the file.
 pub fn record(test: &str, folder: &TempDir, ticks: u32) -> PathBuf {
     let (file, fleet) = (folder.path().join("run.mcap"), unique(test).to_string());
     let mut engine = regatta();
@@ -68,6 +68,19 @@ pub fn a_picture_at_a_time_between_two_frames_is_that_of_the_frame_before() {
     assert!(pictures[0] == pictures[1], "the same frame");
     let (late, _) = picture("1h");
     assert!(!late.status.success(), "the recording ends before");
+}
+
+/// Waiting until then would take twice as long as a test may.
+pub fn a_plan_of_a_late_time_is_there_at_once() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = record("plan-at", &folder, 12_001);
+    let plan = folder.path().join("plan.svg");
+    let mut command = regatta();
+    command.arg("viewer").arg(&file).args(["--at", "2min", "--svg"]).arg(&plan);
+    let output = Process::start(&mut command).finish();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let text = std::fs::read_to_string(plan).expect("a plan");
+    assert!(text.contains("<title>run.mcap, 120.00 s, 30 robots</title>"), "{}", &text[..400]);
 }
 
 pub fn a_recording_is_scrubbed_stepped_and_greyed_after_its_replay() {

@@ -40,6 +40,12 @@ impl Screen {
         Self { server, display: format!(":{}", number.trim()), folder }
     }
 
+    /// Ends the server, as a crash does.
+    pub fn kill(&mut self) {
+        self.server.kill().expect("it runs");
+        self.server.wait().expect("it has ended");
+    }
+
     /// Makes a program show its windows on this display and store its settings in this folder.
     pub fn configure(&self, command: &mut Command) {
         command.env("DISPLAY", &self.display).env_remove("WAYLAND_DISPLAY").env("XDG_CONFIG_HOME", self.folder.path());

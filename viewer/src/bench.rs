@@ -16,6 +16,7 @@ use crate::palette::{Colouring, Theme};
 use crate::picture::{FORMAT, Offscreen};
 use crate::scene::{Detail, Scene};
 use crate::stage::Stage;
+use crate::text::with_plural;
 use crate::watching::Inbox;
 use synthetic::SyntheticFleet;
 
@@ -56,8 +57,13 @@ pub fn run(options: &Options) -> Result {
         Bench { options, offscreen: Offscreen::new(&gpu, options.picture_size(), target)?, gpu, target, termination };
     let (info, size) = (&bench.gpu.info, options.picture_size());
     println!(
-        "adapter: {} ({}, {:?}), {} samples, {}x{}",
-        info.name, info.driver_info, info.backend, samples, size.x, size.y
+        "adapter: {} ({}, {:?}), {}, {}x{}",
+        info.name,
+        info.driver_info,
+        info.backend,
+        with_plural(samples.into(), "sample"),
+        size.x,
+        size.y
     );
     println!("medians in ms; whole: from reading to the finished picture; busy: CPU time of all threads (mean)");
     println!(
@@ -142,7 +148,8 @@ impl Bench<'_> {
         print_row(robots, "synthetic", view, &times);
         if let Some((edges, [work, upload])) = heat.filter(|_| view == "fit") {
             println!(
-                "           heat map of {edges} edges: {work:.2} ms on its own thread, then {upload:.2} ms of a picture"
+                "           heat map of {}: {work:.2} ms on its own thread, then {upload:.2} ms of a picture",
+                with_plural(edges as u64, "edge")
             );
         }
     }

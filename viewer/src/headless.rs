@@ -23,7 +23,6 @@ use crate::gpu::renderer::Renderer;
 use crate::interface::banner::Banner;
 use crate::interface::labels::{Labels, levels};
 use crate::interface::overlay;
-use crate::interface::style::thousands;
 use crate::interface::transport::clock_text;
 use crate::jams::Watch as JamWatched;
 use crate::options::{CameraOption, Options};
@@ -32,6 +31,7 @@ use crate::picture::{FORMAT, Offscreen, write_png};
 use crate::plans::{PlanFacts, Watch};
 use crate::route::RoutePoller;
 use crate::stage::Stage;
+use crate::text::with_plural;
 use crate::video::VideoWriter;
 use crate::watching::Inbox;
 use levels::Part;
@@ -147,7 +147,7 @@ impl HeadlessViewer<'_> {
         self.wait_for_columns()?;
         self.check_options()?;
         let theme = self.options.look.theme.unwrap_or(Theme::Light);
-        let text = self.stage.svg(&self.options.fleet.to_string(), theme, self.options.svg_scale)?;
+        let text = self.stage.svg(&self.options.name(), theme, self.options.svg_scale)?;
         std::fs::write(path, text).map_err(|error| Error::new(format!("{}: {error}", path.display())))
     }
 
@@ -177,10 +177,11 @@ impl HeadlessViewer<'_> {
         }
         let pictures = video.finish()?;
         if repeats > 0 {
-            let fps = self.options.fps;
+            let (fps, verb) = (self.options.fps, if repeats == 1 { "is a repeat" } else { "are repeats" });
             eprintln!(
-                "{repeats} of {pictures} pictures are repeats: this machine renders fewer than {fps} per second; \
-                 `regatta record`, then `regatta viewer FILE --film`, repeats none"
+                "{repeats} of {} {verb}: this machine renders fewer than {fps} per second; \
+                 `regatta record`, then `regatta viewer FILE --film`, repeats none",
+                with_plural(pictures.into(), "picture")
             );
         }
         Ok(())
@@ -229,11 +230,7 @@ impl HeadlessViewer<'_> {
             frame.columns().state.iter().filter(|state| **state != RobotState::Absent as u8).count()
         });
         let time = self.clock.unwrap_or_else(|| frame.map_or(0.0, |frame| frame.sim_time().as_secs_f64()));
-        // The fleet of a recording has another name each time.
-        let file =
-            self.options.recording.as_ref().and_then(|file| Some(file.file_name()?.to_string_lossy().into_owned()));
-        let name = file.unwrap_or_else(|| self.options.fleet.to_string());
-        vec![name, format!("{}, {} robots", clock_text(time), thousands(robots as u64))]
+        vec![self.options.name(), format!("{}, {}", clock_text(time), with_plural(robots as u64, "robot"))]
     }
 
     /// The robots of --follow and --select.
@@ -253,8 +250,9 @@ impl HeadlessViewer<'_> {
         let robots = self.stage.feed.frame().map_or(0, |frame| frame.len());
         if let Some(robot) = self.selected().find(|robot| *robot as usize >= robots) {
             return Err(Error::new(format!(
-                "there is no robot {robot}: fleet '{}' has {robots} robots, numbered from 0",
-                self.options.fleet
+                "there is no robot {robot}: fleet '{}' has {}, numbered from 0",
+                self.options.fleet,
+                with_plural(robots as u64, "robot")
             )));
         }
         let levels = self.stage.feed.world().map(|world| levels(&world)).unwrap_or_default();

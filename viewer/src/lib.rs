@@ -36,6 +36,7 @@ pub mod scene;
 pub mod stage;
 pub mod svg;
 pub mod tasks;
+pub mod text;
 mod video;
 pub mod watching;
 mod window;

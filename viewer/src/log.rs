@@ -2,6 +2,8 @@
 //! A thread collects it from the events of the fleet ([`watch`]); it is bounded, however much happens.
 
 mod entries;
+mod health;
+mod standing;
 pub mod watch;
 
 use std::collections::{BTreeMap, VecDeque};
@@ -37,13 +39,15 @@ pub enum AlarmKey {
     Robot(u32),
     /// Two robots touch.
     Contact([u32; 2]),
+    /// An edge is closed, by its id.
+    Edge(u32),
     /// Nobody moves.
     Standstill,
     /// The fleet manager says nothing.
     Manager,
 }
 
-/// An alarm. It stays until it is acknowledged and over.
+/// An alarm. It stays until it is acknowledged and over; in a recording, until it is over.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Alarm {
     /// What began it.
@@ -72,6 +76,8 @@ pub struct LogReport {
     pub is_new_run: bool,
     /// Whether a fleet manager steers the robots, if that has changed.
     pub is_managed: Option<bool>,
+    /// Whether a recording is replayed, if that has changed.
+    pub is_replayed: Option<bool>,
     /// What happened, in order.
     pub news: Vec<(Entry, AlarmChange)>,
 }
@@ -87,6 +93,8 @@ pub struct FleetLog {
     left_out: u64,
     /// Whether a fleet manager steers the robots.
     is_managed: bool,
+    /// Whether a recording is replayed, in which nobody has to acknowledge alarms.
+    is_replayed: bool,
     /// Counts the changes.
     revision: u64,
 }
@@ -95,8 +103,9 @@ impl FleetLog {
     /// Takes what the thread has found.
     pub fn take(&mut self, report: LogReport) {
         if report.is_new_run {
-            *self = Self { revision: self.revision, ..Self::default() };
+            *self = Self { revision: self.revision, is_replayed: self.is_replayed, ..Self::default() };
         }
+        self.is_replayed = report.is_replayed.unwrap_or(self.is_replayed);
         self.is_managed = report.is_managed.unwrap_or(self.is_managed);
         for (entry, change) in report.news {
             self.change(&entry, change);
@@ -121,7 +130,7 @@ impl FleetLog {
             AlarmChange::Ends(key) => {
                 if let Some(alarm) = self.alarms.get_mut(&key) {
                     alarm.is_active = false;
-                    if alarm.is_acknowledged {
+                    if alarm.is_acknowledged || self.is_replayed {
                         self.alarms.remove(&key);
                     }
                 }

@@ -250,14 +250,12 @@ impl Options {
         self.size.map_or(UVec2::new(1920, 1080), |Size(size)| size)
     }
 
-    /// The time at which a recording stands for a picture or a film, or [`Duration::MAX`] for its start; `None` if it plays. What
-    /// a heat map is about comes before the picture.
+    /// The time at which a recording stands for a picture, a plan or a film, or [`Duration::MAX`] for its start; `None` if it plays.
+    /// What a heat map is about comes before the picture.
     pub fn starts_at(&self) -> Option<Duration> {
-        let time = match (&self.film, self.headless) {
-            (Some(_), _) => self.from.map_or(Duration::MAX, Into::into),
-            (None, true) if self.screenshot.is_some() => self.at.map_or(Duration::MAX, Into::into),
-            _ => return None,
-        };
+        let stands = self.film.is_some() || self.screenshot.is_some() || self.svg.is_some();
+        let time = if self.film.is_some() { self.from } else { self.at };
+        let time = stands.then(|| time.map_or(Duration::MAX, Into::into))?;
         let Some(heat) = self.look.heat else { return Some(time) };
         match heat.period.length_secs().map(Duration::from_secs) {
             Some(length) if time != Duration::MAX => Some(time.saturating_sub(length)),

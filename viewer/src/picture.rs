@@ -12,6 +12,7 @@ use crate::gpu::device::{DeviceError, Gpu};
 use crate::gpu::resources::view_of;
 use crate::memory;
 use crate::palette::Rgb;
+use crate::text::with_plural;
 
 /// The format of offscreen pictures.
 pub const FORMAT: TextureFormat = TextureFormat::Rgba8UnormSrgb;
@@ -24,8 +25,8 @@ pub const OVERLAY_FORMAT: TextureFormat = TextureFormat::Rgba8Unorm;
 pub enum PictureError {
     /// The size exceeds the limits of the adapter, or its memory.
     #[error(
-        "a picture of {}x{} pixels with {samples} samples each has no room in this adapter; the largest of this shape is {}x{}",
-        size.x, size.y, largest.x, largest.y
+        "a picture of {}x{} pixels with {} each has no room in this adapter; the largest of this shape is {}x{}",
+        size.x, size.y, with_plural((*samples).into(), "sample"), largest.x, largest.y
     )]
     TooLarge {
         /// Width and height.

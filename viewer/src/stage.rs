@@ -127,7 +127,7 @@ impl Stage {
         if (news.world || !has_graph)
             && let Some(world) = self.feed.world()
         {
-            self.graph_bounds = bounds_of_graph(&world);
+            self.graph_bounds = bounds_of_graph(&world, None);
             self.robot_types = world.robot_types().iter().map(|robot_type| robot_type.name().to_owned()).collect();
             all(&mut self.renderer, &mut self.beside).for_each(|renderer| renderer.set_world(&world));
         }
@@ -300,20 +300,22 @@ impl Stage {
         }
     }
 
-    /// Returns a plan as the text of an SVG file. `scale` is 200 for 1:200.
+    /// Returns a plan of what is shown, or of the scene's level alone, as the text of an SVG file. `name` is that of the fleet or
+    /// the recording; `scale` is 200 for 1:200.
     ///
     /// # Errors
     /// If there are too many robots.
-    pub fn svg(&self, fleet: &str, theme: Theme, scale: Option<f32>) -> Result<String> {
-        let (frame, bounds) = (self.feed.frame(), self.bounds());
+    pub fn svg(&self, name: &str, theme: Theme, scale: Option<f32>) -> Result<String> {
+        let (frame, world) = (self.frame(), self.feed.world().unwrap_or_default());
+        let level = self.scene.level.as_deref();
+        let bounds = bounds_of_graph(&world, level).map_or(self.bounds(), |bounds| self.moved(bounds));
         let values = match &self.scene.colouring {
             Colouring::Speed => frame.map(|frame| frame.speed()),
-            _ => self.feed.value(),
+            _ => self.feed.value().filter(|_| !self.is_looking_back()),
         };
-        let seconds = frame.map_or(0.0, |frame| frame.sim_time().as_secs_f64());
         let legend = self.scene.colouring.legend(theme, &self.robot_types, self.range);
         svg::draw(&svg::Plan {
-            world: self.feed.world().unwrap_or_default(),
+            world,
             frame,
             robot_type: self.feed.robot_type(),
             values,
@@ -321,16 +323,21 @@ impl Stage {
             legend: &legend,
             theme,
             closed: &self.closed.1,
+            level,
             bounds: Bounds { low: bounds.low - 1.0, high: bounds.high + 1.0 },
             offset: self.scene.offset,
             scale,
-            title: &format!("{fleet}, {seconds:.2} s, {} robots", frame.map_or(0, |frame| frame.len())),
+            name,
         })
     }
 
     /// The bounds of the graph, or without a graph of the robots, with the scene's offset.
     pub fn bounds(&self) -> Bounds {
-        let bounds = self.graph_bounds.or(self.robot_bounds).unwrap_or_default();
+        self.moved(self.graph_bounds.or(self.robot_bounds).unwrap_or_default())
+    }
+
+    /// Adds the scene's offset to bounds.
+    fn moved(&self, bounds: Bounds) -> Bounds {
         Bounds { low: bounds.low + self.scene.offset, high: bounds.high + self.scene.offset }
     }
 
@@ -375,8 +382,12 @@ impl Stage {
     }
 }
 
-fn bounds_of_graph(world: &World<'_>) -> Option<Bounds> {
+/// The bounds of a graph, or of one of its levels; `None` if that has neither edges nor nodes.
+fn bounds_of_graph(world: &World<'_>, level: Option<&str>) -> Option<Bounds> {
+    let is_shown = |text: u32| level.is_none_or(|level| world.text(text) == level);
     let points = |curve| [0.0, 0.25, 0.5, 0.75, 1.0].map(|parameter| curve_point(curve, parameter));
-    Bounds::from_points(world.all_curves().iter().flat_map(points))
-        .or_else(|| Bounds::from_points(world.nodes().iter().map(|node| Vec2::new(node.x, node.y))))
+    let edges = world.edges().iter().filter(|edge| is_shown(edge.level));
+    let nodes = world.nodes().iter().filter(|node| is_shown(node.level));
+    Bounds::from_points(edges.flat_map(|edge| world.curves(edge)).flat_map(points))
+        .or_else(|| Bounds::from_points(nodes.map(|node| Vec2::new(node.x, node.y))))
 }

@@ -5,7 +5,7 @@ use std::fmt::Write;
 
 use glam::Vec2;
 use regatta_plugin::frame::{Frame, RobotState};
-use regatta_plugin::world::{EdgeRecord, NodeRole, RobotTypeRecord};
+use regatta_plugin::world::{EdgeRecord, NodeRecord, NodeRole, RobotTypeRecord};
 use regatta_plugin::{Result, World};
 
 use crate::camera::Bounds;
@@ -13,6 +13,7 @@ use crate::curves::midpoint;
 use crate::footprint::Footprint;
 use crate::interface::plan::{metres_text, round_step};
 use crate::palette::{COLOURS, Colouring, Legend, Rgb, Scale, Theme};
+use crate::text::with_plural;
 
 /// The most robots in a file.
 const MAX_ROBOTS: usize = 200_000;
@@ -43,14 +44,54 @@ pub struct Plan<'a> {
     pub theme: Theme,
     /// The indices of closed edges, sorted.
     pub closed: &'a [u32],
+    /// The level whose nodes, edges and robots are shown; `None` for all levels.
+    pub level: Option<&'a str>,
     /// What is to be seen, in metres.
     pub bounds: Bounds,
     /// Metres added to all positions.
     pub offset: Vec2,
     /// The scale: 200 for 1:200; `None` for one at which the drawing fits on A3.
     pub scale: Option<f32>,
+    /// What is shown: the name of a fleet or a recording.
+    pub name: &'a str,
+}
+
+impl<'a> Plan<'a> {
+    /// Whether something is shown whose level has this offset into the world's texts.
+    fn shows(&self, level: u32) -> bool {
+        self.level.is_none_or(|shown| self.world.text(level) == shown)
+    }
+
+    fn edges(&self) -> impl Iterator<Item = &'a EdgeRecord> {
+        self.world.edges().iter().filter(|edge| self.shows(edge.level))
+    }
+
+    fn nodes(&self) -> impl Iterator<Item = &'a NodeRecord> {
+        self.world.nodes().iter().filter(|node| self.shows(node.level))
+    }
+
+    /// The closed edges.
+    fn closed_edges(&self) -> impl Iterator<Item = &'a EdgeRecord> {
+        let edges = self.closed.iter().filter_map(|index| self.world.edges().get(*index as usize));
+        edges.filter(|edge| self.shows(edge.level))
+    }
+
+    /// The rows of the frame's robots. A robot is on the level of its edge; one that is on no edge is on no level.
+    fn rows(&self, frame: Frame<'a>) -> impl Iterator<Item = usize> {
+        let is_shown = move |row: usize| {
+            let edge = self.world.edges().get(frame.edge()[row] as usize);
+            self.level.is_none() || edge.is_some_and(|edge| self.shows(edge.level))
+        };
+        (0..frame.len()).filter(move |row| frame.state_of(*row) != RobotState::Absent && is_shown(*row))
+    }
+
     /// The text below the drawing.
-    pub title: &'a str,
+    fn title(&self) -> String {
+        let level = self.level.map(|level| format!(", {level}")).unwrap_or_default();
+        let seconds = self.frame.map_or(0.0, |frame| frame.sim_time().as_secs_f64());
+        let robots = self.frame.map_or(0, |frame| self.rows(frame).count());
+        format!("{}{level}, {seconds:.2} s, {}", self.name, with_plural(robots as u64, "robot"))
+    }
 }
 
 /// Returns the scale of a drawing whose longest side is so many metres, if none is given: 1, 2 or 5 times a power of ten.
@@ -83,7 +124,7 @@ pub fn draw(plan: &Plan<'_>) -> Result<String> {
          viewBox=\"0 0 {width:.2} {height:.2}\" font-family=\"sans-serif\">\n<title>{}</title>\n\
          <desc>Scale 1:{scale}; a unit is a millimetre of paper; the group 'plan' is in metres, x east and y north</desc>\n\
          <rect width=\"100%\" height=\"100%\" fill=\"{}\"/>\n",
-        escaped(plan.title),
+        escaped(&plan.title()),
         hex(colours.floor)
     );
     let top = MARGIN + size.y * per_metre;
@@ -143,7 +184,7 @@ fn graph(text: &mut String, plan: &Plan<'_>, per_metre: f32) {
     let (world, colours) = (plan.world, plan.theme.colours());
     let line = 0.25 / per_metre;
     let _ = writeln!(text, "<g id=\"edges\" fill=\"none\" stroke-width=\"{line:.5}\">");
-    for edge in world.edges() {
+    for edge in plan.edges() {
         let colour = if edge.velocity_backwards > 0.0 { colours.two_way } else { colours.edge };
         let path = path_of(plan, edge);
         let _ = writeln!(text, "<path id=\"e{}\" stroke=\"{}\" d=\"{path}\"/>", edge.id, hex(colour));
@@ -151,7 +192,7 @@ fn graph(text: &mut String, plan: &Plan<'_>, per_metre: f32) {
     text.push_str("</g>\n");
     closures(text, plan, per_metre);
     let _ = writeln!(text, "<g id=\"nodes\" fill=\"{}\">", hex(colours.node));
-    for node in world.nodes() {
+    for node in plan.nodes() {
         let (at, is_station) = (Vec2::new(node.x, node.y) + plan.offset, node.role() != NodeRole::None);
         let radius = if is_station { 0.7 } else { 0.35 } / per_metre;
         let name = escaped(world.text(node.name));
@@ -179,7 +220,7 @@ fn path_of(plan: &Plan<'_>, edge: &EdgeRecord) -> String {
 
 /// Closed edges, as in pictures: dashed, with a no-entry sign in the middle of each.
 fn closures(text: &mut String, plan: &Plan<'_>, per_metre: f32) {
-    if plan.closed.is_empty() {
+    if plan.closed_edges().next().is_none() {
         return;
     }
     let [line, dash, gap, radius, bar] = [0.7, 1.8, 1.2, 1.7, 0.7].map(|millimetres: f32| millimetres / per_metre);
@@ -187,12 +228,11 @@ fn closures(text: &mut String, plan: &Plan<'_>, per_metre: f32) {
         text,
         "<g id=\"closed\" fill=\"none\" stroke=\"{CLOSED}\" stroke-width=\"{line:.5}\" stroke-dasharray=\"{dash:.5} {gap:.5}\">"
     );
-    let edges = || plan.closed.iter().filter_map(|index| plan.world.edges().get(*index as usize));
-    for edge in edges() {
+    for edge in plan.closed_edges() {
         let _ = writeln!(text, "<path id=\"closed-e{}\" d=\"{}\"/>", edge.id, path_of(plan, edge));
     }
     text.push_str("</g>\n<g id=\"no-entry\">\n");
-    for at in edges().filter_map(|edge| midpoint(&plan.world, edge)) {
+    for at in plan.closed_edges().filter_map(|edge| midpoint(&plan.world, edge)) {
         let at = at + plan.offset;
         let (x, y, left, below) = (at.x, at.y, at.x - 0.65 * radius, at.y - 0.5 * bar);
         let width = 1.3 * radius;
@@ -212,7 +252,7 @@ fn draw_robots(text: &mut String, plan: &Plan<'_>, per_metre: f32) {
     let border = if plan.theme == Theme::Dark { "#ffffff" } else { "#222222" };
     let line = 0.12 / per_metre;
     let _ = writeln!(text, "<g id=\"robots\" stroke=\"{border}\" stroke-width=\"{line:.5}\">");
-    for row in (0..frame.len()).filter(|row| frame.state_of(*row) != RobotState::Absent) {
+    for row in plan.rows(frame) {
         let place = Vec2::new(frame.x()[row], frame.y()[row]) + plan.offset;
         if !place.is_finite() {
             continue;
@@ -263,7 +303,7 @@ fn footer(text: &mut String, plan: &Plan<'_>, [width, height]: [f32; 2], scale: 
     let metres = round_step(scale * 0.05);
     let bar = metres * 1000.0 / scale;
     let left = width - MARGIN - bar - 16.0;
-    let (title, shown) = (escaped(plan.title), metres_text(metres));
+    let (title, shown) = (escaped(&plan.title()), metres_text(metres));
     let _ = write!(
         text,
         "<g id=\"legend\" fill=\"{ink}\" font-size=\"3.2\">\n<text x=\"{MARGIN}\" y=\"{below:.2}\">{title}   1:{scale}</text>\n"
@@ -289,7 +329,7 @@ fn footer(text: &mut String, plan: &Plan<'_>, [width, height]: [f32; 2], scale: 
 
 #[cfg(test)]
 mod tests {
-    use regatta_plugin::frame::{ColumnsMut, FrameHeader, Line, frame_lines, stride_lines};
+    use regatta_plugin::frame::{ColumnsMut, FrameHeader, Line, NO_EDGE, frame_lines, stride_lines};
     use regatta_plugin::world::{CurveRecord, NodeRecord, WorldData};
 
     use super::*;
@@ -327,10 +367,11 @@ mod tests {
             legend: &legend,
             theme: Theme::Light,
             closed: &[],
+            level: None,
             bounds: Bounds { low: Vec2::ZERO, high: Vec2::new(4.0, 2.0) },
             offset: Vec2::ZERO,
             scale: Some(50.0),
-            title: "A & B",
+            name: "A & B",
         };
         let text = draw(&plan).expect("a drawing");
         // 4 m and 2 m at 1:50 are 80 mm and 40 mm; margins and the line below come on top.
@@ -338,7 +379,9 @@ mod tests {
         assert!(text.contains("d=\"M0.0000 0.0000C1.0000 0.0000 1.0000 2.0000 4.0000 2.0000\""), "{text}");
         assert!(text.contains("points=\"1.5000,0.7500 2.5000,0.7500 2.5000,1.2500 1.5000,1.2500\""), "{text}");
         assert!(
-            text.contains("id=\"n3\"") && !text.contains("robot-1\"") && text.contains("A &amp; B   1:50"),
+            text.contains("id=\"n3\"")
+                && !text.contains("robot-1\"")
+                && text.contains("A &amp; B, 0.00 s, 1 robot   1:50"),
             "{text}"
         );
         assert!(text.contains("matrix(20 0 0 -20 10.0000 50.0000)"), "{text}");
@@ -349,5 +392,56 @@ mod tests {
         assert!(text.contains(path) && text.contains("stroke-dasharray"), "{text}");
         assert_eq!(text.matches("fill=\"#d8232e\"").count(), 1, "a sign for each closed edge that the world has");
         assert_eq!(text.matches("<g").count(), text.matches("</g>").count());
+    }
+
+    /// Returns the ids of what a drawing shows, in its order.
+    fn ids(text: &str) -> Vec<&str> {
+        let ids = text.split(" id=\"").skip(1).filter_map(|rest| rest.split('"').next());
+        ids.filter(|id| id.ends_with(|last: char| last.is_ascii_digit())).collect()
+    }
+
+    #[test]
+    fn a_plan_of_a_level_has_only_what_is_on_that_level() {
+        let mut world = WorldData::default();
+        let levels = ["cellar", "ground"].map(|name| world.texts.add(name));
+        for (id, level) in (0..).zip(levels) {
+            world.nodes.push(NodeRecord { id, level, ..NodeRecord::default() });
+            let line = CurveRecord::straight([0.0, 0.0], [4.0, 0.0]);
+            world.add_edge(EdgeRecord { id: 10 + id, level, ..EdgeRecord::default() }, [line]);
+        }
+        // A robot on each level, and one on no edge.
+        let header = FrameHeader { robots: 3, stride_lines: stride_lines(3) as u32, ..FrameHeader::default() };
+        let mut lines = vec![Line::default(); frame_lines(3)];
+        let columns = ColumnsMut::split(&mut lines, 3);
+        columns.edge[..3].copy_from_slice(&[0, 1, NO_EDGE]);
+        columns.state[..3].fill(RobotState::Driving as u8);
+        let colouring = Colouring::State;
+        let legend = colouring.legend(Theme::Light, &[], None);
+        let drawn = |level| {
+            let plan = Plan {
+                world: world.view(1, 1),
+                frame: Some(Frame::new(&header, &lines).expect("a frame")),
+                robot_type: None,
+                values: None,
+                colouring: &colouring,
+                legend: &legend,
+                theme: Theme::Light,
+                closed: &[0, 1],
+                level,
+                bounds: Bounds { low: Vec2::ZERO, high: Vec2::new(4.0, 2.0) },
+                offset: Vec2::ZERO,
+                scale: None,
+                name: "fleet",
+            };
+            draw(&plan).expect("a drawing")
+        };
+        let cellar = drawn(Some("cellar"));
+        assert_eq!(ids(&cellar), ["e10", "closed-e10", "n0", "robot-0"]);
+        assert_eq!(cellar.matches("fill=\"#d8232e\"").count(), 1);
+        assert!(cellar.contains("<title>fleet, cellar, 0.00 s, 1 robot</title>"), "{cellar}");
+        assert_eq!(ids(&drawn(Some("ground"))), ["e11", "closed-e11", "n1", "robot-1"]);
+        let all = drawn(None);
+        let shown = ["e10", "e11", "closed-e10", "closed-e11", "n0", "n1", "robot-0", "robot-1", "robot-2"];
+        assert_eq!(ids(&all), shown);
     }
 }

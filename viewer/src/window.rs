@@ -3,6 +3,7 @@
 
 mod app;
 mod assets;
+mod display;
 mod fleet_state;
 mod frame_pacing;
 mod settings_store;
@@ -26,7 +27,13 @@ pub fn run(options: &Options) -> Result {
         tracing::info!("{error}");
         Error::new("no display to open a window on; --headless draws pictures without one")
     })?;
+    display::quiet_panics();
     let mut app = App::new(options, termination);
+    #[cfg(target_os = "linux")]
+    if winit::platform::x11::EventLoopExtX11::is_x11(&events) {
+        display::run_on_x11(events, &mut app)?;
+        return app.finish();
+    }
     events.run_app(&mut app).map_err(|error| Error::new(format!("lost the connection to the display: {error}")))?;
     app.finish()
 }

@@ -10,6 +10,7 @@ use regatta_plugin::{Control, ControlError, Error, Result};
 use super::HeadlessViewer;
 use crate::jams::JamReader;
 use crate::plans::PlanReader;
+use crate::text::with_plural;
 use crate::video::VideoWriter;
 
 /// The time between two notes of the progress.
@@ -88,11 +89,12 @@ impl HeadlessViewer<'_> {
             video.add(&picture)?;
             if told.elapsed() > TELL_EVERY {
                 told = Instant::now();
-                eprintln!("{} of {total} pictures", video.pictures());
+                eprintln!("{} of {}", video.pictures(), with_plural(total.into(), "picture"));
             }
         }
         let pictures = video.finish()?;
-        eprintln!("{}: {pictures} pictures, each {:.4} s of simulated time", path.display(), schedule.step * 1e-9);
+        let count = with_plural(pictures.into(), "picture");
+        eprintln!("{}: {count}, each {:.4} s of simulated time", path.display(), schedule.step * 1e-9);
         Ok(())
     }
 

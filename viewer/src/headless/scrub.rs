@@ -6,6 +6,7 @@ use regatta_plugin::{Control, Error, Result};
 
 use super::HeadlessViewer;
 use crate::scene::Detail;
+use crate::text::with_plural;
 
 /// The number of jumps.
 const JUMPS: usize = 50;
@@ -45,7 +46,8 @@ impl HeadlessViewer<'_> {
             pictures.push(began.elapsed());
         }
         let robots = self.stage.feed.frame().map_or(0, |frame| frame.len());
-        println!("{JUMPS} jumps in {:.1} s of {robots} robots: median, longest", (end - start) as f64 * 1e-9);
+        let robots = with_plural(robots as u64, "robot");
+        println!("{JUMPS} jumps in {:.1} s of {robots}: median, longest", (end - start) as f64 * 1e-9);
         print("answer", answers);
         print("drawing", drawings);
         print("picture", pictures);

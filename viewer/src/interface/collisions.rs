@@ -5,9 +5,10 @@ use glam::Vec2;
 use regatta_plugin::contact::{ContactLevel, ContactRecord};
 
 use super::state::Interface;
-use super::style::{self, thousands};
+use super::style;
 use super::view_model::{Item, ViewModel};
 use super::virtual_list::clickable;
+use crate::text::thousands;
 
 impl Interface {
     pub(super) fn collisions(&mut self, ui: &mut Ui, model: &ViewModel<'_>) {

@@ -3,8 +3,9 @@
 use egui::{RichText, TextEdit, Ui};
 
 use super::state::Interface;
-use super::style::{self, ThemeColours, heading, line, status_dot, thousands};
+use super::style::{self, ThemeColours, heading, line, status_dot};
 use super::view_model::{Action, EngineState, ViewModel};
+use crate::text::thousands;
 
 impl EngineState {
     /// Returns a short text and its colour.

@@ -10,10 +10,11 @@ use super::edge_finder::EdgeFinder;
 use super::levels::PictureArea;
 use super::ramp;
 use super::state::Interface;
-use super::style::{self, faint, thousands};
+use super::style::{self, faint};
 use super::view_model::ViewModel;
 use crate::jams::heat::{Figure, Period};
 use crate::jams::presence::Presence;
+use crate::text::thousands;
 
 /// How near the pointer is to an edge, in points.
 const REACH: f32 = 7.0;

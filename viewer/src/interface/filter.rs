@@ -6,9 +6,10 @@ use egui::{ComboBox, Role, TextEdit, Ui, WidgetInfo};
 use regatta_plugin::frame::RobotState;
 
 use super::state::Interface;
-use super::style::{self, thousands};
+use super::style;
 use super::view_model::{Action, ViewModel};
 use crate::filter::{Filter, TaskFilter};
+use crate::text::{thousands, with_plural};
 
 /// The states to choose from.
 const STATES: [RobotState; 8] = [
@@ -37,7 +38,8 @@ impl Interface {
         if is_filtered || self.filter.level.is_some() && self.parts().is_empty() {
             ui.horizontal(|ui| {
                 let text = model.matches.map_or("counting …".to_owned(), |[matching, all]| {
-                    format!("{} of {} robots match", thousands(matching.into()), thousands(all.into()))
+                    let verb = if matching == 1 { "matches" } else { "match" };
+                    format!("{} of {} {verb}", thousands(matching.into()), with_plural(all.into(), "robot"))
                 });
                 ui.label(style::faint(ui, theme, text));
                 if ui.small_button("show all").clicked() {

@@ -9,9 +9,10 @@ use regatta_plugin::frame::{Frame, RobotState};
 use super::icons::{self, Icon};
 use super::rows::{RowQuery, Rows, SortBy};
 use super::state::Interface;
-use super::style::{self, ThemeColours, thousands};
+use super::style::{self, ThemeColours};
 use super::view_model::{Action, Item, ViewModel};
 use super::virtual_list::clickable;
+use crate::text::with_plural;
 
 /// A column of the list: title, order, and right edge as a fraction of the width.
 type Column = (&'static str, Option<SortBy>, f32);
@@ -103,7 +104,7 @@ impl Interface {
     fn search(&mut self, ui: &mut Ui, model: &ViewModel<'_>) {
         let robots = model.frame.map_or(0, |frame| frame.len());
         ui.horizontal(|ui| {
-            let hint = format!("{} robots: id or state", thousands(robots as u64));
+            let hint = format!("{}: id or state", with_plural(robots as u64, "robot"));
             let field = egui::TextEdit::singleline(&mut self.fleet_list.query.filter).hint_text(hint);
             let field = ui.add(field.desired_width(f32::INFINITY).id_salt("find"));
             if std::mem::take(&mut self.fleet_list.request_focus) {

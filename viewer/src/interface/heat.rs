@@ -4,10 +4,11 @@ use egui::{ComboBox, Grid, RichText, Role, Ui, WidgetInfo};
 
 use super::ramp;
 use super::state::Interface;
-use super::style::{self, faint, heading, line, thousands};
+use super::style::{self, faint, heading, line};
 use super::view_model::ViewModel;
 use crate::jams::heat::{Figure, Heat, HeatFacts, Period};
 use crate::palette::{Theme, heat_ramp};
+use crate::text::with_plural;
 
 /// The part of the legend about the heat map.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -97,7 +98,8 @@ impl Interface {
         });
         match model.jams.heat {
             Some(facts) => {
-                let text = format!("{} edges have a value", thousands(facts.edges.into()));
+                let verb = if facts.edges == 1 { "has" } else { "have" };
+                let text = format!("{} {verb} a value", with_plural(facts.edges.into(), "edge"));
                 ui.label(faint(ui, theme, text));
             }
             None => self.no_traffic(ui, model),

@@ -11,12 +11,13 @@ use glam::Vec2;
 use regatta_plugin::control::{ControlKind, ControlRequest};
 
 use super::state::Interface;
-use super::style::{self, ThemeColours, thousands};
+use super::style::{self, ThemeColours};
 use super::transport::clock_text;
 use super::view_model::{Action, Item, ViewModel};
 use super::virtual_list::{VirtualList, clickable};
 use crate::curves::midpoint;
 use crate::log::{Alarm, AlarmKey, Entry, FleetLog, Kind, LogFilter, Place, Severity, of_mark};
+use crate::text::{thousands, with_plural};
 
 /// The part of the panel's height that alarms take at most.
 const ALARMS: f32 = 0.4;
@@ -51,10 +52,11 @@ impl Interface {
     }
 
     pub(super) fn log_list(&mut self, ui: &mut Ui, model: &ViewModel<'_>, actions: &mut Vec<Action>) {
+        self.alarms(ui, model);
         if let Some(recording) = model.recording() {
-            // A recording's marks are known for all of its time; nobody can do anything about its alarms.
+            // A recording's marks are known for all of its time.
             let entries: Vec<Entry> = recording.marks.iter().filter_map(of_mark).collect();
-            ui.label(RichText::new(format!("{} marks", thousands(entries.len() as u64))).size(20.0));
+            ui.label(RichText::new(with_plural(entries.len() as u64, "mark")).size(20.0));
             self.filters(ui);
             let shown: Vec<&Entry> = entries.iter().filter(|entry| self.log_panel.filter.shows(entry)).collect();
             let clicked = self.log_entries(ui, shown.len(), &|row| shown[row]);
@@ -65,7 +67,6 @@ impl Interface {
             }
             return;
         }
-        self.alarms(ui, model);
         self.filters(ui);
         self.log_panel.update();
         let panel = std::mem::take(&mut self.log_panel);
@@ -83,23 +84,27 @@ impl Interface {
         let (theme, colours) = (self.settings.theme(), self.colours());
         let alarms = self.log_panel.log.alarms();
         let unacknowledged = self.log_panel.log.unacknowledged();
+        // Nobody can do anything about the alarms of a recording.
+        let is_recording = model.recording().is_some();
         let (mut acknowledged, mut clicked) = (None, None);
         ui.horizontal(|ui| {
             let colour = if unacknowledged > 0 { colours.bad } else { colours.text };
             ui.label(RichText::new(count_text(alarms.len())).size(20.0).color(colour));
-            if unacknowledged > 0 && ui.button("Acknowledge all").clicked() {
+            if unacknowledged > 0 && !is_recording && ui.button("Acknowledge all").clicked() {
                 acknowledged = Some(None);
             }
         });
         let [forgotten, left_out] = self.log_panel.log.losses();
         if left_out > 0 {
-            ui.label(RichText::new(format!("{} more have no room here", thousands(left_out))).color(colours.warn));
+            let verb = if left_out == 1 { "has" } else { "have" };
+            let text = format!("{} {verb} no room here", with_plural(left_out, "more alarm"));
+            ui.label(RichText::new(text).color(colours.warn));
         }
         let height = ui.available_height() * ALARMS;
         ScrollArea::vertical().id_salt("alarms").max_height(height).auto_shrink([false, true]).show(ui, |ui| {
             for (key, alarm) in &alarms {
                 ui.horizontal(|ui| {
-                    if !alarm.is_acknowledged && acknowledge_button(ui, *key).clicked() {
+                    if !alarm.is_acknowledged && !is_recording && acknowledge_button(ui, *key).clicked() {
                         acknowledged = Some(Some(*key));
                     }
                     ui.style_mut().wrap_mode = Some(TextWrapMode::Wrap);
@@ -109,8 +114,11 @@ impl Interface {
                 });
             }
         });
-        if forgotten > 0 {
-            let text = format!("{} older entries are forgotten", thousands(forgotten));
+        if forgotten > 0 && !is_recording {
+            let text = match forgotten {
+                1 => "1 older entry is forgotten".to_owned(),
+                forgotten => format!("{} older entries are forgotten", thousands(forgotten)),
+            };
             ui.label(style::faint(ui, theme, text));
         }
         if let Some(key) = acknowledged {
@@ -191,8 +199,7 @@ fn acknowledge_button(ui: &mut Ui, key: AlarmKey) -> egui::Response {
 fn count_text(alarms: usize) -> String {
     match alarms {
         0 => "no alarms".to_owned(),
-        1 => "1 alarm".to_owned(),
-        count => format!("{} alarms", thousands(count as u64)),
+        count => with_plural(count as u64, "alarm"),
     }
 }
 

@@ -3,9 +3,10 @@
 use egui::{Color32, Rect, RichText, Sense, Ui, pos2, vec2};
 
 use super::state::Interface;
-use super::style::{self, heading, line, thousands};
+use super::style::{self, heading, line};
 use super::timing::{PARTS, PICTURES, Timing};
 use super::view_model::ViewModel;
+use crate::text::thousands;
 
 impl Interface {
     pub(super) fn performance(&mut self, ui: &mut Ui, model: &ViewModel<'_>) {

@@ -7,10 +7,11 @@ use regatta_plugin::world::NodeRecord;
 
 use super::robot_spots;
 use super::state::Interface;
-use super::style::{self, heading, thousands};
+use super::style::{self, heading};
 use super::view_model::{Item, ViewModel};
 use crate::jams::presence::Presence;
 use crate::palette::{Colouring, Scale, Theme};
+use crate::text::thousands;
 
 /// The robots at a place in a frame of the past, which no thread watches: the place, the run and the tick.
 pub(super) type PastPresence = Option<((Item, u64, u64), Presence)>;

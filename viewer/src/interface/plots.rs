@@ -12,6 +12,7 @@ use super::state::Interface;
 use super::style::{self, color32};
 use super::view_model::{Action, ViewModel};
 use crate::palette::{Colouring, Scale};
+use crate::text::thousands;
 
 /// The least distance between two marks of the axis of time, in points.
 const TIME_POINTS: f32 = 85.0;
@@ -181,7 +182,7 @@ fn times((low, high): (f64, f64), points: f32) -> Vec<GridMark> {
 /// Formats a value beside a plot.
 fn number(value: f64) -> String {
     if value.fract() == 0.0 || value >= 1000.0 {
-        style::thousands(value.max(0.0) as u64)
+        thousands(value.max(0.0) as u64)
     } else {
         super::ramp::short(value as f32)
     }

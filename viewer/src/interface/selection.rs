@@ -15,6 +15,7 @@ use super::style::{self, heading, line, status_dot};
 use super::view_model::{Action, Item, ViewModel};
 use super::work;
 use crate::route::Remaining;
+use crate::text::with_plural;
 
 impl Interface {
     pub(super) fn selection(&mut self, ui: &mut Ui, model: &ViewModel<'_>, actions: &mut Vec<Action>) {
@@ -140,9 +141,8 @@ impl Interface {
             return;
         }
         for (name, part) in [("released", route.released), ("planned", route.planned)] {
-            let noun = if part.edges == 1 { "edge" } else { "edges" };
             let more = if part.is_partial { "> " } else { "" };
-            line(ui, theme, name, format!("{} {noun}, {more}{:.1} m", part.edges, part.metres));
+            line(ui, theme, name, format!("{}, {more}{:.1} m", with_plural(part.edges.into(), "edge"), part.metres));
         }
     }
 

@@ -4,11 +4,12 @@ use egui::{Align2, Color32, FontId, LayerId, Painter, Rect, Stroke, Ui, pos2};
 use glam::Vec2;
 
 use super::state::Interface;
-use super::style::{self, ThemeColours, thousands};
+use super::style::{self, ThemeColours};
 use super::view_model::{Action, Item, ViewModel};
 use super::virtual_list::clickable;
 use crate::jams::Known;
 use crate::jams::spots::{Spot, Trend, csv};
+use crate::text::thousands;
 
 /// The radius of the mark in metres, and its least one in points.
 const MARK: (f32, f32) = (5.0, 14.0);

@@ -5,12 +5,10 @@ use egui::{
 };
 
 use crate::palette::{Rgb, Theme};
+use crate::text::NO_BREAK_SPACE;
 
 /// The height of one row of a list, in points.
 pub const ROW: f32 = 20.0;
-
-/// A space at which no line ends. The thin one, U+202F, doesn't keep egui from it.
-const NO_BREAK_SPACE: char = '\u{a0}';
 
 /// The colours of a theme.
 #[derive(Clone, Copy, Debug)]
@@ -176,19 +174,6 @@ pub fn line(ui: &mut Ui, theme: Theme, name: &str, value: impl Into<String>) {
 pub fn heading(ui: &mut Ui, theme: Theme, text: &str) {
     ui.add_space(6.0);
     ui.label(RichText::new(text.to_uppercase()).size(10.5).color(colours(theme).faint).strong());
-}
-
-/// Formats a number with a space between groups of three digits, at which no line ends.
-pub fn thousands(number: u64) -> String {
-    let digits = number.to_string();
-    let mut text = String::with_capacity(digits.len() + digits.len() / 3);
-    for (i, digit) in digits.chars().enumerate() {
-        if i > 0 && (digits.len() - i).is_multiple_of(3) {
-            text.push(NO_BREAK_SPACE);
-        }
-        text.push(digit);
-    }
-    text
 }
 
 /// Shows a coloured dot and a text, which is cut if there is no room for it.

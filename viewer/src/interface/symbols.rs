@@ -4,10 +4,11 @@ use egui::{Color32, Painter, Pos2, Rect, Sense, Shape, Stroke, Ui, pos2, vec2};
 
 use super::heat::HeatLegend;
 use super::ramp;
-use super::style::{self, color32, thousands};
+use super::style::{self, color32};
 use crate::palette::{CLOSED, Theme};
 use crate::plans::PlanFacts;
 use crate::scene::Layers;
+use crate::text::{thousands, with_plural};
 
 /// The width and the height of a symbol, in points.
 const SIZE: egui::Vec2 = vec2(26.0, 12.0);
@@ -69,8 +70,8 @@ impl Symbols {
     fn gaps(&self) -> Vec<String> {
         let mut gaps = Vec::new();
         if let Some(routes) = self.facts.routes.filter(|_| self.plans && self.facts.lacks_routes()) {
-            let [known, under_way] = [routes.known, routes.under_way].map(|count| thousands(count.into()));
-            gaps.push(format!("routes of {known} of {under_way} robots"));
+            let (known, robots) = (thousands(routes.known.into()), with_plural(routes.under_way.into(), "robot"));
+            gaps.push(format!("routes of {known} of {robots}"));
         }
         if self.plans && !self.facts.has_goals {
             gaps.push("goals: not published".to_owned());

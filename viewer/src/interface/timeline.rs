@@ -12,6 +12,7 @@ use super::style;
 use super::transport::clock_text;
 use super::view_model::{Action, Live, Timeline, ViewModel};
 use crate::past::BUDGET;
+use crate::text::with_plural;
 pub(super) use paint::colour_of;
 
 /// The height of the timeline, in points.
@@ -72,6 +73,12 @@ fn rest(ui: &mut Ui, text: RichText) {
     if !text.is_empty() && ui.available_width() > LEAST_REST {
         ui.add(Label::new(text).truncate());
     }
+}
+
+/// Says how many marks there is no room for.
+fn not_shown(left_out: u64) -> String {
+    let verb = if left_out == 1 { "is" } else { "are" };
+    format!("{} {verb} not shown", with_plural(left_out, "more mark"))
 }
 
 /// Returns the action that goes to a time.
@@ -137,7 +144,7 @@ impl Interface {
             let part = timeline.part(timeline.searched) * 100.0;
             rest(ui, style::faint(ui, theme, format!("looking for marks: {part:.0} %")));
         } else if timeline.left_out > 0 {
-            rest(ui, style::faint(ui, theme, format!("{} more marks are not shown", timeline.left_out)));
+            rest(ui, style::faint(ui, theme, not_shown(timeline.left_out)));
         }
     }
 

@@ -6,11 +6,12 @@ use egui::{DragValue, Key, Role, Slider, TextEdit, Ui, WidgetInfo};
 
 use super::settings::RobotMesh;
 use super::state::Interface;
-use super::style::{faint, heading, thousands};
+use super::style::{faint, heading};
 use super::view_model::{Action, ViewModel};
 use crate::palette::Colouring;
 use crate::plans::{Coverage, PlanFacts};
 use crate::scene::MAX_LIGHTS;
+use crate::text::{thousands, with_plural};
 
 impl Interface {
     pub(super) fn view(&mut self, ui: &mut Ui, model: &ViewModel<'_>, actions: &mut Vec<Action>) {
@@ -162,12 +163,12 @@ fn routes_text(plans: &PlanFacts) -> String {
     let goals = if plans.has_goals { "" } else { "; no goals: no fleet manager publishes them" };
     match plans.routes {
         Some(Coverage { known, under_way, round_secs }) if round_secs.is_finite() => {
-            let [known, under_way] = [known, under_way].map(|count| thousands(count.into()));
-            format!("routes of {known} of {under_way} robots under way, at most {round_secs:.1} s old{goals}")
+            let (known, robots) = (thousands(known.into()), with_plural(under_way.into(), "robot"));
+            format!("routes of {known} of {robots} under way, at most {round_secs:.1} s old{goals}")
         }
         Some(Coverage { known, under_way, .. }) => {
-            let [known, under_way] = [known, under_way].map(|count| thousands(count.into()));
-            format!("routes of {known} of {under_way} robots under way so far{goals}")
+            let (known, robots) = (thousands(known.into()), with_plural(under_way.into(), "robot"));
+            format!("routes of {known} of {robots} under way so far{goals}")
         }
         None => "nothing known yet".to_owned(),
     }
@@ -176,9 +177,10 @@ fn routes_text(plans: &PlanFacts) -> String {
 /// Returns how many robots wait.
 fn waits_text(plans: &PlanFacts) -> String {
     match plans.waiting {
-        Some([waiting, 0]) => format!("{} wait, none in a ring", thousands(waiting.into())),
         Some([waiting, in_rings]) => {
-            format!("{} wait, {} of them in rings", thousands(waiting.into()), thousands(in_rings.into()))
+            let verb = if waiting == 1 { "waits" } else { "wait" };
+            let in_rings = if in_rings == 0 { "none".to_owned() } else { thousands(in_rings.into()) };
+            format!("{} {verb}, {in_rings} of them in rings", with_plural(waiting.into(), "robot"))
         }
         None => "no fleet manager says who waits".to_owned(),
     }

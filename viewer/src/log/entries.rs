@@ -99,6 +99,8 @@ pub(super) fn of_event(event: &EventRecord, time_nanos: u64) -> Option<(Entry, A
     let change = match kind {
         BrokenDown | Faulted => AlarmChange::Begins(AlarmKey::Robot(robot)),
         Repaired | Removed => AlarmChange::Ends(AlarmKey::Robot(robot)),
+        EdgeClosed => AlarmChange::Begins(AlarmKey::Edge(id)),
+        EdgeOpened => AlarmChange::Ends(AlarmKey::Edge(id)),
         _ => AlarmChange::None,
     };
     let place = if group == Kind::Edge { Place::Edge(id) } else { Place::None };

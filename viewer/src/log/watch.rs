@@ -6,24 +6,25 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-use regatta_plugin::frame::{Frame, RobotState};
+use regatta_plugin::frame::Frame;
 use regatta_plugin::{
     ColumnReader, ContactEventReader, EventReader, FleetName, Participant, ReadError, Result, Subscriber, TaskReader,
 };
 
 use super::entries::{of_contact, of_event, of_task};
-use super::{AlarmChange, AlarmKey, Entry, Kind, LogReport, Place, Severity};
+use super::health::{Health, about_fleet, is_stuck};
+use super::standing::{Now, Standing, Unseen};
+use super::{AlarmChange, Entry, Kind, LogReport, Severity};
+use crate::text::with_plural;
 
 /// The time between two looks. Events of some tens of ticks are kept for a reader.
 const EVERY: Duration = Duration::from_millis(40);
 /// The number of looks between two at whether anybody moves, and whether the manager is there: a second.
 const CHECK_EVERY: u32 = 25;
+/// The number of looks between two at which alarms hold: a fifth of a second.
+const COMPARE_EVERY: u32 = 5;
 /// The most entries of one kind that one look adds; the rest is counted in one entry.
 const MOST_OF_A_KIND: usize = 200;
-/// The simulated time for which robots that want to drive all stand, until that is an alarm, in nanoseconds.
-const STANDSTILL_NANOS: u64 = 30_000_000_000;
-/// The simulated time after which a fleet manager that says nothing is silent, in nanoseconds.
-const SILENCE_NANOS: u64 = 5_000_000_000;
 
 /// A running thread that collects the log. Dropping it ends the thread.
 #[derive(Debug)]
@@ -74,30 +75,28 @@ fn run(fleet: &FleetName, is_over: &AtomicBool, report: &mut dyn FnMut(LogReport
     Ok(())
 }
 
+/// What processes tell of each tick.
+#[derive(Debug)]
+struct Records {
+    events: EventReader,
+    contacts: ContactEventReader,
+    tasks: TaskReader,
+}
+
 /// Collects the log of a fleet.
 #[derive(Debug)]
 pub struct LogCollector {
     frames: Subscriber,
-    events: EventReader,
-    contacts: ContactEventReader,
-    tasks: TaskReader,
+    records: Records,
+    now: Now,
     /// The fleet manager publishes it with each frame that it has seen.
     goals: ColumnReader,
     run_id: u64,
     looks: u32,
     health: Health,
-}
-
-/// What is not told by events.
-#[derive(Clone, Copy, Debug, Default)]
-struct Health {
-    /// When robots that want to drive were last seen to move, in simulated nanoseconds.
-    moved: u64,
-    stands: bool,
-    /// When the fleet manager last told of a frame, in simulated nanoseconds; `None` if there was none in this run.
-    managed: Option<u64>,
-    is_silent: bool,
-    is_managed: bool,
+    standing: Standing,
+    /// Whether events may have been missed.
+    has_missed: bool,
 }
 
 impl LogCollector {
@@ -108,13 +107,18 @@ impl LogCollector {
     pub fn open(participant: &Participant) -> Result<Self> {
         Ok(Self {
             frames: Subscriber::open_on(participant)?,
-            events: EventReader::open_on(participant)?,
-            contacts: ContactEventReader::open_on(participant)?,
-            tasks: TaskReader::open_on(participant)?,
+            records: Records {
+                events: EventReader::open_on(participant)?,
+                contacts: ContactEventReader::open_on(participant)?,
+                tasks: TaskReader::open_on(participant)?,
+            },
+            now: Now::open(participant)?,
             goals: ColumnReader::open_on(participant, "goal")?,
             run_id: 0,
             looks: 0,
             health: Health::default(),
+            standing: Standing::default(),
+            has_missed: false,
         })
     }
 
@@ -123,47 +127,87 @@ impl LogCollector {
     /// # Errors
     /// [`ReadError`] if the fleet can't be read.
     pub fn poll(&mut self) -> Result<LogReport, ReadError> {
+        // What holds is read before the events: those that led to it are known then.
         self.frames.latest()?;
+        self.now.update()?;
         let mut found = LogReport::default();
-        let Self { frames, events, contacts, tasks, goals, run_id, looks, health } = self;
+        let Self { frames, records, now, goals, run_id, looks, health, standing, has_missed } = self;
         let Some(frame) = frames.current()? else { return Ok(found) };
+        let clock = Clock::of(&frame);
         if frame.run_id() != *run_id {
             found.is_new_run = *run_id != 0;
             *run_id = frame.run_id();
-            *health = Health { moved: frame.header().sim_time_nanos, ..Health::default() };
+            *health = Health::new(clock.sim_nanos);
+            *standing = Standing::default();
+            // Of a run that begins while the window is open, events may have come before the first frame.
+            *has_missed = found.is_new_run;
         }
-        let now = Clock::of(&frame);
-        let mut missed = 0;
-        events.take(|tick| {
-            missed += tick.missed;
-            let records = tick.records.iter().filter(|_| tick.header.run_id == *run_id);
-            found.news.extend(records.filter_map(|event| of_event(event, now.time_of(tick.header.tick))));
-            Ok::<_, ReadError>(())
-        })?;
-        contacts.take(|tick| {
-            found.news.extend(tick.records.iter().filter_map(of_contact));
-            Ok::<_, ReadError>(())
-        })?;
-        tasks.take(|tick| {
-            let time = now.time_of(tick.header.tick);
-            found.news.extend(tick.records.iter().filter_map(|task| of_task(task, time)));
-            Ok::<_, ReadError>(())
-        })?;
+        found.is_replayed = now.change_of_replay(*run_id);
+        let missed = records.take(*run_id, &clock, standing, &mut found.news)?;
         thin_out(&mut found.news);
         if missed > 0 {
-            let text = format!("events of {missed} ticks were missed: the fleet is faster than this viewer");
-            found.news.push((about_fleet(now.sim_nanos, Severity::Info, text), AlarmChange::None));
+            *has_missed = true;
+            let (ticks, verb) = (with_plural(missed, "tick"), if missed == 1 { "was" } else { "were" });
+            let text = format!("events of {ticks} {verb} missed: the fleet is faster than this viewer");
+            found.news.push((about_fleet(clock.sim_nanos, Severity::Info, text), AlarmChange::None));
+        }
+        if looks.is_multiple_of(COMPARE_EVERY) {
+            let unseen = match (now.is_replayed(), *has_missed) {
+                (true, _) => Unseen::Jumped,
+                (false, true) => Unseen::Missed,
+                (false, false) => Unseen::Opened,
+            };
+            found.news.extend(now.compare(standing, &frame, unseen));
         }
         *looks += 1;
+        health.look(clock.sim_nanos, now.is_replayed());
         if looks.is_multiple_of(CHECK_EVERY) {
             goals.latest()?;
             let told = goals.current()?.filter(|column| column.header.run_id == *run_id);
-            let told = told.map(|column| now.time_of(column.header.tick));
-            found.news.extend(health.see_manager(now.sim_nanos, told));
+            let told = told.map(|column| clock.time_of(column.header.tick));
+            found.news.extend(health.see_manager(clock.sim_nanos, told));
             found.is_managed = health.change_of_management();
-            found.news.extend(health.see_motion(now.sim_nanos, is_stuck(&frame)));
+            found.news.extend(health.see_motion(clock.sim_nanos, is_stuck(&frame)));
         }
         Ok(found)
+    }
+}
+
+impl Records {
+    /// Appends what has happened in a run since the last call. Returns the number of ticks whose events were missed.
+    fn take(
+        &mut self,
+        run_id: u64,
+        clock: &Clock,
+        standing: &mut Standing,
+        news: &mut Vec<(Entry, AlarmChange)>,
+    ) -> Result<u64, ReadError> {
+        let mut missed = 0;
+        self.events.take(|tick| {
+            missed += tick.missed;
+            let time = clock.time_of(tick.header.tick);
+            let records = tick.records.iter().filter(|_| tick.header.run_id == run_id);
+            for (entry, change) in records.filter_map(|event| of_event(event, time)) {
+                standing.tell(change, tick.header.tick);
+                news.push((entry, change));
+            }
+            Ok::<_, ReadError>(())
+        })?;
+        self.contacts.take(|tick| {
+            let records = tick.records.iter().filter(|_| tick.header.run_id == run_id);
+            for (entry, change) in records.filter_map(of_contact) {
+                standing.tell(change, tick.header.tick);
+                news.push((entry, change));
+            }
+            Ok::<_, ReadError>(())
+        })?;
+        self.tasks.take(|tick| {
+            let records = tick.records.iter().filter(|_| tick.header.run_id == run_id);
+            let time = clock.time_of(tick.header.tick);
+            news.extend(records.filter_map(|task| of_task(task, time)));
+            Ok::<_, ReadError>(())
+        })?;
+        Ok(missed)
     }
 }
 
@@ -186,65 +230,6 @@ impl Clock {
     }
 }
 
-impl Health {
-    /// Takes when a fleet manager last told of a frame.
-    fn see_manager(&mut self, now: u64, told: Option<u64>) -> Option<(Entry, AlarmChange)> {
-        self.managed = told.or(self.managed);
-        let is_silent = self.managed.is_some_and(|told| now > told.saturating_add(SILENCE_NANOS));
-        if std::mem::replace(&mut self.is_silent, is_silent) == is_silent {
-            return None;
-        }
-        let (severity, text, change) = match is_silent {
-            true => (Severity::Alarm, "the fleet manager is silent or gone", AlarmChange::Begins(AlarmKey::Manager)),
-            false => (Severity::Info, "the fleet manager is back", AlarmChange::Ends(AlarmKey::Manager)),
-        };
-        Some((about_fleet(now, severity, text.to_owned()), change))
-    }
-
-    /// Whether a fleet manager steers the robots, if that has changed.
-    fn change_of_management(&mut self) -> Option<bool> {
-        let is_managed = self.managed.is_some() && !self.is_silent;
-        (std::mem::replace(&mut self.is_managed, is_managed) != is_managed).then_some(is_managed)
-    }
-
-    /// Takes whether all robots that want to drive stand.
-    fn see_motion(&mut self, now: u64, is_stuck: bool) -> Option<(Entry, AlarmChange)> {
-        if !is_stuck || now < self.moved {
-            self.moved = now;
-        }
-        let stands = now - self.moved >= STANDSTILL_NANOS;
-        if std::mem::replace(&mut self.stands, stands) == stands {
-            return None;
-        }
-        let secs = STANDSTILL_NANOS / 1_000_000_000;
-        Some(match stands {
-            true => {
-                let text = format!("standstill: robots want to drive, and none has moved for {secs} s");
-                (about_fleet(now, Severity::Alarm, text), AlarmChange::Begins(AlarmKey::Standstill))
-            }
-            false => {
-                let entry = about_fleet(now, Severity::Info, "robots move again".to_owned());
-                (entry, AlarmChange::Ends(AlarmKey::Standstill))
-            }
-        })
-    }
-}
-
-/// Whether robots want to drive, and none of them moves. Ends with the first one that does.
-fn is_stuck(frame: &Frame<'_>) -> bool {
-    let columns = frame.columns();
-    let mut waiting = false;
-    for (state, speed) in columns.state.iter().zip(columns.speed) {
-        match RobotState::from_number(*state) {
-            RobotState::Turning => return false,
-            RobotState::Driving | RobotState::Waiting if *speed != 0.0 => return false,
-            RobotState::Driving | RobotState::Waiting => waiting = true,
-            _ => {}
-        }
-    }
-    waiting
-}
-
 /// Leaves out entries beyond [`MOST_OF_A_KIND`] that are no alarms, and counts them in one more.
 fn thin_out(news: &mut Vec<(Entry, AlarmChange)>) {
     let mut counts = BTreeMap::<Kind, usize>::new();
@@ -261,40 +246,10 @@ fn thin_out(news: &mut Vec<(Entry, AlarmChange)>) {
     }
 }
 
-fn about_fleet(time_nanos: u64, severity: Severity, text: String) -> Entry {
-    Entry { time_nanos, kind: Kind::Fleet, severity, robot: None, place: Place::None, text }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    const SECOND: u64 = 1_000_000_000;
-
-    #[test]
-    fn a_manager_that_tells_of_no_frames_is_silent_until_it_does() {
-        let mut health = Health::default();
-        assert_eq!(health.see_manager(100 * SECOND, None), None, "there was none");
-        assert_eq!(health.see_manager(101 * SECOND, Some(101 * SECOND)), None);
-        assert_eq!(health.see_manager(105 * SECOND, Some(101 * SECOND)), None);
-        let silent = health.see_manager(107 * SECOND, None).map(|(_, change)| change);
-        assert_eq!(silent, Some(AlarmChange::Begins(AlarmKey::Manager)));
-        assert_eq!(health.see_manager(108 * SECOND, None), None, "told once");
-        let back = health.see_manager(109 * SECOND, Some(109 * SECOND)).map(|(_, change)| change);
-        assert_eq!(back, Some(AlarmChange::Ends(AlarmKey::Manager)));
-    }
-
-    #[test]
-    fn a_standstill_takes_half_a_minute() {
-        let mut health = Health::default();
-        assert_eq!(health.see_motion(SECOND, false), None);
-        assert_eq!(health.see_motion(30 * SECOND, true), None);
-        let stands = health.see_motion(31 * SECOND, true).map(|(_, change)| change);
-        assert_eq!(stands, Some(AlarmChange::Begins(AlarmKey::Standstill)));
-        assert_eq!(health.see_motion(90 * SECOND, true), None);
-        let moves = health.see_motion(91 * SECOND, false).map(|(_, change)| change);
-        assert_eq!(moves, Some(AlarmChange::Ends(AlarmKey::Standstill)));
-    }
+    use crate::log::AlarmKey;
 
     #[test]
     fn many_entries_at_once_are_counted() {

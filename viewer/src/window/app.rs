@@ -31,13 +31,26 @@ pub struct App<'a> {
     /// The times at which devices were lost.
     losses: Vec<Instant>,
     failure: Option<Error>,
+    /// When there is something to do without an event.
+    wakes_at: Instant,
+    /// Whether a picture was drawn since the last look for events: that may have read some, for which there is no wait then.
+    has_drawn: bool,
 }
 
 impl<'a> App<'a> {
     /// Creates the application; the window opens when the display is ready.
     pub fn new(options: &'a Options, termination: Termination) -> Self {
         let instance = crate::gpu::device::instance();
-        Self { options, termination, instance, viewer: None, losses: Vec::new(), failure: None }
+        Self {
+            options,
+            termination,
+            instance,
+            viewer: None,
+            losses: Vec::new(),
+            failure: None,
+            wakes_at: Instant::now(),
+            has_drawn: false,
+        }
     }
 
     /// Returns the outcome after the event loop has ended.
@@ -46,6 +59,26 @@ impl<'a> App<'a> {
     /// The first failure.
     pub fn finish(self) -> Result {
         self.failure.map_or(Ok(()), Err)
+    }
+
+    /// When there is something to do without an event.
+    #[cfg(target_os = "linux")]
+    pub fn wakes_at(&self) -> Instant {
+        self.wakes_at
+    }
+
+    /// Asks the display for something, which panics if it has gone.
+    #[cfg(target_os = "linux")]
+    pub fn ask_display(&self) {
+        self.viewer.iter().for_each(ViewerWindow::ask_display);
+    }
+
+    /// Drops everything that depended on a display that has gone.
+    #[cfg(target_os = "linux")]
+    pub fn abandon(&mut self) {
+        if let Some(mut viewer) = self.viewer.take() {
+            viewer.save_settings();
+        }
     }
 
     /// Opens the window and everything that draws into it.
@@ -85,6 +118,7 @@ impl<'a> App<'a> {
 
     fn draw(&mut self, events: &ActiveEventLoop) {
         let Some(viewer) = &mut self.viewer else { return };
+        self.has_drawn = true;
         match viewer.draw() {
             Ok(()) => {}
             Err(error) => return self.fail(events, error),
@@ -156,15 +190,18 @@ impl ApplicationHandler for App<'_> {
             return self.close(events);
         }
         let Some(viewer) = &mut self.viewer else { return };
-        match viewer.next(Instant::now()) {
+        let wakes_at = match viewer.next(Instant::now()) {
             Ok(Next::Draw) => {
                 viewer.request_redraw();
                 // A hidden window may never receive a redraw event.
-                events.set_control_flow(ControlFlow::WaitUntil(Instant::now() + MAX_SLEEP));
+                Instant::now() + MAX_SLEEP
             }
-            Ok(Next::WaitUntil(at)) => events.set_control_flow(ControlFlow::WaitUntil(at)),
-            Err(error) => self.fail(events, error),
-        }
+            Ok(Next::WaitUntil(at)) => at,
+            Err(error) => return self.fail(events, error),
+        };
+        events.set_control_flow(ControlFlow::WaitUntil(wakes_at));
+        self.wakes_at = if self.has_drawn { Instant::now() } else { wakes_at };
+        self.has_drawn = false;
     }
 
     fn exiting(&mut self, _: &ActiveEventLoop) {

@@ -73,6 +73,8 @@ pub struct ViewerWindow {
     fleet: FleetName,
     /// What is shown: a file, or a fleet.
     name: String,
+    /// Width and height of the window, in pixels.
+    size: UVec2,
     /// The file that was opened with this window.
     recording: Option<std::path::PathBuf>,
     is_hidden: bool,
@@ -118,8 +120,9 @@ impl ViewerWindow {
         let input = egui_winit::State::new(context.clone(), ViewportId::ROOT, &window, Some(scale), None, Some(limit));
         let rate = window.current_monitor().and_then(|monitor| monitor.refresh_rate_millihertz());
         let adapter = format!("{} ({})", gpu.info.name, gpu.info.backend);
-        let now = Instant::now();
+        let (now, size) = (Instant::now(), size_of(&window));
         Ok(Self {
+            size,
             painter: Painter::new(&gpu, surface.interface_format),
             insets: Insets::new(&gpu, surface.fleet_format),
             stage,
@@ -157,7 +160,8 @@ impl ViewerWindow {
     pub fn handle_event(&mut self, event: &WindowEvent) {
         match event {
             WindowEvent::Resized(_) | WindowEvent::ScaleFactorChanged { .. } => {
-                self.surface.resize(&self.gpu, size_of(&self.window));
+                self.size = size_of(&self.window);
+                self.surface.resize(&self.gpu, self.size);
                 self.record_size();
             }
             WindowEvent::Occluded(is_hidden) => self.is_hidden = *is_hidden,
@@ -188,7 +192,7 @@ impl ViewerWindow {
         if self.receive_reports() {
             self.frame_pacing.schedule(now);
         }
-        if self.is_hidden || size_of(&self.window).min_element() == 0 {
+        if self.is_hidden || self.size.min_element() == 0 {
             return Ok(Next::WaitUntil(now + HIDDEN_INTERVAL));
         }
         if self.stage.feed.has_newer()? {
@@ -205,6 +209,12 @@ impl ViewerWindow {
             Due::Now => Next::Draw,
             Due::At(at) => Next::WaitUntil(at),
         })
+    }
+
+    /// Asks the display for the size of the window, which panics if the display has gone.
+    #[cfg(target_os = "linux")]
+    pub fn ask_display(&self) {
+        let _ = self.window.inner_size();
     }
 
     /// Requests a redraw event.

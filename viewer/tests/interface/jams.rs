@@ -171,6 +171,35 @@ fn a_hot_spot_is_flown_to_and_the_list_is_exported() {
     assert_eq!(text.lines().nth(1), Some("1,40.00,3.00,35.0,25.0,10.0,61.0,90.0,growing,34"));
 }
 
+/// The ring lies in the layer of the picture, over which panels are drawn: so it must be cut off where they begin.
+#[test]
+fn the_ring_of_a_hot_spot_lies_over_no_panel() {
+    let mut fixture = Fixture::new(5);
+    fixture.jams.spots = [Spot {
+        place: Vec2::new(40.0, 3.0),
+        contact_secs: 25.0,
+        standing_secs: 10.0,
+        seen: [61.0, 90.0],
+        edges: vec![0],
+        trend: Trend::Growing,
+    }]
+    .into();
+    fixture.interface.settings.left = Some(LeftPanel::Spots);
+    let mut harness = harness(fixture);
+    settle(&mut harness);
+    let row = harness.get_by_label("hot spot 1");
+    let panel = row.rect();
+    row.click();
+    harness.run_steps(120);
+    let spot = on_screen(&harness, Vec2::new(40.0, 3.0));
+    let rings = harness.output().shapes.iter().filter(
+        |clipped| matches!(&clipped.shape, egui::Shape::Circle(circle) if circle.center.distance(spot) < 2.0 && circle.radius > 10.0),
+    );
+    let clips: Vec<_> = rings.map(|ring| ring.clip_rect).collect();
+    assert!(!clips.is_empty(), "the ring is drawn");
+    assert!(clips.iter().all(|clip| !clip.intersects(panel)), "{clips:?} over {panel}");
+}
+
 /// Clicks into the middle of the plot of touching pairs, at some time of the shown samples. While the pointer is there, each plot
 /// tells that time.
 fn click_into_a_plot(harness: &mut Harness<'_, Fixture>) {
@@ -226,7 +255,7 @@ fn plots_of_a_recording_tell_what_is_shown_and_a_click_goes_there() {
     fixture.jams.known = Known { from_secs: 80.0, until_secs: 90.0, is_published: true };
     let mut harness = harness(fixture);
     press(&mut harness, Key::Num8);
-    harness.get_by_label("of the recording, 1:20 to 1:30");
+    harness.get_by_label("of the recording, 1:20\u{a0}to 1:30");
     harness.get_by_label("waiting 83");
     assert_eq!(harness.query_all_by_label("at 1:23").count(), 5, "the figures at the shown time");
     click_into_a_plot(&mut harness);

@@ -126,6 +126,60 @@ fn levels_are_chosen_in_the_view_panel() {
     assert!(levels.ends_with(&wanted), "{levels:?}");
 }
 
+/// The texts of the last picture that float over it.
+fn floating_texts(harness: &Harness<'_, Fixture>) -> Vec<String> {
+    let texts = harness.output().shapes.iter().filter_map(|clipped| match &clipped.shape {
+        egui::Shape::Text(text) => Some(text.galley.text().to_owned()),
+        _ => None,
+    });
+    texts.collect()
+}
+
+#[test]
+fn a_selected_robot_is_named_only_in_the_picture_of_its_level() {
+    let (mut harness, parts) = side_by_side();
+    let fixture = harness.state_mut();
+    // Robot 0 is on the only edge, which is in the cellar, in the middle of the picture.
+    let level = fixture.world.texts.add("cellar");
+    fixture.world.edges[0].level = level;
+    fixture.interface.select(Some(Item::Robot(0)));
+    settle(&mut harness);
+    let is_named = |harness: &Harness<'_, Fixture>| floating_texts(harness).contains(&"robot 0".to_owned());
+    assert!(is_named(&harness), "{:?}", floating_texts(&harness));
+    harness.hover_at(parts[1].1.center());
+    harness.event(egui::Event::MouseWheel {
+        unit: egui::MouseWheelUnit::Line,
+        delta: egui::vec2(0.0, 0.1),
+        phase: egui::TouchPhase::Move,
+        source: egui::MouseWheelSource::Wheel,
+        modifiers: Modifiers::NONE,
+    });
+    settle(&mut harness);
+    assert_eq!(harness.state().interface.level(), Some("ground"));
+    assert!(!is_named(&harness), "the robot is in the cellar");
+}
+
+#[test]
+fn levels_side_by_side_are_no_filter_of_robots() {
+    let mut fixture = Fixture::new(5);
+    fixture.interface.set_levels(["cellar", "ground"].map(str::to_owned).to_vec());
+    fixture.interface.settings.left = Some(LeftPanel::Fleet);
+    fixture.interface.show_side_by_side(true);
+    let mut harness = harness(fixture);
+    settle(&mut harness);
+    assert_eq!(harness.state().interface.parts().len(), 2);
+    harness.state_mut().matches = Some([1, 5]);
+    settle(&mut harness);
+    assert!(
+        harness.query_by_label("1\u{a0}of 5\u{a0}robots matches").is_none(),
+        "all robots are shown, in their parts"
+    );
+    harness.state_mut().interface.show_side_by_side(false);
+    settle(&mut harness);
+    assert_eq!(harness.state().interface.level(), Some("cellar"));
+    harness.get_by_label("1\u{a0}of 5\u{a0}robots matches");
+}
+
 #[test]
 fn another_world_without_the_level_is_shown_as_a_whole() {
     let (mut harness, _) = side_by_side();

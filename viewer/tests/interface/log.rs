@@ -51,27 +51,41 @@ fn alarms_are_acknowledged_and_entries_filtered_and_jumped_to() {
 }
 
 #[test]
-fn a_count_of_alarms_leaves_the_buttons_beside_it_where_they_are() {
-    let mut harness = harness(Fixture::new(50));
-    let place = harness.get_by_label("Plots").rect();
-    let alarm = (entry(3, Kind::Fault, 7, "robot 7 broke down"), AlarmChange::Begins(AlarmKey::Robot(7)));
-    harness.state_mut().interface.log().take(LogReport { news: vec![alarm], ..LogReport::default() });
-    settle(&mut harness);
-    harness.get_by_label("Log 1");
-    assert_eq!(harness.get_by_label("Plots").rect(), place);
-}
-
-#[test]
 fn the_log_of_a_recording_jumps_to_its_marks() {
     let mut fixture = replay(1.0);
     fixture.interface.settings.left = Some(LeftPanel::Log);
     let mut harness = harness(fixture);
     harness.get_by_label("2 marks");
+    harness.state_mut().recording.as_mut().expect("a recording").0.truncate(1);
+    settle(&mut harness);
+    harness.get_by_label("1 mark");
+    harness.state_mut().recording = replay(1.0).recording;
+    settle(&mut harness);
     harness.get_by_label_contains("robot 3 and 1 more broke down").click();
     settle(&mut harness);
     let sought = harness.state().requests().into_iter().find(|(kind, ..)| *kind == ControlKind::Seek);
     assert_eq!(sought.map(|(_, time, _)| time), Some(6_000_000_000));
     assert_eq!(harness.state().interface.selected, Some(Item::Robot(3)));
+}
+
+/// Nobody can do anything about them: they are those of the shown time.
+#[test]
+fn the_alarms_of_a_recording_go_when_they_are_over() {
+    let mut fixture = replay(1.0);
+    fixture.interface.settings.left = Some(LeftPanel::Log);
+    let take = |fixture: &mut Fixture, change, is_replayed| {
+        let news = vec![(entry(3, Kind::Fault, 7, "robot 7 is broken"), change)];
+        fixture.interface.log().take(LogReport { news, is_replayed, ..LogReport::default() });
+    };
+    take(&mut fixture, AlarmChange::Begins(AlarmKey::Robot(7)), Some(true));
+    let mut harness = harness(fixture);
+    harness.get_by_label("1 alarm");
+    harness.get_by_label_contains("robot 7\u{a0}is broken");
+    assert!(harness.query_by_label("Acknowledge all").is_none());
+    assert!(harness.query_by_label("acknowledge Robot(7)").is_none());
+    take(harness.state_mut(), AlarmChange::Ends(AlarmKey::Robot(7)), None);
+    settle(&mut harness);
+    harness.get_by_label("no alarms");
 }
 
 #[test]

@@ -65,7 +65,7 @@ fn who_waits_is_switched_on_and_counted() {
     harness.get_by_label("waits for (17)");
     harness.get_by_label("ring of waiting (4)");
     press(&mut harness, Key::Num4);
-    harness.get_by_label("17\u{a0}wait, 4\u{a0}of them in rings");
+    harness.get_by_label("17\u{a0}robots wait, 4\u{a0}of them in rings");
 }
 
 #[test]

@@ -34,6 +34,7 @@ pub const TESTS: &[(&str, Test)] = &[
     ("levels_are_drawn_side_by_side", in_a_screenshot),
     ("levels_beside_each_other_are_as_alone", in_a_window),
     ("a_level_has_nothing_of_another_one", nothing_of_others),
+    ("a_plan_shows_one_level_and_fits_it", as_a_plan),
 ];
 
 /// The levels, and the heights at which a picture of both has them.
@@ -74,6 +75,29 @@ fn in_a_screenshot(_: &Gpu) {
     let live = LiveFleet::start("one-level");
     let refused = live.try_view("320x200", &["--screenshot", &live.path("no.png"), "--levels"]).expect_err("no levels");
     assert!(refused.to_string().contains("leave --levels out"), "{refused}");
+}
+
+/// Each level is drawn at the scale of its own size, and together both have all edges.
+fn as_a_plan(_: &Gpu) {
+    let live = fleet("plan");
+    let path = live.path("plan.svg");
+    let plan = |args: &[&str]| {
+        live.try_view("320x200", &[&["--svg", &path, "--force", "--svg-scale", "100"], args].concat()).expect("a plan");
+        std::fs::read_to_string(&path).expect("a plan")
+    };
+    let count = |text: &str, id: &str| text.matches(&format!(" id=\"{id}")).count();
+    let all = plan(&[]);
+    let [cellar, ground] = LEVELS.map(|(level, _)| plan(&["--level", level]));
+    let edges = [&cellar, &ground, &all].map(|text| count(text, "e") - count(text, "edges"));
+    assert_eq!(edges, [1, 3, 4]);
+    let robots = [&cellar, &ground, &all].map(|text| count(text, "robot-"));
+    assert!(robots[0] > 0 && robots[0] == robots[2] && robots[1] == 0, "{robots:?}");
+    let size =
+        |text: &str| text.split("viewBox=\"0 0 ").nth(1).and_then(|rest| rest.split('"').next()).map(str::to_owned);
+    assert!(size(&cellar) != size(&all), "a level that is smaller than all has a smaller sheet");
+    let refused =
+        live.try_view("320x200", &["--svg", &path, "--force", "--level", "attic"]).expect_err("no such level");
+    assert!(refused.to_string().contains("there is no level 'attic'"), "{refused}");
 }
 
 /// A stage that has a fleet's world, frame and column.

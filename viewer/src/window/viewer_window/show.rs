@@ -4,6 +4,7 @@ use std::time::{Duration, Instant};
 
 use egui::{Rect, ViewportId};
 use glam::{UVec2, Vec2};
+use regatta_plugin::FleetName;
 use regatta_plugin::frame::ClockState;
 use winit::window::Fullscreen;
 
@@ -13,9 +14,18 @@ use crate::interface::measure::End;
 use crate::interface::pose::interpolate;
 use crate::interface::view_model::{Action, EngineState, Item, Timeline, ViewModel};
 use crate::notes;
+use crate::stage::Stage;
 
 /// The time without a frame after which a running engine is considered silent.
 const MAX_SILENCE: Duration = Duration::from_millis(1500);
+
+/// Returns the name of the file for a plan. Characters of the level's name that aren't letters or digits may not be allowed in it.
+fn svg_path(stage: &Stage, fleet: &FleetName) -> String {
+    let seconds = stage.frame().map_or(0.0, |frame| frame.sim_time().as_secs_f64());
+    let level = stage.scene.level.iter().map(|level| format!("-{level}")).collect::<String>();
+    let level = level.replace(|letter: char| !letter.is_alphanumeric(), "-");
+    format!("regatta-{fleet}{level}-{seconds:.2}s.svg")
+}
 
 impl ViewerWindow {
     /// Returns the state of the engine.
@@ -155,11 +165,10 @@ impl ViewerWindow {
         }
     }
 
-    /// Writes a plan into the current folder, and says where it is.
+    /// Writes a plan of the shown time and level into the current folder, and says where it is.
     fn write_svg(&mut self) {
-        let seconds = self.stage.feed.frame().map_or(0.0, |frame| frame.sim_time().as_secs_f64());
-        let path = format!("regatta-{}-{seconds:.2}s.svg", self.fleet);
-        let written = self.stage.svg(&self.fleet.to_string(), self.stage.scene.theme, None);
+        let path = svg_path(&self.stage, &self.fleet);
+        let written = self.stage.svg(&self.name, self.stage.scene.theme, None);
         let written = written.map_err(|error| error.to_string());
         let written = written.and_then(|text| std::fs::write(&path, text).map_err(|error| format!("{path}: {error}")));
         self.interface.notify(written.map_or_else(|error| error, |()| format!("the plan is in {path}")));
