@@ -402,7 +402,13 @@ fn the_history_of_a_recording_is_all_of_it_whatever_is_played() {
     record_contacts("history-source", &file(&folder), &[]);
     let expected = lost_secs(&file(&folder));
     assert!(expected > 5.0, "the recording has contacts: {expected} robot s");
-    let (fleet, replay, mut control) = paused("history", &file(&folder), &[]);
+    let fleet = unique("history");
+    let plugin = Process::start(regatta().args(["plugin", "traffic", "--fleet", &fleet.to_string()]));
+    let traffic =
+        Participant::join(&fleet, "probe").and_then(|probe| TrafficReader::open_on(&probe)).expect("a reader");
+    eventually("the traffic plugin", || traffic.has_publisher().then_some(()));
+    let replay = start(&fleet, &file(&folder), &["--paused"]);
+    let mut control = eventually("control", || Control::open(&fleet).ok());
     let participant = Participant::join(&fleet, "test").expect("joined");
     let mut reader = HistoryReader::open_on(&participant).expect("a reader");
     let mut history_of = |run_id: u64| {
@@ -415,7 +421,7 @@ fn the_history_of_a_recording_is_all_of_it_whatever_is_played() {
             (is_whole && spots.run_id == run_id).then(|| (header.began_nanos, samples.to_vec(), lost))
         })
     };
-    let run_id = control.status().expect("a status").run_id;
+    let run_id = eventually("a status", || control.status().ok()).run_id;
     let (began, samples, lost) = history_of(run_id);
     assert_eq!((began, samples[0].secs), (0, 0.0));
     assert!(samples.len() >= 3 && samples.iter().all(|sample| sample.states.iter().sum::<u32>() == 300), "{samples:?}");
@@ -429,7 +435,9 @@ fn the_history_of_a_recording_is_all_of_it_whatever_is_played() {
     let back = control.seek(std::time::Duration::from_millis(300)).expect("gone there").run_id;
     assert_ne!(back, run_id);
     assert_eq!(history_of(back).2, lost);
-    drop(replay);
+    assert!(plugin.interrupt().status.success());
+    let messages = String::from_utf8_lossy(&replay.interrupt().stderr).into_owned();
+    assert!(!messages.contains("left out"), "{messages}");
 }
 
 #[test]

@@ -7,8 +7,7 @@ use std::path::PathBuf;
 use clap::Parser;
 use regatta_plugin::traffic::{EdgeTraffic, TRAFFIC_PERIODS, TrafficHeader};
 use regatta_plugin::{
-    ColumnReader, Error, FleetName, Frame, Options, Participant, Plugin, Rate, Result, TrafficPublisher, World,
-    usage_line,
+    ColumnReader, Error, Frame, Options, Participant, Plugin, Rate, Result, TrafficPublisher, World, usage_line,
 };
 
 use crate::history::RunHistory;
@@ -71,11 +70,38 @@ pub fn plugin(cli: Cli) -> impl Plugin {
 struct Ports {
     traffic: TrafficPublisher,
     contacts: ColumnReader,
-    /// `None` if another process publishes the history: a replay knows that of its whole recording.
-    history: Option<RunHistory>,
-    fleet: FleetName,
+    history: History,
+    participant: Participant,
     /// Who has which route; `None` until the first frame that isn't in lockstep.
     routes: Option<RouteWatch>,
+}
+
+/// The history of the run. It is opened with the first frame: a replay, which knows that of its whole recording, has opened its
+/// services by then.
+enum History {
+    Unopened,
+    /// Another process publishes it.
+    Taken,
+    Published(RunHistory),
+}
+
+impl History {
+    /// Adds a frame, with the figures of the last minute.
+    fn add(&mut self, participant: &Participant, frame: &Frame<'_>, figures: &[EdgeTraffic]) -> Result {
+        if let Self::Unopened = self {
+            *self = RunHistory::open(participant)?.map_or(Self::Taken, Self::Published);
+        }
+        match self {
+            Self::Published(history) => history.add(frame, figures),
+            _ => Ok(()),
+        }
+    }
+
+    fn update(&self) {
+        if let Self::Published(history) = self {
+            history.update();
+        }
+    }
 }
 
 /// The frame before.
@@ -190,8 +216,8 @@ impl TrafficPlugin {
 impl Plugin for TrafficPlugin {
     fn on_start(&mut self, fleet: &Participant) -> Result {
         let contacts = ColumnReader::open_on(fleet, "collision")?;
-        let (traffic, history) = (TrafficPublisher::open_on(fleet)?, RunHistory::open(fleet)?);
-        self.ports = Some(Ports { traffic, contacts, history, fleet: fleet.fleet().clone(), routes: None });
+        let (traffic, participant) = (TrafficPublisher::open_on(fleet)?, fleet.clone());
+        self.ports = Some(Ports { traffic, contacts, history: History::Unopened, participant, routes: None });
         Ok(())
     }
 
@@ -212,7 +238,7 @@ impl Plugin for TrafficPlugin {
         let mut counts = self.tally.count(&frame.columns(), contacts.map_or(&[][..], |column| column.values));
         // When an answer comes is never the same twice.
         let routes = if frame.header().lockstep == 0 {
-            ports.routes.get_or_insert_with(|| RouteWatch::start(&ports.fleet)).newest(frame.run_id())
+            ports.routes.get_or_insert_with(|| RouteWatch::start(ports.participant.fleet())).newest(frame.run_id())
         } else {
             None
         };
@@ -222,14 +248,15 @@ impl Plugin for TrafficPlugin {
         }
         self.periods.add(counts, secs);
         self.publish(frame, has_contacts, has_routes)?;
-        let Some(history) = self.ports.as_mut().and_then(|ports| ports.history.as_mut()) else { return Ok(()) };
-        history.add(frame, &self.figures[..self.figures.len() / TRAFFIC_PERIODS])
+        let Some(ports) = &mut self.ports else { return Ok(()) };
+        let last_minute = &self.figures[..self.figures.len() / TRAFFIC_PERIODS];
+        ports.history.add(&ports.participant, frame, last_minute)
     }
 
     fn on_idle(&mut self, _has_producer: bool) -> Result {
         if let Some(ports) = &self.ports {
             ports.traffic.update();
-            ports.history.iter().for_each(RunHistory::update);
+            ports.history.update();
         }
         Ok(())
     }
