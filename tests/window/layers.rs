@@ -28,8 +28,10 @@ pub fn a_heat_map_is_shown_and_hidden() {
         eventually("edges have their own colours", || (hot() < 100).then_some(()));
         screen.xdotool(&["key", "shift+h"]);
     }
-    close(&screen, viewer);
+    eventually("edges have the colours of the heat map", || (hot() > 1_000).then_some(()));
     traffic.interrupt();
+    eventually("without figures, edges have their own colours", || (hot() < 100).then_some(()));
+    close(&screen, viewer);
 }
 
 pub fn a_recording_has_a_heat_map_without_another_program() {

@@ -217,6 +217,18 @@ impl Feed {
         self.recording.current()
     }
 
+    /// The recording's clock minus the simulated time of its shown run, in seconds; zero of a live run.
+    pub fn ahead_secs(&self) -> f64 {
+        self.recording().map_or(0.0, |recording| recording.header.ahead_nanos as i64 as f64 * 1e-9)
+    }
+
+    /// The time of a frame in seconds: on the clock of the recording, if it is of one, else simulated.
+    pub fn clock_secs(&self, frame: &Frame<'_>) -> f64 {
+        let simulated = frame.header().sim_time_nanos;
+        let recording = self.recording().filter(|recording| recording.header.run_id == frame.run_id());
+        recording.map_or(simulated, |recording| recording.header.time_of(simulated)) as f64 * 1e-9
+    }
+
     /// Whether the fleet has a producer.
     pub fn has_producer(&self) -> bool {
         self.frames.has_producer()

@@ -229,7 +229,7 @@ impl HeadlessViewer<'_> {
         let robots = frame.map_or(0, |frame| {
             frame.columns().state.iter().filter(|state| **state != RobotState::Absent as u8).count()
         });
-        let time = self.clock.unwrap_or_else(|| frame.map_or(0.0, |frame| frame.sim_time().as_secs_f64()));
+        let time = self.clock.unwrap_or_else(|| frame.map_or(0.0, |frame| self.stage.feed.clock_secs(&frame)));
         vec![self.options.name(), format!("{}, {}", clock_text(time), with_plural(robots as u64, "robot"))]
     }
 
@@ -335,7 +335,7 @@ impl HeadlessViewer<'_> {
         let selected = self.selected().filter(|_| !self.options.look.no_ids);
         let robots = selected.filter_map(|robot| Some((robot, self.pose(robot)?.0))).collect();
         let plans = self.stage.plan_facts();
-        let time = self.clock.or_else(|| Some(self.stage.feed.frame()?.sim_time().as_secs_f64()));
+        let time = self.clock.or_else(|| Some(self.stage.feed.clock_secs(&self.stage.feed.frame()?)));
         let look = &self.options.look;
         let level = self.part.as_ref().map(|part| part.level.clone());
         let heading = match (&look.title, level) {

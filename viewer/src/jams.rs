@@ -76,6 +76,8 @@ pub struct EdgeFacts {
     pub edge: u32,
     /// What happened there in each period; `None` without a traffic plugin.
     pub traffic: Option<[EdgeTraffic; TRAFFIC_PERIODS]>,
+    /// The length of each period so far, in simulated seconds.
+    pub period_secs: [f32; TRAFFIC_PERIODS],
     /// The robots there.
     pub present: Presence,
 }
@@ -98,7 +100,7 @@ pub struct JamFacts {
     pub edges: Vec<EdgeFacts>,
     /// The watched node.
     pub node: Option<NodeFacts>,
-    /// The hot spots, the worst first.
+    /// The hot spots, the worst first. Times of these and of the figures are those of the clock that is shown.
     pub spots: Arc<[Spot]>,
     /// The figures over time, the oldest first.
     pub series: Arc<[FleetSample]>,
@@ -126,6 +128,19 @@ impl JamFacts {
 
 /// The hot spots, the worst one first, the figures over time, and the part of the run that they are about.
 pub type History = (Arc<[Spot]>, Arc<[FleetSample]>, Known);
+
+/// Moves a history by some seconds: from simulated time to that of a recording's clock.
+#[must_use]
+pub fn moved((spots, series, known): History, secs: f64) -> History {
+    if secs == 0.0 {
+        return (spots, series, known);
+    }
+    let spot = |spot: &Spot| Spot { seen: spot.seen.map(|at| at + secs), ..spot.clone() };
+    let sample = |sample: &FleetSample| FleetSample { secs: sample.secs + secs, ..*sample };
+    let (from_secs, until_secs) = (known.from_secs + secs, known.until_secs + secs);
+    let known = Known { from_secs, until_secs, ..known };
+    (spots.iter().map(spot).collect(), series.iter().map(sample).collect(), known)
+}
 
 /// What was found since the report before.
 #[derive(Clone, Debug, Default)]

@@ -19,7 +19,7 @@ use crate::feed::{Feed, News};
 use crate::filter::Filter;
 use crate::gpu::renderer::{Picture, Renderer};
 use crate::jams::heat::HeatMap;
-use crate::jams::{JamFacts, JamReport, Watch as JamWatched};
+use crate::jams::{self, JamFacts, JamReport, Watch as JamWatched};
 use crate::palette::{Colouring, Legend, Theme};
 use crate::past::Past;
 use crate::plans::{PlanFacts, PlanReport, Watch};
@@ -230,7 +230,8 @@ impl Stage {
             self.heat = map;
         }
         (self.jam_facts.edges, self.jam_facts.node) = (report.edges, report.node);
-        if let Some((spots, series, known)) = report.history {
+        if let Some((spots, series, known)) = report.history.map(|history| jams::moved(history, self.feed.ahead_secs()))
+        {
             (self.jam_facts.spots, self.jam_facts.series, self.jam_facts.known) = (spots, series, known);
         }
         is_new
@@ -328,6 +329,7 @@ impl Stage {
             offset: self.scene.offset,
             scale,
             name,
+            seconds: frame.map_or(0.0, |frame| self.feed.clock_secs(&frame)),
         })
     }
 

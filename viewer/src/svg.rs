@@ -54,6 +54,8 @@ pub struct Plan<'a> {
     pub scale: Option<f32>,
     /// What is shown: the name of a fleet or a recording.
     pub name: &'a str,
+    /// The time of the frame in seconds, on the clock that is shown.
+    pub seconds: f64,
 }
 
 impl<'a> Plan<'a> {
@@ -88,7 +90,7 @@ impl<'a> Plan<'a> {
     /// The text below the drawing.
     fn title(&self) -> String {
         let level = self.level.map(|level| format!(", {level}")).unwrap_or_default();
-        let seconds = self.frame.map_or(0.0, |frame| frame.sim_time().as_secs_f64());
+        let seconds = self.seconds;
         let robots = self.frame.map_or(0, |frame| self.rows(frame).count());
         format!("{}{level}, {seconds:.2} s, {}", self.name, with_plural(robots as u64, "robot"))
     }
@@ -372,6 +374,7 @@ mod tests {
             offset: Vec2::ZERO,
             scale: Some(50.0),
             name: "A & B",
+            seconds: 0.0,
         };
         let text = draw(&plan).expect("a drawing");
         // 4 m and 2 m at 1:50 are 80 mm and 40 mm; margins and the line below come on top.
@@ -432,6 +435,7 @@ mod tests {
                 offset: Vec2::ZERO,
                 scale: None,
                 name: "fleet",
+                seconds: 0.0,
             };
             draw(&plan).expect("a drawing")
         };

@@ -19,7 +19,7 @@ use crate::tally::Tally;
 
 /// How often figures are published, in simulated seconds.
 const PUBLISH_SECS: f64 = 1.0;
-/// The longest time that a frame stands for, in simulated seconds: what happened in a longer gap isn't known.
+/// The longest time that a frame stands for, in simulated seconds at the speed 1: what happened in a longer gap isn't known.
 const LONGEST_GAP_SECS: f64 = 10.0;
 
 /// The command line of `regatta plugin traffic`.
@@ -167,7 +167,9 @@ impl TrafficPlugin {
             return 0.0;
         }
         let secs = sim_secs - before.sim_secs;
-        if secs > LONGEST_GAP_SECS { 0.0 } else { secs }
+        // At a high speed, frames are read at the same rate, and stand for more time.
+        let longest = LONGEST_GAP_SECS * f64::from(frame.header().speed.max(1.0));
+        if secs > longest { 0.0 } else { secs }
     }
 
     fn publish(&mut self, frame: &Frame<'_>, has_contacts: bool, has_routes: bool) -> Result {
@@ -267,5 +269,26 @@ impl Plugin for TrafficPlugin {
 
     fn on_stop(&mut self) -> Result {
         self.report()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use regatta_plugin::frame::FrameHeader;
+
+    use super::*;
+
+    #[test]
+    fn a_frame_stands_for_the_time_since_the_one_before_unless_a_jump_or_a_gap_lies_between() {
+        let mut plugin = TrafficPlugin::new(Cli::parse_from(["traffic"]));
+        let mut secs_of = |secs: f64, jumps, speed| {
+            let (run_id, sim_time_nanos, tick) = (1, (secs * 1e9) as u64, (secs * 10.0) as u64);
+            let header = FrameHeader { run_id, sim_time_nanos, tick, jumps, speed, ..FrameHeader::default() };
+            plugin.secs_of(&Frame::new(&header, &[]).expect("a frame without robots"))
+        };
+        assert_eq!([secs_of(1.0, 1, 1.0), secs_of(1.5, 1, 1.0)], [0.0, 0.5]);
+        assert_eq!([secs_of(4.5, 2, 1.0), secs_of(5.0, 2, 1.0)], [0.0, 0.5], "a jump");
+        assert_eq!([secs_of(25.0, 2, 1.0), secs_of(26.0, 2, 1.0)], [0.0, 1.0], "a gap");
+        assert_eq!([secs_of(46.0, 2, 100.0), secs_of(96.0, 2, f32::INFINITY)], [20.0, 50.0], "high speeds");
     }
 }

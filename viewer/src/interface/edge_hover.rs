@@ -4,9 +4,10 @@ use std::time::Duration;
 
 use egui::{Area, Context, Grid, Id, Order, Pos2, Rect, RichText, Ui, vec2};
 use glam::Vec2;
-use regatta_plugin::traffic::EdgeTraffic;
+use regatta_plugin::traffic::{EdgeTraffic, TRAFFIC_PERIODS};
 
 use super::edge_finder::EdgeFinder;
+use super::heat::period_text;
 use super::levels::PictureArea;
 use super::ramp;
 use super::state::Interface;
@@ -15,6 +16,9 @@ use super::view_model::ViewModel;
 use crate::jams::heat::{Figure, Period};
 use crate::jams::presence::Presence;
 use crate::text::thousands;
+
+/// The figures of an edge by period, and the length of each period so far, in seconds.
+type Periods = ([EdgeTraffic; TRAFFIC_PERIODS], [f32; TRAFFIC_PERIODS]);
 
 /// How near the pointer is to an edge, in points.
 const REACH: f32 = 7.0;
@@ -86,7 +90,11 @@ impl Interface {
             name => format!("edge {}, {name}", record.id),
         };
         // Of a time that is over, only where robots were is known.
-        let traffic = model.jams.edge(edge).filter(|_| !model.is_past()).map(|facts| facts.traffic);
+        let traffic = model
+            .jams
+            .edge(edge)
+            .filter(|_| !model.is_past())
+            .map(|facts| facts.traffic.map(|traffic| (traffic, facts.period_secs)));
         let area = Area::new(Id::unique("edge under the pointer")).order(Order::Tooltip).fade_in(false);
         area.interactable(false).fixed_pos(at + vec2(14.0, 16.0)).constrain_to(within).show(context, |ui| {
             style::floating(theme).show(ui, |ui| {
@@ -101,10 +109,11 @@ impl Interface {
     }
 
     /// Shows the figures; those of the heat map first.
-    fn tooltip_figures(&self, ui: &mut Ui, present: Option<Presence>, traffic: Option<Option<[EdgeTraffic; 3]>>) {
+    fn tooltip_figures(&self, ui: &mut Ui, present: Option<Presence>, traffic: Option<Option<Periods>>) {
         let theme = self.settings.theme();
         let heat = self.settings.heat.then_some(self.settings.heat_of);
         let period = heat.map_or(Period::TenMinutes, |heat| heat.period);
+        let number = Period::ALL.iter().position(|known| *known == period).unwrap_or_default();
         Grid::new("edge under the pointer").num_columns(2).spacing([10.0, 2.0]).show(ui, |ui| {
             let mut row = |name: &str, value: String, is_first: bool| {
                 let value = RichText::new(value).monospace();
@@ -112,8 +121,7 @@ impl Interface {
                 ui.label(if is_first { value.strong().color(self.colours().accent) } else { value });
                 ui.end_row();
             };
-            if let Some(periods) = traffic.flatten() {
-                let number = Period::ALL.iter().position(|known| *known == period).unwrap_or_default();
+            if let Some((periods, _)) = traffic.flatten() {
                 let figures: Vec<Figure> = match heat {
                     Some(heat) => {
                         let others = Figure::ALL.into_iter().filter(|figure| *figure != heat.figure);
@@ -132,7 +140,7 @@ impl Interface {
             }
         });
         match traffic {
-            Some(Some(_)) => _ = ui.label(faint(ui, theme, period.title())),
+            Some(Some((_, secs))) => _ = ui.label(faint(ui, theme, period_text(period, secs[number]))),
             Some(None) => _ = ui.label(faint(ui, theme, "more with: regatta plugin traffic")),
             None => {}
         }

@@ -40,7 +40,7 @@ impl HeatLegend {
             text.insert_str(0, "≥ ");
         }
         ramp::show(ui, theme, &heat_ramp(theme), &numbers);
-        ui.label(faint(ui, theme, period_text(&facts)));
+        ui.label(faint(ui, theme, period_text(facts.heat.period, facts.secs)));
     }
 
     /// Says what the figure lacks.
@@ -57,15 +57,15 @@ impl HeatLegend {
 }
 
 /// Says which time the figures are about: the windows are longer than their names by a part that isn't over yet.
-fn period_text(facts: &HeatFacts) -> String {
-    let secs = facts.secs.round() as u32;
+pub(super) fn period_text(period: Period, secs: f32) -> String {
+    let secs = secs.round() as u32;
     let (minutes, rest) = (secs / 60, secs % 60);
     let length = match (minutes, rest) {
         (0..2, _) => format!("{secs} s"),
         (_, 0) => format!("{minutes} min"),
         _ => format!("{minutes} min {rest} s"),
     };
-    match facts.heat.period {
+    match period {
         Period::Minute | Period::TenMinutes => format!("last {length}"),
         Period::Run => format!("the run so far ({length})"),
     }

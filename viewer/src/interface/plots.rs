@@ -51,8 +51,9 @@ impl Interface {
         let ends = [samples[0].secs, samples[samples.len() - 1].secs];
         let figures = self.figures(samples);
         let hovered = self.hovered_secs;
-        // Of a recording, more is known than what was shown.
-        let shown = model.recording().and(model.frame).map(|frame| frame.sim_time().as_secs_f64());
+        // Of a recording, and of the past of a live run, more is known than what was shown.
+        let is_within = model.recording().is_some() || model.is_past();
+        let shown = model.clock_secs().filter(|_| is_within);
         let (mut now_hovered, mut clicked) = (None, None);
         ui.label(style::faint(ui, theme, known_text(model))).on_hover_text(known_hint(model));
         ui.columns(figures.len(), |columns| {

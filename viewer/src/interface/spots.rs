@@ -14,6 +14,8 @@ use crate::text::thousands;
 /// The radius of the mark in metres, and its least one in points.
 const MARK: (f32, f32) = (5.0, 14.0);
 
+/// A plugin that lives has published anew after so many seconds.
+const MUST_HAVE_COME: f64 = 10.0;
 /// Who has seen the first simulated seconds of a run has seen all of it.
 const FROM_START: f64 = 2.0;
 
@@ -135,14 +137,21 @@ fn details(spot: &Spot) -> String {
 /// Says which part of the run the hot spots and the figures over time are about.
 pub(super) fn known_text(model: &ViewModel<'_>) -> String {
     let Known { from_secs, until_secs, is_published } = model.jams.known;
-    let from = clock(from_secs);
+    let (from, until) = (clock(from_secs), clock(until_secs.round()));
+    let is_old = is_published && model.clock_secs().is_some_and(|now| now > until_secs + MUST_HAVE_COME * speed(model));
     match (model.recording().is_some(), is_published) {
-        (true, true) => format!("of the recording, {from} to {}", clock(until_secs)),
+        (true, true) => format!("of the recording, {from} to {until}"),
         (true, false) => format!("of what was replayed since {from}"),
+        (false, true) if is_old => format!("from {from} to {until}, when regatta plugin traffic ended"),
         (false, _) if from_secs < FROM_START => "since the start of the run".to_owned(),
         (false, true) => format!("since {from}, when regatta plugin traffic began"),
         (false, false) => format!("since {from}, when this window began to watch"),
     }
+}
+
+/// The measured speed, in simulated seconds per second; at least 1.
+fn speed(model: &ViewModel<'_>) -> f64 {
+    model.status.map_or(1.0, |status| f64::from(status.real_time_factor)).max(1.0)
 }
 
 /// Says how to know all of a run.

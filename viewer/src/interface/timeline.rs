@@ -261,24 +261,20 @@ impl Interface {
         actions.push(seek(time));
     }
 
-    /// Goes to a simulated time of the shown run: in a recording, or in what is kept of a live run.
+    /// Goes to a time of the shown clock: in a recording, or in what is kept of a live run.
     pub(super) fn go_to_time(&mut self, secs: f64, model: &ViewModel<'_>, actions: &mut Vec<Action>) {
-        let (Some(timeline), Some(frame)) = (model.timeline, model.frame) else { return };
+        let Some(timeline) = model.timeline else { return };
         let nanos = (secs.max(0.0) * 1e9) as u64;
-        let Some(live) = timeline.live else {
-            // The clock of a recording of several runs is ahead of the later ones.
-            let (now, shown) = (timeline.now.unwrap_or_default(), frame.header().sim_time_nanos);
-            self.ask_for(nanos.saturating_add(now).saturating_sub(shown).clamp(timeline.start, timeline.end), actions);
-            return;
-        };
-        if nanos >= timeline.start {
-            self.timeline.shows_past = true;
-            actions.push(Action::LookBack(Some(nanos)));
-        } else if !live.is_past {
-            self.notify(format!(
-                "of this run, only what is after {} is kept",
-                clock_text(timeline.start as f64 * 1e-9)
-            ));
+        match timeline.live {
+            None => self.ask_for(nanos.clamp(timeline.start, timeline.end), actions),
+            Some(_) if nanos >= timeline.start => {
+                self.timeline.shows_past = true;
+                actions.push(Action::LookBack(Some(nanos)));
+            }
+            Some(_) => {
+                let start = clock_text(timeline.start as f64 * 1e-9);
+                self.notify(format!("of this run, only what is after {start} is kept"));
+            }
         }
     }
 
@@ -347,9 +343,13 @@ impl Interface {
         let is_running = !model.is_paused();
         let was_running = std::mem::replace(&mut self.timeline.was_running, is_running);
         let (Some((from, to)), Some(now)) = (self.timeline.repeated, timeline.now) else { return };
+        // A part that is chosen while the clock stands is repeated when it runs.
+        if !(is_running || was_running) {
+            return;
+        }
         // Whoever goes elsewhere stays there.
         let was_inside = self.timeline.last.replace(now).is_some_and(|last| (from..to).contains(&last));
-        if now < to || !was_inside || !(is_running || was_running) {
+        if now < to || !was_inside {
             return;
         }
         self.ask_for(from, actions);

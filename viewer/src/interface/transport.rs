@@ -89,8 +89,7 @@ impl Interface {
     }
 
     fn clock(&self, ui: &mut Ui, model: &ViewModel<'_>, with_speed: bool) {
-        let time = model.frame.map(|frame| frame.sim_time().as_secs_f64());
-        let text = time.map_or("–".to_owned(), clock_text);
+        let text = model.clock_secs().map_or("–".to_owned(), clock_text);
         ui.add_sized([96.0, 24.0], egui::Label::new(RichText::new(text).monospace().size(17.0)).extend());
         if !with_speed {
             return;
@@ -156,7 +155,12 @@ impl Interface {
     /// Returns the action that multiplies the speed by a factor.
     pub(super) fn times_speed(&self, model: &ViewModel<'_>, factor: f32) -> Action {
         let reported = model.frame.map_or(1.0, |frame| frame.header().speed);
-        speed(if reported.is_finite() { (reported * factor).clamp(SPEEDS.0, SPEEDS.1) } else { SPEEDS.1 })
+        speed(match (reported.is_finite(), factor > 1.0) {
+            (false, true) => reported,
+            (true, true) if reported >= SPEEDS.1 => f32::INFINITY,
+            (true, _) => (reported * factor).clamp(SPEEDS.0, SPEEDS.1),
+            (false, false) => SPEEDS.1,
+        })
     }
 
     /// Returns the action that multiplies the number of robots by a factor; it changes by at least one.

@@ -267,6 +267,13 @@ impl ViewModel<'_> {
         self.timeline.filter(|timeline| timeline.live.is_none())
     }
 
+    /// The time of the shown frame in seconds: on the clock of the recording, if it is of one, else simulated.
+    pub fn clock_secs(&self) -> Option<f64> {
+        let recorded = self.recording().and_then(|recording| recording.now);
+        let nanos = recorded.or_else(|| Some(self.frame?.header().sim_time_nanos))?;
+        Some(nanos as f64 * 1e-9)
+    }
+
     /// Whether the past of a live run is shown.
     pub fn is_past(&self) -> bool {
         self.timeline.and_then(|timeline| timeline.live).is_some_and(|live| live.is_past)

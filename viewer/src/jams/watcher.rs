@@ -67,6 +67,8 @@ pub(super) struct Watcher {
     /// The heat map that was worked out last, and whether there is something newer.
     heat: Option<Heat>,
     is_heat_old: bool,
+    /// Whether somebody published the traffic at the last look.
+    had_traffic: bool,
     /// Whether there is a frame that the hot spots don't count yet.
     has_frame: bool,
     look_at: Instant,
@@ -85,6 +87,7 @@ impl Watcher {
             series: Series::default(),
             heat: None,
             is_heat_old: true,
+            had_traffic: false,
             has_frame: false,
             list_at: Instant::now(),
             look_at: Instant::now(),
@@ -105,6 +108,8 @@ impl Watcher {
         self.contacts.latest()?;
         self.is_heat_old |= self.worlds.latest()?.is_some();
         self.is_heat_old |= self.traffic.latest()?.is_some();
+        let has_traffic = self.traffic.has_publisher();
+        self.is_heat_old |= std::mem::replace(&mut self.had_traffic, has_traffic) != has_traffic;
         let is_due = start >= self.look_at;
         let is_other = std::mem::replace(&mut self.heat, watch.heat) != watch.heat;
         let draws_heat = is_other || is_due && self.is_heat_old;
@@ -164,9 +169,9 @@ impl Watcher {
         Ok(Some(found))
     }
 
-    /// What a plugin has found in a run.
+    /// What a plugin or a replay has found in a run: it is of more than this window has seen, even if the plugin has ended since.
     fn published(&self, run: u64) -> Option<History> {
-        let (header, samples) = self.published.samples().filter(|_| self.published.has_publisher())?;
+        let (header, samples) = self.published.samples()?;
         let (_, spots) = self.published.spots().filter(|(spots, _)| spots.run_id == run && header.run_id == run)?;
         let [from_secs, until_secs] = [header.began_nanos, header.sim_time_nanos].map(|nanos| nanos as f64 * 1e-9);
         let known = Known { from_secs, until_secs, is_published: true };
@@ -181,14 +186,16 @@ impl Watcher {
     }
 
     fn edge_facts(&self, edge: u32) -> Result<EdgeFacts, ReadError> {
-        let traffic = self.current_traffic()?.and_then(|traffic| {
+        let published = self.current_traffic()?;
+        let period_secs = published.map_or([0.0; TRAFFIC_PERIODS], |traffic| traffic.header.period_secs);
+        let traffic = published.and_then(|traffic| {
             let figures: Vec<_> =
                 traffic.periods.iter().filter_map(|edges| edges.get(edge as usize).copied()).collect();
             <[_; TRAFFIC_PERIODS]>::try_from(figures).ok()
         });
         let frame = self.frames.current()?;
         let present = frame.map(|frame| Presence::on_edge(&frame, edge)).unwrap_or_default();
-        Ok(EdgeFacts { edge, traffic, present })
+        Ok(EdgeFacts { edge, traffic, period_secs, present })
     }
 
     fn node_facts(&self, watch: &Watch) -> Result<Option<NodeFacts>, ReadError> {

@@ -64,6 +64,20 @@ fn a_robot_is_found_by_its_id_and_flown_to() {
 }
 
 #[test]
+fn beyond_the_highest_speed_there_is_no_limit() {
+    let mut fixture = Fixture::new(5);
+    fixture.header.speed = 100.0;
+    let mut harness = harness(fixture);
+    press(&mut harness, Key::CloseBracket);
+    harness.state_mut().header.speed = f32::INFINITY;
+    settle(&mut harness);
+    press(&mut harness, Key::CloseBracket);
+    press(&mut harness, Key::OpenBracket);
+    let speeds = [f32::INFINITY, f32::INFINITY, 100.0].map(|speed| (ControlKind::Speed, 0, speed));
+    assert_eq!(harness.state().requests(), speeds);
+}
+
+#[test]
 fn the_list_of_a_million_robots_shows_the_rows_in_sight() {
     let mut fixture = Fixture::new(1_000_000);
     fixture.interface.settings.left = Some(LeftPanel::Fleet);

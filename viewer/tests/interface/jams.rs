@@ -59,7 +59,7 @@ fn an_edge_tells_its_robots_and_its_traffic() {
     let mut harness = harness(Fixture::new(5));
     harness.state_mut().interface.select(Some(Item::Edge(0)));
     let present = Presence { robots: 3, waiting: 1, listed: vec![0, 2, 4] };
-    let mut facts = EdgeFacts { edge: 0, present, traffic: None };
+    let mut facts = EdgeFacts { present, ..EdgeFacts::default() };
     harness.state_mut().jams.edges = vec![facts.clone()];
     settle(&mut harness);
     harness.get_by_label("regatta plugin traffic --fleet test");
@@ -90,21 +90,22 @@ fn the_edge_under_the_pointer_tells_its_figures() {
     assert_eq!(harness.state().interface.watched_places(), (vec![0], None), "another thread counts its robots");
     let figures = EdgeTraffic { occupancy: 1.5, entered_per_hour: 321.0, waiting_secs: 56.5, ..EdgeTraffic::default() };
     let present = Presence { robots: 7, waiting: 4, listed: vec![0] };
-    let facts = EdgeFacts { edge: 0, present, traffic: None };
+    let facts = EdgeFacts { present, ..EdgeFacts::default() };
     harness.state_mut().jams.edges = vec![facts.clone()];
     settle(&mut harness);
     harness.get_by_label("more with: regatta plugin traffic");
     harness.get_by_label("7");
-    harness.state_mut().jams.edges = vec![EdgeFacts { traffic: Some([figures; 3]), ..facts }];
+    harness.state_mut().jams.edges =
+        vec![EdgeFacts { traffic: Some([figures; 3]), period_secs: [65.0, 648.0, 3000.0], ..facts }];
     settle(&mut harness);
-    for label in ["321", "56.5", "7", "4", "last ten minutes"] {
+    for label in ["321", "56.5", "7", "4", "last 10\u{a0}min 48\u{a0}s"] {
         harness.get_by_label(label);
     }
     assert!(harness.query_by_label("robots on the edge").is_none(), "not without the heat map");
     let settings = &mut harness.state_mut().interface.settings;
     (settings.heat, settings.heat_of) = (true, "occupancy:run".parse().expect("a heat map"));
     settle(&mut harness);
-    for label in ["1.5", "321", "contact, s", "the run so far"] {
+    for label in ["1.5", "321", "contact, s", "the run so far (50\u{a0}min)"] {
         harness.get_by_label(label);
     }
     harness.state_mut().closed = vec![0];
@@ -122,7 +123,7 @@ fn in_the_past_only_the_robots_of_an_edge_are_told() {
     (fixture.is_past, fixture.interface.settings.edges) = (true, true);
     let mut harness = harness(fixture);
     let present = Presence { robots: 7, waiting: 4, listed: vec![0] };
-    harness.state_mut().jams.edges = vec![EdgeFacts { edge: 0, present, traffic: None }];
+    harness.state_mut().jams.edges = vec![EdgeFacts { present, ..EdgeFacts::default() }];
     let edge = on_screen(&harness, Vec2::new(0.5, 1.0));
     harness.hover_at(edge);
     settle(&mut harness);
@@ -249,15 +250,16 @@ fn plots_show_the_figures_at_the_time_under_the_pointer_and_a_click_looks_back()
 
 #[test]
 fn plots_of_a_recording_tell_what_is_shown_and_a_click_goes_there() {
-    // The shown frame is at 83.456 s of its run, and at 3 s of the recording.
-    let mut fixture = replay(3.0);
-    fixture.jams.series = (80..=90).map(sample).collect();
-    fixture.jams.known = Known { from_secs: 80.0, until_secs: 90.0, is_published: true };
+    // The shown frame is at 83.456 s of its run, and at 3.2 s of the recording.
+    let mut fixture = replay(3.2);
+    fixture.jams.series = (0..=10).map(sample).collect();
+    fixture.jams.known = Known { from_secs: 0.0, until_secs: 9.98, is_published: true };
     let mut harness = harness(fixture);
     press(&mut harness, Key::Num8);
-    harness.get_by_label("of the recording, 1:20\u{a0}to 1:30");
-    harness.get_by_label("waiting 83");
-    assert_eq!(harness.query_all_by_label("at 1:23").count(), 5, "the figures at the shown time");
+    harness.get_by_label("of the recording, 0:00\u{a0}to 0:10");
+    harness.get_by_label("00:03.20");
+    harness.get_by_label("waiting 3");
+    assert_eq!(harness.query_all_by_label("at 0:03").count(), 5, "the figures at the shown time");
     click_into_a_plot(&mut harness);
     let seeks: Vec<_> =
         harness.state().requests().into_iter().filter(|(kind, ..)| *kind == ControlKind::Seek).collect();

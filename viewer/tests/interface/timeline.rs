@@ -82,6 +82,25 @@ fn a_part_is_repeated_until_it_is_ended() {
 }
 
 #[test]
+fn a_part_that_is_chosen_while_the_clock_stands_is_repeated_when_it_runs() {
+    let mut fixture = replay(3.0);
+    let clock = |fixture: &mut Fixture, engine, clock: ClockState| {
+        (fixture.engine, fixture.header.clock) = (engine, clock as u32);
+    };
+    clock(&mut fixture, EngineState::Paused, ClockState::Paused);
+    let mut harness = harness(fixture);
+    press(&mut harness, Key::Y);
+    harness.state_mut().recording.as_mut().expect("a recording").1 = 5.0;
+    settle(&mut harness);
+    press(&mut harness, Key::Y);
+    settle(&mut harness);
+    assert!(harness.state().requests().is_empty(), "the clock stands");
+    clock(harness.state_mut(), EngineState::Running, ClockState::Running);
+    settle(&mut harness);
+    assert_eq!(harness.state().requests(), [(ControlKind::Seek, 3_000_000_000, 0.0)]);
+}
+
+#[test]
 fn at_its_end_a_recording_is_played_again_and_a_fleet_that_has_ended_is_greyed() {
     let mut fixture = replay(10.0);
     (fixture.engine, fixture.header.clock) = (EngineState::Paused, ClockState::Paused as u32);

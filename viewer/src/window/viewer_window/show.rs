@@ -21,7 +21,7 @@ const MAX_SILENCE: Duration = Duration::from_millis(1500);
 
 /// Returns the name of the file for a plan. Characters of the level's name that aren't letters or digits may not be allowed in it.
 fn svg_path(stage: &Stage, fleet: &FleetName) -> String {
-    let seconds = stage.frame().map_or(0.0, |frame| frame.sim_time().as_secs_f64());
+    let seconds = stage.frame().map_or(0.0, |frame| stage.feed.clock_secs(&frame));
     let level = stage.scene.level.iter().map(|level| format!("-{level}")).collect::<String>();
     let level = level.replace(|letter: char| !letter.is_alphanumeric(), "-");
     format!("regatta-{fleet}{level}-{seconds:.2}s.svg")
