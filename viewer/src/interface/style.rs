@@ -1,7 +1,11 @@
 //! The style of the interface: two themes that match those of the picture.
 
+use std::sync::Arc;
+
+use egui::text::{LayoutJob, TextWrapping};
 use egui::{
-    Color32, Context, CornerRadius, FontId, Frame, Margin, RichText, Sense, Stroke, TextStyle, Ui, Visuals, vec2,
+    Color32, Context, CornerRadius, FontId, Frame, Galley, Margin, RichText, Sense, Stroke, TextStyle, Ui, Visuals,
+    vec2,
 };
 
 use crate::palette::{Rgb, Theme};
@@ -185,4 +189,11 @@ pub fn status_dot(ui: &mut Ui, colour: Color32, text: RichText) -> egui::Respons
         ui.add(egui::Label::new(text).truncate())
     })
     .inner
+}
+
+/// Lays out a text in a line of some width, with an ellipsis if it is longer.
+pub fn one_line(ui: &Ui, text: &str, width: f32, font: FontId, colour: Color32) -> Arc<Galley> {
+    let mut job = LayoutJob::simple_singleline(text.to_owned(), font, colour);
+    job.wrap = TextWrapping::truncate_at_width(width.max(0.0));
+    ui.painter().layout_job(job)
 }

@@ -98,3 +98,22 @@ fn an_alarm_leaves_the_buttons_beside_its_tab_where_they_are() {
     harness.get_by_label("Log 1");
     assert_eq!(harness.get_by_label("Plots").rect(), before);
 }
+
+#[test]
+fn alarms_that_hold_come_first_and_are_not_displaced_by_those_that_are_over() {
+    let mut fixture = Fixture::new(50);
+    let log = fixture.interface.log();
+    let take = |log: &mut FleetLog, news| log.take(LogReport { news, ..LogReport::default() });
+    let begins = |time, robot| (entry(time, Kind::Fault, robot, "broken"), AlarmChange::Begins(AlarmKey::Robot(robot)));
+    let ends = |robot| (entry(5_000, Kind::Fault, robot, "repaired"), AlarmChange::Ends(AlarmKey::Robot(robot)));
+    let last = MAX_ALARMS as u32 - 1;
+    take(log, (0..=last).map(|robot| begins(robot.into(), robot)).collect());
+    take(log, (1..=last).map(ends).collect());
+    log.acknowledge(Some(AlarmKey::Robot(0)));
+    let keys = |log: &FleetLog| log.alarms().iter().map(|(key, _)| *key).collect::<Vec<_>>();
+    assert_eq!(keys(log)[..3], [0, last, last - 1].map(AlarmKey::Robot), "also an acknowledged one that holds");
+    take(log, vec![begins(6_000, 7_000)]);
+    assert_eq!(keys(log)[..3], [7_000, 0, last].map(AlarmKey::Robot));
+    assert_eq!(keys(log).last(), Some(&AlarmKey::Robot(2)), "the oldest one that was over has made room");
+    assert_eq!((keys(log).len(), log.losses()), (MAX_ALARMS, [0, 1]));
+}

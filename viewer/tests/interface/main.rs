@@ -36,7 +36,7 @@ use regatta_viewer::jams::heat::{Heat, HeatFacts};
 use regatta_viewer::jams::presence::Presence;
 use regatta_viewer::jams::spots::{Spot, Trend};
 use regatta_viewer::jams::{EdgeFacts, JamFacts, Known};
-use regatta_viewer::log::{AlarmChange, AlarmKey, Entry, Kind, LogReport, Place, Severity};
+use regatta_viewer::log::{AlarmChange, AlarmKey, Entry, FleetLog, Kind, LogReport, MAX_ALARMS, Place, Severity};
 use regatta_viewer::orders::UserOrder;
 use regatta_viewer::palette::{Colouring, Legend, Theme};
 use regatta_viewer::plans::{Coverage, PlanFacts};

@@ -1,13 +1,19 @@
 //! Bars, panels, menus and the help.
 
-use egui::Key;
-use egui_kittest::kittest::Queryable;
+use egui::accesskit::Role;
+use egui::{Key, Shape};
+use egui_kittest::Harness;
+use egui_kittest::kittest::{NodeT, Queryable};
+use regatta_plugin::contact::{ContactHeader, ContactRecord};
+use regatta_plugin::frame::ColumnsMut;
 use regatta_viewer::interface::settings::{LeftPanel, RightPanel};
+use regatta_viewer::interface::style::{color32, colours};
 use regatta_viewer::interface::view_model::Item;
+use regatta_viewer::palette::{Colouring, Scale, Theme};
 
-use crate::checks::{check, check_panels, check_placed, check_texts};
-use crate::fixture::{harness, harness_of, window_in_points, windows};
-use crate::states::log;
+use crate::checks::{check, check_panels, check_placed, check_texts, texts};
+use crate::fixture::{Fixture, PANELS, USUAL, harness, harness_of, window_in_points, windows};
+use crate::states::{log, log_of, plots, recording};
 
 #[test]
 fn the_bars_fit_into_windows_of_all_sizes() {
@@ -57,6 +63,22 @@ fn the_menu_and_the_log_fit_into_windows_of_all_sizes() {
         log.get_by_label("40 alarms");
         log.get_by_label("text of entries");
         check_panels(&log, size, &format!("log, {size:?} at {scale}"));
+    }
+}
+
+#[test]
+fn alarms_that_do_not_fit_have_a_scroll_bar() {
+    for (size, scale) in windows() {
+        let handles = |alarms: u32| {
+            let harness = harness_of(size, scale, |fixture| log_of(fixture, alarms));
+            let (colour, panel) = (colours(Theme::Dark).text, harness.state().panel("left").expect("it is open"));
+            let is_handle = |shape: &Shape| match shape {
+                Shape::Rect(bar) => bar.fill == colour && bar.rect.width() < 8.0 && panel.contains(bar.rect.center()),
+                _ => false,
+            };
+            harness.output().shapes.iter().filter(|clipped| is_handle(&clipped.shape)).count()
+        };
+        assert_eq!([handles(1), handles(40)], [0, 1], "{size:?} at {scale}");
     }
 }
 
