@@ -139,26 +139,31 @@ impl Interface {
 
     /// Advances flights and following, and fits everything into the picture until the user moves the camera.
     fn move_camera(&mut self, ui: &Ui, area: PictureArea, model: &ViewModel<'_>) {
-        let PictureArea { picture, visible, .. } = area;
+        self.window = self.free_part(area).unwrap_or(self.window);
         let seconds = ui.input(|input| input.stable_dt).min(0.1);
         let robot = self.camera_controller.flies_to();
-        if let Some(pose) = robot.and_then(|robot| model.pose(robot, self.settings.offset.into())) {
-            self.camera_controller.retarget(pose.place);
-        }
+        let pose = robot.and_then(|robot| model.pose(robot, self.settings.offset.into()));
+        self.camera_controller.aim(pose.map(|pose| pose.place), self.window);
         self.camera_controller.advance(seconds.into(), model.followed);
-        if picture.is_positive() && visible.is_positive() {
-            let part = |at: egui::Pos2| glam::Vec2::new(at.x - picture.left(), at.y - picture.top());
-            let size = glam::Vec2::new(picture.width(), picture.height());
-            // Nothing of the fleet is to lie under the legend. Levels side by side lie beside it.
-            let beside = overlay::beside_legend(glam::Vec2::new(visible.width(), visible.height())).low.x;
-            let legend = if self.parts().is_empty() { beside * visible.width() } else { 0.0 };
-            let (low, high) = (part(visible.min + egui::vec2(legend, 0.0)) / size, part(visible.max) / size);
-            self.window = Window { aspect: picture.aspect_ratio(), low, high };
-            self.camera_controller.keep_fitted(model.bounds, self.window);
-        }
+        self.camera_controller.keep_fitted(model.bounds, self.window);
         if self.camera_controller.is_flying() {
             ui.ctx().request_repaint();
         }
+    }
+
+    /// The part of the picture that is under no panel; `None` if there is nothing of either.
+    fn free_part(&self, area: PictureArea) -> Option<Window> {
+        let PictureArea { picture, visible, .. } = area;
+        if !picture.is_positive() || !visible.is_positive() {
+            return None;
+        }
+        let part = |at: egui::Pos2| glam::Vec2::new(at.x - picture.left(), at.y - picture.top());
+        let size = glam::Vec2::new(picture.width(), picture.height());
+        // Nothing of the fleet is to lie under the legend. Levels side by side lie beside it.
+        let beside = overlay::beside_legend(glam::Vec2::new(visible.width(), visible.height())).low.x;
+        let legend = if self.parts().is_empty() { beside * visible.width() } else { 0.0 };
+        let (low, high) = (part(visible.min + egui::vec2(legend, 0.0)) / size, part(visible.max) / size);
+        Some(Window { aspect: picture.aspect_ratio(), low, high })
     }
 
     fn record_history(&mut self, model: &ViewModel<'_>) {
