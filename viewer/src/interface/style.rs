@@ -8,6 +8,8 @@ use egui::{
     vec2,
 };
 
+use regatta_plugin::frame::RobotState;
+
 use crate::palette::{Rgb, Theme};
 use crate::text::NO_BREAK_SPACE;
 
@@ -46,6 +48,11 @@ const fn hex(rgb: u32) -> Color32 {
 /// Converts a colour of the picture.
 pub fn color32(colour: Rgb) -> Color32 {
     hex(colour.0)
+}
+
+/// Returns the colour of a robot's state: that of the picture.
+pub fn state_colour(state: RobotState, theme: Theme) -> Color32 {
+    color32(theme.state_colour(state))
 }
 
 /// Returns the colours of a theme.
