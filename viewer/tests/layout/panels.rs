@@ -94,6 +94,98 @@ fn lists_fit_into_windows_of_all_sizes() {
     }
 }
 
+/// Long values, and all states.
+fn long_list(fixture: &mut Fixture) {
+    let columns = ColumnsMut::split(&mut fixture.lines, 20);
+    (columns.x[3], columns.y[3], columns.theta[3], columns.speed[3]) = (-1234.56, -1234.56, -3.14159, 12.345);
+    (0..8).for_each(|state| columns.state[state] = state as u8);
+    fixture.world.edges[0].id = 123_456;
+    fixture.pairs = vec![ContactRecord { robots: [2, 3], level: 2, ..ContactRecord::default() }];
+    fixture.contacts = Some(ContactHeader { touching: 1, ..ContactHeader::default() });
+    fixture.interface.settings.left = Some(LeftPanel::Fleet);
+}
+
+#[test]
+fn the_list_of_robots_tells_what_they_do_and_its_columns_have_gaps() {
+    for (size, scale) in windows() {
+        let harness = harness_of(size, scale, long_list);
+        let panel = harness.state().panel("left").expect("it is open");
+        let all = texts(&harness);
+        let mut row: Vec<_> =
+            all.iter().filter(|(_, place, _)| place.width() >= 1.0 && panel.contains(place.center())).collect();
+        row.sort_by(|(_, a, _), (_, b, _)| {
+            (a.center().y.round(), a.left()).partial_cmp(&(b.center().y.round(), b.left())).expect("numbers")
+        });
+        for pair in row.windows(2) {
+            let [(one, a, _), (other, b, _)] = [pair[0], pair[1]];
+            let gap = b.left() - a.right();
+            let is_one_row = (a.center().y - b.center().y).abs() < 3.0;
+            assert!(
+                !is_one_row || gap > 3.0,
+                "{size:?} at {scale}: '{}' {gap} '{}'",
+                one.galley.text(),
+                other.galley.text()
+            );
+        }
+        let shown: Vec<_> =
+            row.iter().filter(|(text, ..)| !text.galley.elided).map(|(text, ..)| text.galley.text()).collect();
+        for text in ["state", "speed", "edge", "contact", "driving", "12.3", "123456", "touching"] {
+            assert!(shown.contains(&text), "{size:?} at {scale}: {text} in {shown:?}");
+        }
+    }
+}
+
+#[test]
+fn the_arrow_of_the_order_touches_no_heading() {
+    for (size, scale) in windows() {
+        let mut harness = harness_of(size, scale, long_list);
+        for name in ["id", "state", "speed", "edge"] {
+            harness.get_by_label(&format!("sort by {name}")).click();
+            harness.run_steps(3);
+            let headings: Vec<_> = texts(&harness).iter().map(|(_, place, _)| *place).collect();
+            let header = harness.get_by_label("sort by state").rect();
+            let header = header.with_min_x(0.0).with_max_x(harness.state().panel("left").expect("it is open").right());
+            let arrows = harness.output().shapes.iter().filter_map(|clipped| match &clipped.shape {
+                Shape::Path(path) if header.contains(path.visual_bounding_rect().center()) => {
+                    Some(path.visual_bounding_rect())
+                }
+                _ => None,
+            });
+            let arrows: Vec<_> = arrows.collect();
+            assert_eq!(arrows.len(), 1, "{size:?} at {scale}: sorted by {name}");
+            let touched = headings.iter().find(|place| place.shrink2(egui::vec2(0.0, 3.0)).intersects(arrows[0]));
+            assert_eq!(touched, None, "{size:?} at {scale}: sorted by {name}, {arrows:?}");
+        }
+    }
+}
+
+#[test]
+fn states_have_one_colour_in_lists_and_in_the_picture() {
+    for theme in [Theme::Dark, Theme::Light] {
+        let harness = harness_of(USUAL, 1.0, |fixture| {
+            long_list(fixture);
+            fixture.interface.settings.light = theme == Theme::Light;
+            fixture.interface.select(Some(Item::Robot(3)));
+        });
+        let dots: Vec<_> = harness
+            .output()
+            .shapes
+            .iter()
+            .filter_map(|clipped| match &clipped.shape {
+                Shape::Circle(circle) => Some(circle.fill),
+                _ => None,
+            })
+            .collect();
+        let Scale::Categories(states) = Colouring::State.legend(theme, &[], None).scale else { panic!("states") };
+        for (name, colour) in &states {
+            assert!(dots.contains(&color32(*colour)), "{name}: {dots:?}");
+        }
+        // In the list and in the panel of the selection.
+        let held = dots.iter().filter(|dot| **dot == color32(states[3].1)).count();
+        assert_eq!(held, 2, "{dots:?}");
+    }
+}
+
 #[test]
 fn the_help_fits_into_windows_of_all_sizes() {
     for (size, scale) in windows() {
