@@ -117,6 +117,7 @@ impl Interface {
             let field = ui.add(field.desired_width(f32::INFINITY).id_salt("find"));
             if std::mem::take(&mut self.fleet_list.request_focus) {
                 field.request_focus();
+                select_all(ui, field.id, &self.fleet_list.query.filter);
             }
             let extend = field.has_focus() && ui.input_mut(|input| input.consume_key(Modifiers::COMMAND, Key::Enter));
             if extend || field.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter)) {
@@ -134,6 +135,14 @@ impl Interface {
             }
         });
     }
+}
+
+/// Selects the text of a field, so that the next letter replaces it.
+fn select_all(ui: &Ui, field: Id, text: &str) {
+    let mut state = TextEditState::load(ui.ctx(), field).unwrap_or_default();
+    let end = CCursor::new(text.chars().count());
+    state.cursor.set_char_range(Some(CCursorRange::two(CCursor::default(), end)));
+    state.store(ui.ctx(), field);
 }
 
 fn header(ui: &mut Ui, query: &mut RowQuery, colours: &ThemeColours, columns: &[Column]) {

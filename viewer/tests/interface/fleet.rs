@@ -63,6 +63,19 @@ fn a_robot_is_found_by_its_id_and_flown_to() {
 }
 
 #[test]
+fn a_second_search_replaces_the_first() {
+    let mut harness = harness(Fixture::new(500));
+    for robot in [71, 2] {
+        harness.key_press_modifiers(Modifiers::COMMAND, Key::F);
+        settle(&mut harness);
+        harness.event(egui::Event::Text(robot.to_string()));
+        settle(&mut harness);
+        press(&mut harness, Key::Enter);
+        assert_eq!(harness.state().interface.selected, Some(Item::Robot(robot)));
+    }
+}
+
+#[test]
 fn the_list_of_a_million_robots_shows_the_rows_in_sight() {
     let mut fixture = Fixture::new(1_000_000);
     fixture.interface.settings.left = Some(LeftPanel::Fleet);
