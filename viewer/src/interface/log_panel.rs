@@ -139,8 +139,10 @@ impl Interface {
                     }
                 });
             shown.response.widget_info(|| WidgetInfo::labeled(Role::ComboBox, true, "kind of entries"));
-            let text = TextEdit::singleline(&mut filter.text).hint_text("text, or #7 for robot 7").desired_width(130.0);
-            ui.add(text).widget_info(|| WidgetInfo::labeled(Role::TextInput, true, "text of entries"));
+            let text = TextEdit::singleline(&mut filter.text).hint_text("text, or #7").desired_width(f32::INFINITY);
+            ui.add(text)
+                .on_hover_text("Entries with this text; #7 for those of robot 7")
+                .widget_info(|| WidgetInfo::labeled(Role::TextInput, true, "text of entries"));
         });
     }
 
