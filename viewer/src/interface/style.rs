@@ -16,6 +16,9 @@ use crate::text::NO_BREAK_SPACE;
 /// The height of one row of a list, in points.
 pub const ROW: f32 = 20.0;
 
+/// The space between the contents of a panel and its upper and lower end, in points.
+pub const PANEL_MARGIN: f32 = 8.0;
+
 /// The colours of a theme.
 #[derive(Clone, Copy, Debug)]
 pub struct ThemeColours {
@@ -142,7 +145,7 @@ fn visuals(theme: Theme, colours: &ThemeColours) -> Visuals {
 
 /// Returns the frame of a panel.
 pub fn panel(theme: Theme) -> Frame {
-    Frame::new().fill(colours(theme).panel).inner_margin(Margin::symmetric(12, 8))
+    Frame::new().fill(colours(theme).panel).inner_margin(Margin::symmetric(12, PANEL_MARGIN as i8))
 }
 
 /// Returns the frame of an element that floats over the picture.

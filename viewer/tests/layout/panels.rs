@@ -200,3 +200,75 @@ fn the_help_fits_into_windows_of_all_sizes() {
         assert!(last.right() <= area.right() && last.left() >= area.left(), "{size:?} at {scale}: {last:?} {area:?}");
     }
 }
+
+/// Checks that no bar or panel lies over another one, nor the line at the side of one.
+fn check_apart(harness: &Harness<'_, Fixture>, size: [f32; 2], scale: f32, what: &str) {
+    let open: Vec<_> = PANELS.iter().filter_map(|name| Some((*name, harness.state().panel(name)?))).collect();
+    for (i, (name, place)) in open.iter().enumerate() {
+        assert!(window_in_points(size, scale).expand(0.6).contains_rect(*place), "{what}: {name} {place}");
+        for (other, at) in &open[..i] {
+            let common = place.intersect(*at);
+            assert!(common.width() < 1.1 || common.height() < 1.1, "{what}: {name} {place} over {other} {at}");
+        }
+    }
+}
+
+#[test]
+fn panels_and_bars_lie_beside_each_other_in_low_windows() {
+    for (size, scale) in windows() {
+        for (kind, prepare) in [("live", plots as fn(&mut Fixture)), ("recording", recording)] {
+            for left in [LeftPanel::Log, LeftPanel::Fleet] {
+                let mut harness = harness_of(size, scale, |fixture| {
+                    log(fixture);
+                    prepare(fixture);
+                    (fixture.interface.settings.left, fixture.interface.settings.plots) = (Some(left), true);
+                });
+                check_apart(&harness, size, scale, &format!("{left:?}, {kind}, {size:?} at {scale}"));
+                for key in [Key::Num9, Key::Num8, Key::Num4, Key::Num8, Key::Num9] {
+                    harness.key_press(key);
+                    harness.run_steps(4);
+                    let what = format!("{left:?}, {kind}, {size:?} at {scale}, after {key:?}");
+                    check_apart(&harness, size, scale, &what);
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn sliders_have_rails_or_are_numbers() {
+    for (size, scale) in windows() {
+        for (kind, prepare) in [("live", plots as fn(&mut Fixture)), ("recording", recording)] {
+            let harness = harness_of(size, scale, prepare);
+            let bar = harness.state().panel("bottom").expect("it is shown");
+            let sliders =
+                harness.root().children_recursive().filter(|node| node.accesskit_node().role() == Role::Slider);
+            let rails: Vec<_> = sliders.map(|node| node.rect()).filter(|rect| bar.contains(rect.center())).collect();
+            assert!(rails.iter().all(|rail| rail.width() >= 40.0), "{kind}, {size:?} at {scale}: {rails:?}");
+            assert!(kind == "live" || !rails.is_empty(), "{kind}, {size:?} at {scale}: there is room");
+        }
+    }
+}
+
+#[test]
+fn lists_of_choices_and_hints_are_whole() {
+    for scale in [1.0, 1.5] {
+        for (left, list, last) in
+            [(LeftPanel::Fleet, "filter: state", "broken"), (LeftPanel::Log, "kind of entries", "notes")]
+        {
+            let mut harness = harness(USUAL, scale, |interface| interface.settings.left = Some(left));
+            harness.get_by_label(list).click();
+            harness.run_steps(6);
+            let all = texts(&harness);
+            let found = all.iter().find(|(text, ..)| text.galley.text() == last);
+            let (_, place, clip) = found.unwrap_or_else(|| panic!("{list} at {scale}: {last}"));
+            assert!(clip.contains_rect(place.shrink(1.0)), "{list} at {scale}: {last} {place} is cut by {clip}");
+        }
+    }
+    for (size, scale) in windows() {
+        let harness = harness_of(size, scale, log);
+        let all = texts(&harness);
+        let hint = all.iter().find(|(text, ..)| text.galley.text().starts_with("text, or #7")).expect("a hint");
+        assert!(!hint.0.galley.elided && hint.2.contains_rect(hint.1), "{size:?} at {scale}");
+    }
+}
