@@ -13,7 +13,8 @@ use super::transport::clock_text;
 use super::view_model::{Action, Item, ViewModel};
 use super::virtual_list::{VirtualList, clickable};
 use crate::curves::midpoint;
-use crate::log::{Alarm, AlarmKey, Entry, FleetLog, Kind, LogFilter, Place, Severity, of_mark};
+use crate::log::{Alarm, AlarmChange, AlarmKey, Entry, FleetLog, Kind, LogFilter, LogReport, Place, Severity, of_mark};
+use crate::orders::UserOrder;
 use crate::text::{thousands, with_plural};
 
 /// The part of the panel's height that alarms take at most.
@@ -46,6 +47,18 @@ impl Interface {
     /// The log of the fleet.
     pub fn log(&mut self) -> &mut FleetLog {
         &mut self.log_panel.log
+    }
+
+    /// Shows why an order or a request of the user came to nothing, and keeps it in the log.
+    pub fn tell_refusal(&mut self, order: UserOrder, text: String, time_nanos: u64) {
+        let (robot, place) = match order {
+            UserOrder::Close(edge) | UserOrder::Open(edge) => (None, Place::Edge(edge)),
+            _ => (order.robot(), Place::None),
+        };
+        let entry =
+            Entry { time_nanos, kind: Kind::Order, severity: Severity::Warning, robot, place, text: text.clone() };
+        self.log_panel.log.take(LogReport { news: vec![(entry, AlarmChange::None)], ..LogReport::default() });
+        self.notify(text);
     }
 
     pub(super) fn log_list(&mut self, ui: &mut Ui, model: &ViewModel<'_>, actions: &mut Vec<Action>) {
