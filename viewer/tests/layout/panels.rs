@@ -97,7 +97,8 @@ fn lists_fit_into_windows_of_all_sizes() {
 /// Long values, and all states.
 fn long_list(fixture: &mut Fixture) {
     let columns = ColumnsMut::split(&mut fixture.lines, 20);
-    (columns.x[3], columns.y[3], columns.theta[3], columns.speed[3]) = (-1234.56, -1234.56, -3.14159, 12.345);
+    (columns.x[3], columns.y[3], columns.theta[3], columns.speed[3]) =
+        (-1234.56, -1234.56, -core::f32::consts::PI, 12.345);
     (0..8).for_each(|state| columns.state[state] = state as u8);
     fixture.world.edges[0].id = 123_456;
     fixture.pairs = vec![ContactRecord { robots: [2, 3], level: 2, ..ContactRecord::default() }];
