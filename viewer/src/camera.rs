@@ -134,6 +134,23 @@ impl Camera {
         if is_whole { camera.at_least_distance(&corners, window).clamped() } else { camera.clamped() }
     }
 
+    /// Moves the camera, without a turn and along the ground, so that a point is in the middle of a part of the picture.
+    #[must_use]
+    pub fn aimed_at(self, point: Vec3, window: Window) -> Self {
+        let aside = ((window.low + window.high) / 2.0 - 0.5) * Vec2::new(window.aspect, 1.0);
+        let camera = Self { target: point, ..self };
+        let size = Vec2::new(window.aspect, 1.0);
+        let (eye, ray) = (camera.eye(), camera.ray(size / 2.0 + aside, size));
+        let ahead = (point.z - eye.z) / ray.z;
+        // Near the horizon, a part of the picture is kilometres.
+        let shift = if ray.z < 0.0 && ahead < 4.0 * self.distance {
+            eye + ray * ahead - point
+        } else {
+            camera.right() * (aside.x / camera.pixels_per_radian(1.0) * self.distance)
+        };
+        Self { target: (point - shift).with_z(point.z), ..self }
+    }
+
     /// Sets the least distance at which all of the points are in the picture, or are no farther apart than a part of it is
     /// wide and high.
     fn at_least_distance(mut self, points: &[Vec2], window: Window) -> Self {

@@ -53,7 +53,7 @@ pub mod view_model;
 mod virtual_list;
 mod work;
 
-use egui::{CentralPanel, Panel, Rect, ScrollArea, Ui};
+use egui::{CentralPanel, Panel, Rect, ScrollArea, Ui, UiBuilder};
 
 use crate::camera::Window;
 use levels::PictureArea;
@@ -66,6 +66,11 @@ const TWO_PANELS: f32 = 900.0;
 
 /// The least width of a window in which the panel on the left opens wide, in points.
 const ALL_COLUMNS: f32 = 1200.0;
+
+/// The least heights of a panel on a side, of the plots, and of the picture over them, in points.
+const LOWEST_PANEL: f32 = 180.0;
+const LOWEST_PLOTS: f32 = 110.0;
+const LOWEST_PICTURE: f32 = 20.0;
 
 impl Interface {
     /// Shows everything and handles keyboard and mouse. Returns where the picture of the fleet is, in points, and the
@@ -95,6 +100,7 @@ impl Interface {
                 .frame(frame)
                 .show(ui, |ui| self.timeline(ui, model, &mut actions));
         }
+        self.leave_room(ui.available_height());
         self.plot_panel(ui, model, &mut actions);
         self.panels(ui, model, &mut actions);
         let shown = CentralPanel::no_frame().show(ui, |ui| {
@@ -111,6 +117,18 @@ impl Interface {
             ui.ctx().request_repaint();
         }
         (area.picture, self.timely(level.as_deref(), actions))
+    }
+
+    /// In a low window, plots that open close the panels beside them, and the other way round.
+    fn leave_room(&mut self, height: f32) {
+        let open = &mut self.settings;
+        if height < LOWEST_PANEL + LOWEST_PLOTS && open.plots && (open.left.is_some() || open.right.is_some()) {
+            match self.plots_before {
+                true => open.plots = false,
+                false => (open.left, open.right) = (None, None),
+            }
+        }
+        self.plots_before = self.settings.plots;
     }
 
     /// Shows the open panels. In a narrow window, a panel that opens closes the one on the other side.
@@ -139,26 +157,31 @@ impl Interface {
 
     /// Advances flights and following, and fits everything into the picture until the user moves the camera.
     fn move_camera(&mut self, ui: &Ui, area: PictureArea, model: &ViewModel<'_>) {
-        let PictureArea { picture, visible, .. } = area;
+        self.window = self.free_part(area).unwrap_or(self.window);
         let seconds = ui.input(|input| input.stable_dt).min(0.1);
         let robot = self.camera_controller.flies_to();
-        if let Some(pose) = robot.and_then(|robot| model.pose(robot, self.settings.offset.into())) {
-            self.camera_controller.retarget(pose.place);
-        }
+        let pose = robot.and_then(|robot| model.pose(robot, self.settings.offset.into()));
+        self.camera_controller.aim(pose.map(|pose| pose.place), self.window);
         self.camera_controller.advance(seconds.into(), model.followed);
-        if picture.is_positive() && visible.is_positive() {
-            let part = |at: egui::Pos2| glam::Vec2::new(at.x - picture.left(), at.y - picture.top());
-            let size = glam::Vec2::new(picture.width(), picture.height());
-            // Nothing of the fleet is to lie under the legend. Levels side by side lie beside it.
-            let beside = overlay::beside_legend(glam::Vec2::new(visible.width(), visible.height())).low.x;
-            let legend = if self.parts().is_empty() { beside * visible.width() } else { 0.0 };
-            let (low, high) = (part(visible.min + egui::vec2(legend, 0.0)) / size, part(visible.max) / size);
-            self.window = Window { aspect: picture.aspect_ratio(), low, high };
-            self.camera_controller.keep_fitted(model.bounds, self.window);
-        }
+        self.camera_controller.keep_fitted(model.bounds, self.window);
         if self.camera_controller.is_flying() {
             ui.ctx().request_repaint();
         }
+    }
+
+    /// The part of the picture that is under no panel; `None` if there is nothing of either.
+    fn free_part(&self, area: PictureArea) -> Option<Window> {
+        let PictureArea { picture, visible, .. } = area;
+        if !picture.is_positive() || !visible.is_positive() {
+            return None;
+        }
+        let part = |at: egui::Pos2| glam::Vec2::new(at.x - picture.left(), at.y - picture.top());
+        let size = glam::Vec2::new(picture.width(), picture.height());
+        // Nothing of the fleet is to lie under the legend. Levels side by side lie beside it.
+        let beside = overlay::beside_legend(glam::Vec2::new(visible.width(), visible.height())).low.x;
+        let legend = if self.parts().is_empty() { beside * visible.width() } else { 0.0 };
+        let (low, high) = (part(visible.min + egui::vec2(legend, 0.0)) / size, part(visible.max) / size);
+        Some(Window { aspect: picture.aspect_ratio(), low, high })
     }
 
     fn record_history(&mut self, model: &ViewModel<'_>) {
@@ -171,8 +194,17 @@ impl Interface {
 
     fn plot_panel(&mut self, ui: &mut Ui, model: &ViewModel<'_>, actions: &mut Vec<Action>) {
         if self.settings.plots {
-            let panel = Panel::bottom("plots").default_size(150.0).size_range(110.0..=320.0).resizable(true);
-            panel.frame(style::panel(self.settings.theme())).show(ui, |ui| self.plots(ui, model, actions));
+            let beside = if self.settings.left.is_some() || self.settings.right.is_some() {
+                LOWEST_PANEL
+            } else {
+                LOWEST_PICTURE
+            };
+            let highest = (ui.available_height() - beside).clamp(0.0, 320.0);
+            let sizes = LOWEST_PLOTS.min(highest)..=highest;
+            let panel = Panel::bottom("plots").default_size(150.0).size_range(sizes).resizable(true);
+            panel
+                .frame(style::panel(self.settings.theme()))
+                .show(ui, |ui| within(ui, |ui| self.plots(ui, model, actions)));
         }
     }
 
@@ -181,11 +213,13 @@ impl Interface {
         // The list of robots has all its columns where there is room.
         let size = if room >= ALL_COLUMNS { 470.0 } else { 290.0 };
         let panel = Panel::left("left").default_size(size).size_range(270.0..=640.0_f32.min(room - 40.0).max(270.0));
-        panel.frame(style::panel(self.settings.theme())).show(ui, |ui| match open {
-            LeftPanel::Fleet => self.fleet_list(ui, model, actions),
-            LeftPanel::Collisions => self.collisions(ui, model),
-            LeftPanel::Spots => self.hot_spots(ui, model, actions),
-            LeftPanel::Log => self.log_list(ui, model, actions),
+        panel.frame(style::panel(self.settings.theme())).show(ui, |ui| {
+            within(ui, |ui| match open {
+                LeftPanel::Fleet => self.fleet_list(ui, model, actions),
+                LeftPanel::Collisions => self.collisions(ui, model),
+                LeftPanel::Spots => self.hot_spots(ui, model, actions),
+                LeftPanel::Log => self.log_list(ui, model, actions),
+            });
         });
     }
 
@@ -193,12 +227,23 @@ impl Interface {
         let Some(open) = self.settings.right else { return };
         let panel = Panel::right("right").default_size(280.0).size_range(270.0..=460.0_f32.min(room - 40.0).max(270.0));
         panel.frame(style::panel(self.settings.theme())).show(ui, |ui| {
-            ScrollArea::vertical().auto_shrink(false).show(ui, |ui| match open {
-                RightPanel::Selection => self.selection(ui, model, actions),
-                RightPanel::View => self.view(ui, model, actions),
-                RightPanel::Performance => self.performance(ui, model),
-                RightPanel::Connection => self.connection(ui, model, actions),
+            within(ui, |ui| {
+                ScrollArea::vertical().auto_shrink(false).show(ui, |ui| match open {
+                    RightPanel::Selection => self.selection(ui, model, actions),
+                    RightPanel::View => self.view(ui, model, actions),
+                    RightPanel::Performance => self.performance(ui, model),
+                    RightPanel::Connection => self.connection(ui, model, actions),
+                });
             });
         });
     }
+}
+
+/// Shows the contents of a panel, which gets no larger by them: it would lie over the bars.
+fn within(ui: &mut Ui, show: impl FnOnce(&mut Ui)) {
+    let room = ui.available_rect_before_wrap();
+    let mut inside = ui.new_child(UiBuilder::new().max_rect(room));
+    inside.shrink_clip_rect(room.expand(style::PANEL_MARGIN));
+    show(&mut inside);
+    ui.expand_to_include_rect(room);
 }

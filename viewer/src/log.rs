@@ -12,7 +12,7 @@ pub use entries::{Kind, Place, Severity, of_mark};
 
 /// The most entries that are kept: some 2 MB. The oldest are forgotten.
 pub const MAX_ENTRIES: usize = 10_000;
-/// The most alarms that are kept. Further ones are only entries; they are counted.
+/// The most alarms that are kept. Further ones replace those that are over, or are only entries; they are counted.
 pub const MAX_ALARMS: usize = 1_000;
 
 /// Something that happened.
@@ -120,9 +120,7 @@ impl FleetLog {
     fn change(&mut self, entry: &Entry, change: AlarmChange) {
         match change {
             AlarmChange::None => {}
-            AlarmChange::Begins(key) if self.alarms.len() >= MAX_ALARMS && !self.alarms.contains_key(&key) => {
-                self.left_out += 1;
-            }
+            AlarmChange::Begins(key) if !self.has_room(key) => self.left_out += 1,
             AlarmChange::Begins(key) => {
                 let alarm = Alarm { entry: entry.clone(), is_active: true, is_acknowledged: false };
                 self.alarms.insert(key, alarm);
@@ -138,6 +136,19 @@ impl FleetLog {
         }
     }
 
+    /// Whether there is room for an alarm. The oldest one that is over makes room for it.
+    fn has_room(&mut self, key: AlarmKey) -> bool {
+        if self.alarms.len() < MAX_ALARMS || self.alarms.contains_key(&key) {
+            return true;
+        }
+        let over = self.alarms.iter().filter(|(_, alarm)| !alarm.is_active);
+        let Some(oldest) = over.min_by_key(|(_, alarm)| alarm.entry.time_nanos).map(|(key, _)| *key) else {
+            return false;
+        };
+        self.left_out += 1;
+        self.alarms.remove(&oldest).is_some()
+    }
+
     /// Acknowledges an alarm, or with `None` all. Those that are over disappear.
     pub fn acknowledge(&mut self, key: Option<AlarmKey>) {
         let is_meant = |other: &AlarmKey| key.is_none_or(|key| key == *other);
@@ -151,10 +162,10 @@ impl FleetLog {
         &self.entries
     }
 
-    /// The alarms: those that nobody has acknowledged first, then the newest.
+    /// The alarms: first those that hold, then those that are over but not acknowledged; the newest of each first.
     pub fn alarms(&self) -> Vec<(AlarmKey, &Alarm)> {
         let mut alarms: Vec<_> = self.alarms.iter().map(|(key, alarm)| (*key, alarm)).collect();
-        alarms.sort_by_key(|(_, alarm)| (alarm.is_acknowledged, core::cmp::Reverse(alarm.entry.time_nanos)));
+        alarms.sort_by_key(|(_, alarm)| (!alarm.is_active, core::cmp::Reverse(alarm.entry.time_nanos)));
         alarms
     }
 

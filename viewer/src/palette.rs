@@ -178,6 +178,31 @@ impl Theme {
     }
 }
 
+impl Theme {
+    /// The colour of a robot's state, also outside of the picture.
+    pub fn state_colour(self, state: RobotState) -> Rgb {
+        Rgb(match (state, self) {
+            (RobotState::Idle, Theme::Dark) => 0x5d6d73,
+            (RobotState::Idle, Theme::Light) => 0x949ba4,
+            (RobotState::Driving, Theme::Dark) => 0x5fc0f8,
+            (RobotState::Driving, Theme::Light) => 0x00619e,
+            (RobotState::Waiting, Theme::Dark) => 0xd6ad00,
+            (RobotState::Waiting, Theme::Light) => 0xd29000,
+            (RobotState::Held, Theme::Dark) => 0xdc7bb1,
+            (RobotState::Held, Theme::Light) => 0xc787d2,
+            (RobotState::Faulted, Theme::Dark) => 0xcf5a00,
+            (RobotState::Faulted, Theme::Light) => 0xbc4900,
+            (RobotState::Turning, Theme::Dark) => 0x129c6d,
+            (RobotState::Turning, Theme::Light) => 0x0b9968,
+            (RobotState::Stalled, Theme::Dark) => 0xffec62,
+            (RobotState::Stalled, Theme::Light) => 0xf1cc08,
+            (RobotState::Broken, Theme::Dark) => 0xeffafd,
+            (RobotState::Broken, Theme::Light) => 0x1c1c1c,
+            (RobotState::Absent, _) => 0x999999,
+        })
+    }
+}
+
 impl Default for Colouring {
     /// Colours robots by the column `collision`.
     fn default() -> Self {
@@ -213,25 +238,6 @@ impl Colouring {
 // grey and brown beside them the hues alone are not told apart with every colour vision: see `vision.rs`.
 
 fn states(theme: Theme) -> Scale {
-    let colour = |state| match (state, theme) {
-        (RobotState::Idle, Theme::Dark) => 0x5d6d73,
-        (RobotState::Idle, Theme::Light) => 0x949ba4,
-        (RobotState::Driving, Theme::Dark) => 0x5fc0f8,
-        (RobotState::Driving, Theme::Light) => 0x00619e,
-        (RobotState::Waiting, Theme::Dark) => 0xd6ad00,
-        (RobotState::Waiting, Theme::Light) => 0xd29000,
-        (RobotState::Held, Theme::Dark) => 0xdc7bb1,
-        (RobotState::Held, Theme::Light) => 0xc787d2,
-        (RobotState::Faulted, Theme::Dark) => 0xcf5a00,
-        (RobotState::Faulted, Theme::Light) => 0xbc4900,
-        (RobotState::Turning, Theme::Dark) => 0x129c6d,
-        (RobotState::Turning, Theme::Light) => 0x0b9968,
-        (RobotState::Stalled, Theme::Dark) => 0xffec62,
-        (RobotState::Stalled, Theme::Light) => 0xf1cc08,
-        (RobotState::Broken, Theme::Dark) => 0xeffafd,
-        (RobotState::Broken, Theme::Light) => 0x1c1c1c,
-        (RobotState::Absent, _) => 0x999999,
-    };
     let states = [
         RobotState::Idle,
         RobotState::Driving,
@@ -242,7 +248,7 @@ fn states(theme: Theme) -> Scale {
         RobotState::Stalled,
         RobotState::Broken,
     ];
-    Scale::Categories(states.map(|state| (state.name().to_owned(), Rgb(colour(state)))).to_vec())
+    Scale::Categories(states.map(|state| (state.name().to_owned(), theme.state_colour(state))).to_vec())
 }
 
 fn activities(theme: Theme) -> Scale {

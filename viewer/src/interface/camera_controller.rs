@@ -72,7 +72,8 @@ struct Flight {
     to: Camera,
     /// 0 at the start, 1 at the end.
     progress: f64,
-    /// The robot that it leads to.
+    /// The place on the ground that it leads to, in metres, and the robot there.
+    place: Option<Vec2>,
     robot: Option<u32>,
 }
 
@@ -235,7 +236,8 @@ impl CameraController {
         self.fly(Camera { yaw, pitch, ..usual });
     }
 
-    /// Flies to a place on the ground, and closer if the camera is far away.
+    /// Flies to a place on the ground, and closer if the camera is far away. The place gets into the middle of the picture, or
+    /// of the part of it that [`Self::aim`] is called with.
     pub fn fly_to(&mut self, place: Vec2) {
         self.end_automatic_motion();
         self.follow = None;
@@ -243,6 +245,7 @@ impl CameraController {
         let close = CLOSE * (Camera::default().fov_y / 2.0).tan() / (self.camera.fov_y / 2.0).tan();
         let distance = self.camera.distance.min(close);
         self.fly(Camera { target: place.extend(TARGET_HEIGHT), distance, ..self.camera });
+        self.flight = self.flight.map(|flight| Flight { place: Some(place), ..flight });
     }
 
     /// Flies to a robot, also while it drives on.
@@ -256,10 +259,13 @@ impl CameraController {
         self.flight.and_then(|flight| flight.robot)
     }
 
-    /// Lets the flight lead to where its robot is now.
-    pub fn retarget(&mut self, place: Vec2) {
+    /// Lets a flight to a place end with that in the middle of a part of the picture. `robot` is where its robot is now.
+    pub fn aim(&mut self, robot: Option<Vec2>, window: Window) {
         if let Some(flight) = &mut self.flight {
-            flight.to.target = place.extend(TARGET_HEIGHT);
+            flight.place = robot.or(flight.place);
+            if let Some(place) = flight.place {
+                flight.to = flight.to.aimed_at(place.extend(TARGET_HEIGHT), window).clamped();
+            }
         }
     }
 
@@ -270,7 +276,7 @@ impl CameraController {
             self.camera = to.clamped();
             return;
         }
-        self.flight = Some(Flight { from: self.camera, to: to.clamped(), progress: 0.0, robot: None });
+        self.flight = Some(Flight { from: self.camera, to: to.clamped(), progress: 0.0, place: None, robot: None });
     }
 
     /// Follows a robot, or none.

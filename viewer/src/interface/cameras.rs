@@ -5,12 +5,12 @@ use egui::{DragValue, Ui};
 
 use super::state::Interface;
 use super::style::{faint, heading};
-use super::view_model::Action;
-use crate::options::{Bookmark, CameraOption};
+use super::view_model::{Action, ViewModel};
+use crate::options::CameraOption;
 
 impl Interface {
     /// Shows the named cameras, and buttons that copy this camera and write the plan.
-    pub(super) fn cameras(&mut self, ui: &mut Ui, actions: &mut Vec<Action>) {
+    pub(super) fn cameras(&mut self, ui: &mut Ui, model: &ViewModel<'_>, actions: &mut Vec<Action>) {
         let theme = self.settings.theme();
         heading(ui, theme, "cameras");
         let mut wanted = None;
@@ -36,13 +36,8 @@ impl Interface {
             }
         });
         if let Some(bookmark) = wanted {
-            self.go_to(&bookmark);
-        }
-    }
-
-    /// Flies to a named camera.
-    pub fn go_to(&mut self, bookmark: &Bookmark) {
-        if let Some(camera) = bookmark.view.fixed() {
+            // Of everything, the part of the picture that no panel covers shows all.
+            let camera = bookmark.view.camera(model.bounds, self.window);
             self.camera_controller.fly_to_camera(camera);
         }
     }

@@ -1,15 +1,17 @@
-//! The fleet panel: a list of all robots of all robots, sortable and searchable.
+//! The fleet panel: a list of all robots, sortable and searchable.
 
 use std::collections::BTreeMap;
 
-use egui::{Align2, FontId, Key, Modifiers, Rect, Sense, Ui, pos2, vec2};
+use egui::text::{CCursor, CCursorRange};
+use egui::text_edit::TextEditState;
+use egui::{Align2, Color32, FontId, Id, Key, Modifiers, Rect, Sense, Ui, pos2, vec2};
 use regatta_plugin::contact::ContactLevel;
 use regatta_plugin::frame::{Frame, RobotState};
 
 use super::icons::{self, Icon};
 use super::rows::{RowQuery, Rows, SortBy};
 use super::state::Interface;
-use super::style::{self, ThemeColours};
+use super::style::{self, ThemeColours, one_line, state_colour};
 use super::view_model::{Action, Item, ViewModel};
 use super::virtual_list::clickable;
 use crate::text::with_plural;
@@ -17,28 +19,33 @@ use crate::text::with_plural;
 /// A column of the list: title, order, and right edge as a fraction of the width.
 type Column = (&'static str, Option<SortBy>, f32);
 
-/// The columns of a narrow list.
+/// The columns of a narrow list: what a robot does. Where it is, the picture shows.
 const NARROW: &[Column] = &[
-    ("id", Some(SortBy::Id), 0.24),
-    ("x", Some(SortBy::X), 0.50),
-    ("y", Some(SortBy::Y), 0.76),
-    ("θ", Some(SortBy::Theta), 0.97),
+    ("id", Some(SortBy::Id), 0.215),
+    ("state", Some(SortBy::State), 0.405),
+    ("speed", Some(SortBy::Speed), 0.55),
+    ("edge", Some(SortBy::Edge), 0.755),
+    ("contact", None, 0.985),
 ];
 
 /// The columns of a wide list.
 const WIDE: &[Column] = &[
-    ("id", Some(SortBy::Id), 0.11),
-    ("state", Some(SortBy::State), 0.24),
-    ("speed", Some(SortBy::Speed), 0.335),
-    ("edge", Some(SortBy::Edge), 0.435),
-    ("x", Some(SortBy::X), 0.565),
-    ("y", Some(SortBy::Y), 0.695),
-    ("θ", Some(SortBy::Theta), 0.83),
-    ("contact", None, 0.98),
+    ("id", Some(SortBy::Id), 0.124),
+    ("state", Some(SortBy::State), 0.236),
+    ("speed", Some(SortBy::Speed), 0.325),
+    ("edge", Some(SortBy::Edge), 0.445),
+    ("x", Some(SortBy::X), 0.58),
+    ("y", Some(SortBy::Y), 0.715),
+    ("θ", Some(SortBy::Theta), 0.85),
+    ("contact", None, 0.985),
 ];
 
 /// The least width of a wide list, in points.
-const WIDE_POINTS: f32 = 420.0;
+const WIDE_POINTS: f32 = 440.0;
+/// The space to the left of a column, in points.
+const GAP: f32 = 6.0;
+/// The size of the letters of a narrow and of a wide list, in points.
+const LETTERS: [f32; 2] = [11.0, 12.0];
 
 impl Interface {
     pub(super) fn fleet_list(&mut self, ui: &mut Ui, model: &ViewModel<'_>, actions: &mut Vec<Action>) {
@@ -66,7 +73,7 @@ impl Interface {
             None if query.descending => (frame.len() - 1 - row) as u32,
             None => row as u32,
         };
-        let (selected, offset) = (self.robots(), self.settings.offset);
+        let (selected, offset, theme) = (self.robots(), self.settings.offset, self.settings.theme());
         let mut clicked = None;
         self.fleet_list.area = Some(ui.available_rect_before_wrap());
         self.fleet_list.list.show(ui, "fleet list", &colours, count, |ui, rect, row| {
@@ -77,7 +84,8 @@ impl Interface {
                 clicked = Some((id, response.double_clicked()));
             }
             let edge = model.world.edges().get(frame.edge()[id as usize] as usize).map(|edge| edge.id);
-            let row = Row { id, edge, level: levels.get(&id).copied(), offset };
+            let colour = state_colour(frame.state_of(id as usize), theme);
+            let row = Row { id, edge, level: levels.get(&id).copied(), offset, colour };
             cells(ui, rect, &frame, &row, columns, &colours);
         });
         self.fleet_list.held = held;
@@ -109,6 +117,7 @@ impl Interface {
             let field = ui.add(field.desired_width(f32::INFINITY).id_salt("find"));
             if std::mem::take(&mut self.fleet_list.request_focus) {
                 field.request_focus();
+                select_all(ui, field.id, &self.fleet_list.query.filter);
             }
             let extend = field.has_focus() && ui.input_mut(|input| input.consume_key(Modifiers::COMMAND, Key::Enter));
             if extend || field.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter)) {
@@ -128,31 +137,37 @@ impl Interface {
     }
 }
 
+/// Selects the text of a field, so that the next letter replaces it.
+fn select_all(ui: &Ui, field: Id, text: &str) {
+    let mut state = TextEditState::load(ui.ctx(), field).unwrap_or_default();
+    let end = CCursor::new(text.chars().count());
+    state.cursor.set_char_range(Some(CCursorRange::two(CCursor::default(), end)));
+    state.store(ui.ctx(), field);
+}
+
 fn header(ui: &mut Ui, query: &mut RowQuery, colours: &ThemeColours, columns: &[Column]) {
-    let (area, _) = ui.allocate_exact_size(vec2(ui.available_width(), 16.0), Sense::hover());
+    let (area, _) = ui.allocate_exact_size(vec2(ui.available_width(), 22.0), Sense::hover());
     let mut left = area.left();
     for (name, sort, end) in columns {
         let right = area.left() + (area.width() - 10.0) * end;
         let rect = Rect::from_min_max(pos2(left, area.top()), pos2(right, area.bottom()));
         left = right;
         let response = ui.interact(rect, ui.scope_id().with(name), Sense::click());
-        let Some(sort) = *sort else {
-            let at = pos2(right, area.center().y);
-            ui.painter().text(at, Align2::RIGHT_CENTER, *name, FontId::proportional(11.5), colours.faint);
-            continue;
-        };
-        let is_chosen = query.sort == sort;
+        let is_chosen = sort.is_some_and(|sort| query.sort == sort);
+        let is_bright = is_chosen || sort.is_some() && response.hovered();
+        let colour = if is_bright { colours.text } else { colours.faint };
+        let at = pos2(right, area.bottom() - 8.0);
+        let text = ui.painter().text(at, Align2::RIGHT_CENTER, *name, FontId::proportional(11.5), colour);
+        let Some(sort) = *sort else { continue };
         response
             .widget_info(|| egui::WidgetInfo::selected(egui::Role::Button, true, is_chosen, format!("sort by {name}")));
         if response.clicked() {
             *query = RowQuery { sort, descending: is_chosen && !query.descending, filter: query.filter.clone() };
         }
-        let colour = if is_chosen || response.hovered() { colours.text } else { colours.faint };
-        let at = pos2(right, area.center().y);
-        let text = ui.painter().text(at, Align2::RIGHT_CENTER, *name, FontId::proportional(11.5), colour);
         if is_chosen {
+            // Beside the text, there would be no room for it.
             let icon = if query.descending { Icon::Descending } else { Icon::Ascending };
-            icons::draw(ui.painter(), icon, pos2(text.left() - 8.0, at.y), 3.5, colour);
+            icons::draw(ui.painter(), icon, pos2(text.center().x, area.top() + 4.0), 3.5, colour);
         }
     }
 }
@@ -164,6 +179,8 @@ struct Row {
     edge: Option<u32>,
     level: Option<ContactLevel>,
     offset: [f32; 2],
+    /// The colour of the state.
+    colour: Color32,
 }
 
 /// Returns the worst contact of each robot that has one.
@@ -182,43 +199,46 @@ fn contact_levels(model: &ViewModel<'_>) -> BTreeMap<u32, ContactLevel> {
 }
 
 fn cells(ui: &Ui, rect: Rect, frame: &Frame<'_>, row: &Row, columns: &[Column], colours: &ThemeColours) {
-    let (id, state) = (row.id as usize, frame.state_of(row.id as usize));
-    let write = |end: f32, text: String, colour| {
-        let at = pos2(rect.left() + rect.width() * end, rect.center().y);
-        ui.painter().text(at, Align2::RIGHT_CENTER, text, FontId::monospace(12.0), colour);
-    };
-    write(columns[0].2, row.id.to_string(), colours.text);
-    if state == RobotState::Absent {
-        write(columns[columns.len() - 1].2, state.name().to_owned(), colours.faint);
-        return;
-    }
+    let state = frame.state_of(row.id as usize);
+    let size = LETTERS[usize::from(columns.len() > NARROW.len())];
     let dot = pos2(rect.left() + 5.0, rect.center().y);
-    ui.painter().circle_filled(dot, 3.0, state_colour(state, colours));
-    for (_, sort, end) in &columns[1..] {
-        let (text, colour) = match sort {
-            Some(SortBy::Id) => continue,
-            Some(SortBy::X) => (format!("{:.2}", frame.x()[id] + row.offset[0]), colours.text),
-            Some(SortBy::Y) => (format!("{:.2}", frame.y()[id] + row.offset[1]), colours.text),
-            Some(SortBy::Theta) => (format!("{:.1}°", frame.theta()[id].to_degrees()), colours.text),
-            Some(SortBy::Speed) => (format!("{:.2}", frame.speed()[id]), colours.text),
-            Some(SortBy::State) => (state.name().to_owned(), state_colour(state, colours)),
-            Some(SortBy::Edge) => (row.edge.map_or("–".to_owned(), |edge| edge.to_string()), colours.text),
-            None => match row.level {
-                Some(ContactLevel::Touching) => ("touching".to_owned(), colours.bad),
-                Some(ContactLevel::Possible) => ("possible".to_owned(), colours.warn),
-                _ => (String::new(), colours.faint),
-            },
+    ui.painter().circle_filled(dot, 3.0, row.colour);
+    let mut left = rect.left() + 8.0;
+    for (place, (_, sort, end)) in columns.iter().enumerate() {
+        let right = rect.left() + rect.width() * end;
+        let is_last = place + 1 == columns.len();
+        let (text, colour) = match (state, sort) {
+            (RobotState::Absent, None) => (state.name().to_owned(), colours.faint),
+            (RobotState::Absent, Some(sort)) if *sort != SortBy::Id => continue,
+            (_, sort) => cell(frame, row, *sort, colours),
         };
-        write(*end, text, colour);
+        let is_word = is_last || *sort == Some(SortBy::State);
+        let font = if is_word { FontId::proportional(size) } else { FontId::monospace(size) };
+        let text = one_line(ui, &text, right - left - GAP, font, colour);
+        let at = Align2::RIGHT_CENTER.anchor_size(pos2(right, rect.center().y), text.size());
+        ui.painter().galley(at.min, text, colour);
+        left = right;
     }
 }
 
-/// Returns the colour of a robot state.
-pub fn state_colour(state: RobotState, colours: &ThemeColours) -> egui::Color32 {
-    match state {
-        RobotState::Driving | RobotState::Turning => colours.good,
-        RobotState::Waiting | RobotState::Held | RobotState::Stalled => colours.warn,
-        RobotState::Faulted | RobotState::Broken => colours.bad,
-        RobotState::Idle | RobotState::Absent => colours.faint,
-    }
+/// Returns the text and the colour of a robot's cell; `None` is the column of contacts.
+fn cell(frame: &Frame<'_>, row: &Row, sort: Option<SortBy>, colours: &ThemeColours) -> (String, Color32) {
+    let id = row.id as usize;
+    let metres = |metres: f32| if metres.abs() < 1000.0 { format!("{metres:.2}") } else { format!("{metres:.1}") };
+    let text = match sort {
+        Some(SortBy::Id) => row.id.to_string(),
+        Some(SortBy::X) => metres(frame.x()[id] + row.offset[0]),
+        Some(SortBy::Y) => metres(frame.y()[id] + row.offset[1]),
+        Some(SortBy::Theta) => format!("{:.1}°", frame.theta()[id].to_degrees()),
+        Some(SortBy::Speed) if frame.speed()[id].abs() >= 10.0 => format!("{:.1}", frame.speed()[id]),
+        Some(SortBy::Speed) => format!("{:.2}", frame.speed()[id]),
+        Some(SortBy::State) => frame.state_of(id).name().to_owned(),
+        Some(SortBy::Edge) => row.edge.map_or("–".to_owned(), |edge| edge.to_string()),
+        None => match row.level {
+            Some(ContactLevel::Touching) => return ("touching".to_owned(), colours.bad),
+            Some(ContactLevel::Possible) => return ("possible".to_owned(), colours.warn),
+            _ => String::new(),
+        },
+    };
+    (text, colours.text)
 }

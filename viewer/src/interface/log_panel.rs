@@ -2,21 +2,19 @@
 
 use std::sync::Arc;
 
-use egui::text::{LayoutJob, TextWrapping};
-use egui::{
-    Align2, Color32, ComboBox, FontId, Galley, Rect, RichText, Role, ScrollArea, TextEdit, TextWrapMode, Ui,
-    WidgetInfo, pos2,
-};
+use egui::style::ScrollStyle;
+use egui::{Align2, ComboBox, FontId, Rect, RichText, Role, ScrollArea, TextEdit, TextWrapMode, Ui, WidgetInfo, pos2};
 use glam::Vec2;
 use regatta_plugin::control::{ControlKind, ControlRequest};
 
 use super::state::Interface;
-use super::style::{self, ThemeColours};
+use super::style::{self, ThemeColours, one_line};
 use super::transport::clock_text;
 use super::view_model::{Action, Item, ViewModel};
 use super::virtual_list::{VirtualList, clickable};
 use crate::curves::midpoint;
-use crate::log::{Alarm, AlarmKey, Entry, FleetLog, Kind, LogFilter, Place, Severity, of_mark};
+use crate::log::{Alarm, AlarmChange, AlarmKey, Entry, FleetLog, Kind, LogFilter, LogReport, Place, Severity, of_mark};
+use crate::orders::UserOrder;
 use crate::text::{thousands, with_plural};
 
 /// The part of the panel's height that alarms take at most.
@@ -49,6 +47,18 @@ impl Interface {
     /// The log of the fleet.
     pub fn log(&mut self) -> &mut FleetLog {
         &mut self.log_panel.log
+    }
+
+    /// Shows why an order or a request of the user came to nothing, and keeps it in the log.
+    pub fn tell_refusal(&mut self, order: UserOrder, text: String, time_nanos: u64) {
+        let (robot, place) = match order {
+            UserOrder::Close(edge) | UserOrder::Open(edge) => (None, Place::Edge(edge)),
+            _ => (order.robot(), Place::None),
+        };
+        let entry =
+            Entry { time_nanos, kind: Kind::Order, severity: Severity::Warning, robot, place, text: text.clone() };
+        self.log_panel.log.take(LogReport { news: vec![(entry, AlarmChange::None)], ..LogReport::default() });
+        self.notify(text);
     }
 
     pub(super) fn log_list(&mut self, ui: &mut Ui, model: &ViewModel<'_>, actions: &mut Vec<Action>) {
@@ -101,6 +111,8 @@ impl Interface {
             ui.label(RichText::new(text).color(colours.warn));
         }
         let height = ui.available_height() * ALARMS;
+        // A floating bar would be seen only under the pointer.
+        ui.spacing_mut().scroll = ScrollStyle { foreground_color: true, ..ScrollStyle::solid() };
         ScrollArea::vertical().id_salt("alarms").max_height(height).auto_shrink([false, true]).show(ui, |ui| {
             for (key, alarm) in &alarms {
                 ui.horizontal(|ui| {
@@ -140,8 +152,10 @@ impl Interface {
                     }
                 });
             shown.response.widget_info(|| WidgetInfo::labeled(Role::ComboBox, true, "kind of entries"));
-            let text = TextEdit::singleline(&mut filter.text).hint_text("text, or #7 for robot 7").desired_width(130.0);
-            ui.add(text).widget_info(|| WidgetInfo::labeled(Role::TextInput, true, "text of entries"));
+            let text = TextEdit::singleline(&mut filter.text).hint_text("text, or #7").desired_width(f32::INFINITY);
+            ui.add(text)
+                .on_hover_text("Entries with this text; #7 for those of robot 7")
+                .widget_info(|| WidgetInfo::labeled(Role::TextInput, true, "text of entries"));
         });
     }
 
@@ -229,15 +243,8 @@ fn paint(ui: &Ui, rect: Rect, entry: &Entry, time: &str, colours: &ThemeColours)
     let at = pos2(rect.left() + 16.0, rect.center().y);
     let time = painter.text(at, Align2::LEFT_CENTER, time, FontId::monospace(12.0), colours.faint);
     let left = time.right() + 8.0;
-    let text = one_line(ui, &entry.text, rect.right() - left, colours.text);
+    let text = one_line(ui, &entry.text, rect.right() - left, FontId::proportional(12.0), colours.text);
     let place = Align2::LEFT_CENTER.anchor_size(pos2(left, rect.center().y), text.size());
     painter.galley(place.min, Arc::clone(&text), colours.text);
     text.elided
-}
-
-/// Lays out a text in a line of some width, with an ellipsis if it is longer.
-fn one_line(ui: &Ui, text: &str, width: f32, colour: Color32) -> Arc<Galley> {
-    let mut job = LayoutJob::simple_singleline(text.to_owned(), FontId::proportional(12.0), colour);
-    job.wrap = TextWrapping::truncate_at_width(width.max(0.0));
-    ui.painter().layout_job(job)
 }

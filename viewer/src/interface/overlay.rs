@@ -23,6 +23,8 @@ use crate::palette::{Legend, Scale, Theme};
 pub const LEGEND: &str = "legend";
 /// The width that a legend takes, in points, with its margins.
 const LEGEND_ROOM: f32 = 210.0;
+/// The least width of what is free of a picture with a legend, which would cover its middle, in points.
+const LEAST_WITH_LEGEND: f32 = 240.0;
 /// The greatest width of a legend's contents, in points.
 const LEGEND_TEXT: f32 = 168.0;
 /// The least width of a picture that has room to spare for a legend, in points.
@@ -62,7 +64,9 @@ impl Interface {
         if let Some(lines) = &measurement {
             self.lines(context, placement, "measurement", lines);
         }
-        legend(context, placement, theme, model.legend, &self.symbols(model), None);
+        if visible.width() >= LEAST_WITH_LEGEND {
+            legend(context, placement, theme, model.legend, &self.symbols(model), None);
+        }
         let scale = camera.is_plan().then(|| PlanScale::place(placement, picture, visible, &camera));
         self.view_cube(context, placement);
         self.minimap(context, area, placement, model);

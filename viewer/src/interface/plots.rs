@@ -1,7 +1,8 @@
 //! The figures of the fleet over time, in a row of plots. Hovering over one shows its time in all of them; a click goes there, in
 //! a recording and in what is kept of a live run.
 
-use egui::{Color32, Label, Ui};
+use egui::text::{LayoutJob, TextFormat};
+use egui::{Color32, FontId, Label, Ui, pos2};
 use egui_plot::{GridInput, GridMark, Line, Plot, PlotPoint, PlotPoints};
 use regatta_plugin::frame::RobotState;
 use regatta_plugin::history::{FLEET_STATES, FleetSample as Sample};
@@ -9,7 +10,7 @@ use regatta_plugin::history::{FLEET_STATES, FleetSample as Sample};
 use super::plan::round_step;
 use super::spots::{clock, known_hint, known_text};
 use super::state::Interface;
-use super::style::{self, color32};
+use super::style::{self, color32, state_colour};
 use super::view_model::{Action, ViewModel};
 use crate::palette::{Colouring, Scale};
 use crate::text::thousands;
@@ -89,7 +90,9 @@ impl Interface {
         };
         vec![
             Figure { title: "robots by state", lines: states.collect() },
-            one("waiting", colours.warn, &|sample| waiting.map(|state| sample.states[state].into())),
+            one("waiting", state_colour(RobotState::Waiting, self.settings.theme()), &|sample| {
+                waiting.map(|state| sample.states[state].into())
+            }),
             one("touching pairs", colours.bad, &|sample| sample.touching().map(f64::from)),
             one("edges entered per hour", colours.good, &|sample| sample.throughput().map(f64::from)),
             one("mean speed, m/s", colours.accent, &|sample| Some(sample.mean_speed.into())),
@@ -118,7 +121,11 @@ impl Interface {
                 let value =
                     points.iter().rfind(|point| point[0] <= at).map_or("–".to_owned(), |point| number(point[1]));
                 let text = if name.is_empty() { value } else { format!("{name} {value}") };
-                ui.add(Label::new(egui::RichText::new(text).size(11.0).color(*colour)).extend());
+                // In their own colours, some texts would be hard to read.
+                let mut job = LayoutJob::default();
+                job.append(&text, 10.0, TextFormat::simple(FontId::proportional(11.0), colours.text));
+                let place = ui.add(Label::new(job).extend()).rect;
+                ui.painter().circle_filled(pos2(place.left() + 3.5, place.center().y), 3.5, *colour);
             }
             if let Some(sample) = near {
                 ui.add(Label::new(style::faint(ui, theme, format!("at {}", clock(sample.secs)))).extend());

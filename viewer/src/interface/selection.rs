@@ -7,11 +7,10 @@ use regatta_plugin::frame::{Frame, NO_EDGE, RobotState};
 use regatta_plugin::world::{NodeRole, Orientation};
 
 use super::camera_controller::Follow;
-use super::fleet_list::state_colour;
 use super::history::{PLOTS, SPAN};
 use super::places::value_text;
 use super::state::Interface;
-use super::style::{self, heading, line, status_dot};
+use super::style::{self, heading, line, state_colour, status_dot};
 use super::view_model::{Action, Item, ViewModel};
 use super::work;
 use crate::route::Remaining;
@@ -30,7 +29,7 @@ impl Interface {
     }
 
     fn robot(&mut self, ui: &mut Ui, model: &ViewModel<'_>, id: u32, actions: &mut Vec<Action>) {
-        let (theme, colours) = (self.settings.theme(), self.colours());
+        let theme = self.settings.theme();
         ui.label(RichText::new(format!("Robot {id}")).size(20.0));
         self.other_robots(ui);
         let row = id as usize;
@@ -40,7 +39,7 @@ impl Interface {
         };
         let state = frame.state_of(row);
         ui.horizontal(|ui| {
-            status_dot(ui, state_colour(state, &colours), RichText::new(state.name()));
+            status_dot(ui, state_colour(state, theme), RichText::new(state.name()));
             let index = model.robot_type_column.and_then(|column| column.get(row));
             let robot_type = index.and_then(|index| model.world.robot_types().get(*index as usize));
             ui.label(style::faint(ui, theme, robot_type.map_or("", |robot_type| robot_type.name())));

@@ -60,6 +60,8 @@ pub struct Interface {
     pub(super) notes: Notes,
     /// The panel that was open on the left in the last picture.
     pub(super) left_before: Option<LeftPanel>,
+    /// Whether the plots were shown in the last picture.
+    pub(super) plots_before: bool,
     /// Whether the help is open.
     pub(super) help: bool,
     pub(super) drag: Option<Drag>,
@@ -172,6 +174,7 @@ impl Interface {
             timeline: TimelineState::default(),
             notes: Notes::default(),
             left_before: None,
+            plots_before: false,
             help: false,
             drag: None,
             typing: false,

@@ -1,14 +1,23 @@
 //! The style of the interface: two themes that match those of the picture.
 
+use std::sync::Arc;
+
+use egui::text::{LayoutJob, TextWrapping};
 use egui::{
-    Color32, Context, CornerRadius, FontId, Frame, Margin, RichText, Sense, Stroke, TextStyle, Ui, Visuals, vec2,
+    Color32, Context, CornerRadius, FontId, Frame, Galley, Margin, RichText, Sense, Stroke, TextStyle, Ui, Visuals,
+    vec2,
 };
+
+use regatta_plugin::frame::RobotState;
 
 use crate::palette::{Rgb, Theme};
 use crate::text::NO_BREAK_SPACE;
 
 /// The height of one row of a list, in points.
 pub const ROW: f32 = 20.0;
+
+/// The space between the contents of a panel and its upper and lower end, in points.
+pub const PANEL_MARGIN: f32 = 8.0;
 
 /// The colours of a theme.
 #[derive(Clone, Copy, Debug)]
@@ -42,6 +51,11 @@ const fn hex(rgb: u32) -> Color32 {
 /// Converts a colour of the picture.
 pub fn color32(colour: Rgb) -> Color32 {
     hex(colour.0)
+}
+
+/// Returns the colour of a robot's state: that of the picture.
+pub fn state_colour(state: RobotState, theme: Theme) -> Color32 {
+    color32(theme.state_colour(state))
 }
 
 /// Returns the colours of a theme.
@@ -84,6 +98,8 @@ pub fn apply(context: &Context, theme: Theme) {
         style.spacing.item_spacing = vec2(8.0, 6.0);
         style.spacing.button_padding = vec2(8.0, 3.0);
         style.spacing.slider_width = 130.0;
+        // Lists of states and of kinds are shown whole where the window is high enough.
+        style.spacing.combo_height = 400.0;
         style.interaction.selectable_labels = false;
         for (kind, size) in
             [(TextStyle::Body, 13.0), (TextStyle::Button, 13.0), (TextStyle::Small, 11.0), (TextStyle::Heading, 15.0)]
@@ -129,7 +145,7 @@ fn visuals(theme: Theme, colours: &ThemeColours) -> Visuals {
 
 /// Returns the frame of a panel.
 pub fn panel(theme: Theme) -> Frame {
-    Frame::new().fill(colours(theme).panel).inner_margin(Margin::symmetric(12, 8))
+    Frame::new().fill(colours(theme).panel).inner_margin(Margin::symmetric(12, PANEL_MARGIN as i8))
 }
 
 /// Returns the frame of an element that floats over the picture.
@@ -185,4 +201,11 @@ pub fn status_dot(ui: &mut Ui, colour: Color32, text: RichText) -> egui::Respons
         ui.add(egui::Label::new(text).truncate())
     })
     .inner
+}
+
+/// Lays out a text in a line of some width, with an ellipsis if it is longer.
+pub fn one_line(ui: &Ui, text: &str, width: f32, font: FontId, colour: Color32) -> Arc<Galley> {
+    let mut job = LayoutJob::simple_singleline(text.to_owned(), font, colour);
+    job.wrap = TextWrapping::truncate_at_width(width.max(0.0));
+    ui.painter().layout_job(job)
 }

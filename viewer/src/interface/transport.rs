@@ -2,8 +2,7 @@
 
 use std::ops::RangeInclusive;
 
-use egui::emath::Numeric;
-use egui::{RichText, Slider, Ui, vec2};
+use egui::{DragValue, RichText, Slider, Ui, vec2};
 use regatta_plugin::control::{ControlKind, ControlRequest};
 
 use super::icons::{self, Icon};
@@ -17,6 +16,8 @@ const SPEEDS: (f32, f32) = (0.1, 100.0);
 const UNLIMITED: f32 = 2.3;
 /// The least width of the window in which the sliders have names, and lines between them, in points.
 const NAMED: f32 = 720.0;
+/// The least length of a slider's rail, in points.
+const SHORTEST_RAIL: f32 = 40.0;
 /// The largest number of robots on the slider.
 const MAX_ROBOTS: u32 = 1_000_000;
 
@@ -40,9 +41,10 @@ impl Interface {
         let theme = self.settings.theme();
         let is_connected = model.status.is_some();
         let room = ui.available_width();
-        // Sliders get shorter, and then are numbers only.
-        let rest = room - if room >= NAMED { 560.0 } else { 440.0 };
-        ui.spacing_mut().slider_width = (rest / 2.0).clamp(40.0, 130.0);
+        // Sliders get shorter, and then are numbers only. A recording has one.
+        let (sliders, others) = if model.recording().is_some() { (1.0, 320.0) } else { (2.0, 440.0) };
+        let rest = (room - others - if room >= NAMED { 120.0 } else { 0.0 }) / sliders;
+        ui.spacing_mut().slider_width = if rest < SHORTEST_RAIL { 0.0 } else { rest.min(130.0) };
         ui.horizontal_centered(|ui| {
             ui.add_enabled_ui(is_connected, |ui| {
                 let (icon, name) = if model.is_paused() { (Icon::Play, "Resume") } else { (Icon::Pause, "Pause") };
@@ -103,12 +105,17 @@ impl Interface {
     fn speed_slider(&mut self, ui: &mut Ui, model: &ViewModel<'_>, actions: &mut Vec<Action>) {
         let reported = model.frame.map_or(1.0, |frame| frame.header().speed);
         let mut position = position_of(self.sliders.speed.unwrap_or(reported));
-        let slider = slider(ui, &mut position, SPEEDS.0.log10()..=UNLIMITED)
-            .custom_formatter(|position, _| speed_text(speed_at(position as f32)))
-            .custom_parser(|text| {
-                text.trim().trim_end_matches('×').parse().ok().map(|speed: f32| f64::from(position_of(speed)))
-            });
-        let response = ui.add(slider).on_hover_text("Requested speed: simulated seconds per second ([ and ])");
+        let (range, format) =
+            (SPEEDS.0.log10()..=UNLIMITED, |position, _: RangeInclusive<usize>| speed_text(speed_at(position as f32)));
+        let parse =
+            |text: &str| text.trim().trim_end_matches('×').parse().ok().map(|speed: f32| f64::from(position_of(speed)));
+        let response = if has_rail(ui) {
+            ui.add(Slider::new(&mut position, range).custom_formatter(format).custom_parser(parse))
+        } else {
+            let number = DragValue::new(&mut position).range(range).speed(0.01);
+            ui.add(number.custom_formatter(format).custom_parser(parse))
+        };
+        let response = response.on_hover_text("Requested speed: simulated seconds per second ([ and ])");
         if response.changed() {
             let wanted = speed_at(position);
             self.sliders.speed = Some(wanted);
@@ -123,8 +130,14 @@ impl Interface {
         let in_frame = || model.frame.map_or(0, |frame| frame.len() as u32);
         let reported = model.status.map_or_else(in_frame, |status| status.robots);
         let mut count = self.sliders.robots.unwrap_or(reported);
-        let slider = slider(ui, &mut count, 1..=MAX_ROBOTS.max(reported)).logarithmic(true).smart_aim(true);
-        let response = ui.add(slider).on_hover_text("Number of robots, also while the fleet runs (K and I)");
+        let range = 1..=MAX_ROBOTS.max(reported);
+        let speed = f64::from(count) * 0.01;
+        let response = if has_rail(ui) {
+            ui.add(Slider::new(&mut count, range).logarithmic(true).smart_aim(true))
+        } else {
+            ui.add(DragValue::new(&mut count).range(range).speed(speed))
+        };
+        let response = response.on_hover_text("Number of robots, also while the fleet runs (K and I)");
         if response.changed() {
             self.sliders.robots = Some(count);
             actions.push(robots(count));
@@ -176,12 +189,9 @@ impl Interface {
     }
 }
 
-/// Returns a slider, which has no room for its rail in a narrow window.
-fn slider<'a, N: Numeric>(ui: &mut Ui, value: &'a mut N, range: RangeInclusive<N>) -> Slider<'a> {
-    if ui.spacing().slider_width <= 40.0 {
-        ui.spacing_mut().slider_width = 18.0;
-    }
-    Slider::new(value, range)
+/// Whether there is room for the rails of sliders, and not only for their numbers.
+fn has_rail(ui: &Ui) -> bool {
+    ui.spacing().slider_width >= SHORTEST_RAIL
 }
 
 fn position_of(speed: f32) -> f32 {

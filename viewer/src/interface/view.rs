@@ -22,7 +22,7 @@ impl Interface {
             ui.selectable_value(&mut self.settings.light, false, "Dark");
             ui.selectable_value(&mut self.settings.light, true, "Light");
         });
-        self.cameras(ui, actions);
+        self.cameras(ui, model, actions);
         heading(ui, theme, "layers");
         self.level_choice(ui);
         let settings = &mut self.settings;

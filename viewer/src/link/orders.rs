@@ -41,9 +41,9 @@ fn serve(
     let mut next = Some(first);
     loop {
         let orders = next.into_iter().chain(requested.try_iter());
-        let mut told: Vec<String> = orders.filter_map(|order| desk.give(order)).collect();
-        told.extend(desk.answers()?);
-        if told.into_iter().any(|text| report.send(Report::Notice(text)).is_err()) || desk.waiting.is_empty() {
+        let mut told: Vec<Report> = orders.filter_map(|order| desk.give(order)).collect();
+        told.extend(desk.answers()?.into_iter().map(Report::Notice));
+        if told.into_iter().any(|told| report.send(told).is_err()) || desk.waiting.is_empty() {
             return Ok(());
         }
         next = match requested.recv_timeout(POLL) {
@@ -64,7 +64,7 @@ struct Desk {
 
 impl Desk {
     /// Sends an order. Returns what to tell now: the fleet manager's answer, or why the order can't be sent.
-    fn give(&mut self, order: UserOrder) -> Option<String> {
+    fn give(&mut self, order: UserOrder) -> Option<Report> {
         match order {
             UserOrder::SendByManager { robot, node } => Some(asked(order, self.manager.send(robot, node))),
             UserOrder::Recall(robot) => Some(asked(order, self.manager.recall(robot))),
@@ -73,7 +73,7 @@ impl Desk {
                     self.waiting.insert(token, (order, Instant::now(), false));
                     None
                 }
-                Err(error) => Some(format!("can't {order}: {error}")),
+                Err(error) => Some(Report::Refused(order, format!("can't {order}: {error}"))),
             },
         }
     }
@@ -112,11 +112,11 @@ impl Desk {
 }
 
 /// What to tell of a request to the fleet manager.
-fn asked(order: UserOrder, answer: Result<ManagerResponse, ManagerError>) -> String {
+fn asked(order: UserOrder, answer: Result<ManagerResponse, ManagerError>) -> Report {
     match answer.map(|response| response.answer()) {
-        Ok(Some(ManagerAnswer::Later)) => format!("accepted: {order}, when its order is finished"),
-        Ok(_) => format!("accepted: {order}"),
-        Err(error) => format!("can't {order}: {error}"),
+        Ok(Some(ManagerAnswer::Later)) => Report::Notice(format!("accepted: {order}, when its order is finished")),
+        Ok(_) => Report::Notice(format!("accepted: {order}")),
+        Err(error) => Report::Refused(order, format!("can't {order}: {error}")),
     }
 }
 

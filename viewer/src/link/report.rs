@@ -8,6 +8,7 @@ use crate::filter::{Filter, Matches};
 use crate::interface::rows::Rows;
 use crate::jams::JamReport;
 use crate::log::LogReport;
+use crate::orders::UserOrder;
 use crate::plans::PlanReport;
 use crate::tasks::RobotTask;
 
@@ -18,6 +19,8 @@ pub enum Report {
     Facts(Fact),
     /// A message for the user.
     Notice(String),
+    /// An order or a request of the user that came to nothing, and why. The fleet has no event of it.
+    Refused(UserOrder, String),
     /// The selected robots' routes; empty if no process answers.
     Routes(Vec<RouteResponse>),
     /// The robots that match a filter.

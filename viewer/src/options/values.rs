@@ -221,11 +221,6 @@ impl CameraOption {
         }
     }
 
-    /// Returns the camera if it doesn't depend on the fleet.
-    pub fn fixed(&self) -> Option<Camera> {
-        if let Self::Eye(camera) = self { Some(*camera) } else { None }
-    }
-
     /// Returns a line for the cameras of a scenario.
     pub fn entry(camera: &Camera) -> String {
         if camera.is_plan() {
@@ -263,7 +258,7 @@ mod tests {
         let turned: MeshOption = "box.stl,1,0,90".parse().expect("a mesh");
         assert!((turned.placement.yaw - core::f32::consts::FRAC_PI_2).abs() < 1e-6);
         let plan: CameraOption = "20,-10,60".parse().expect("a plan");
-        let camera = plan.fixed().expect("it depends on nothing");
+        let camera = plan.camera(Bounds::default(), Window::whole(1.0));
         assert!(camera.is_plan() && camera.target == Vec3::new(20.0, -10.0, 0.0));
         assert_eq!(CameraOption::entry(&camera), "  - {name: here, x: 20.00, y: -10.00, height: 60.00}");
         assert_eq!("dock".parse(), Ok(CameraOption::Named("dock".into())));

@@ -242,6 +242,11 @@ impl ViewerWindow {
                     self.interface.notify(text);
                     true
                 }
+                Report::Refused(order, text) => {
+                    let now = self.stage.frame().map_or(0, |frame| frame.header().sim_time_nanos);
+                    self.interface.tell_refusal(order, text, now);
+                    true
+                }
                 Report::Routes(routes) => {
                     self.stage.set_routes(routes);
                     true

@@ -57,8 +57,7 @@ fn a_robot_is_found_by_its_id_and_flown_to() {
     press(&mut harness, Key::Enter);
     assert_eq!(harness.state().interface.selected, Some(Item::Robot(321)));
     harness.run_steps(120);
-    let target = harness.state().interface.camera_controller.camera().target;
-    assert!(target.truncate().distance(Vec2::new(321.0, -321.0)) < 0.01, "{target}");
+    is_between_the_panels(&harness, Vec2::new(321.0, -321.0));
     harness.get_by_label("Robot 321");
     assert!(harness.state().requests().is_empty(), "digits typed into a field trigger no shortcuts");
 }
@@ -75,6 +74,19 @@ fn beyond_the_highest_speed_there_is_no_limit() {
     press(&mut harness, Key::OpenBracket);
     let speeds = [f32::INFINITY, f32::INFINITY, 100.0].map(|speed| (ControlKind::Speed, 0, speed));
     assert_eq!(harness.state().requests(), speeds);
+}
+
+#[test]
+fn a_second_search_replaces_the_first() {
+    let mut harness = harness(Fixture::new(500));
+    for robot in [71, 2] {
+        harness.key_press_modifiers(Modifiers::COMMAND, Key::F);
+        settle(&mut harness);
+        harness.event(egui::Event::Text(robot.to_string()));
+        settle(&mut harness);
+        press(&mut harness, Key::Enter);
+        assert_eq!(harness.state().interface.selected, Some(Item::Robot(robot)));
+    }
 }
 
 #[test]
@@ -119,8 +131,7 @@ fn a_click_on_a_collision_flies_to_it() {
     assert_eq!(harness.state().interface.selected, Some(Item::Robot(3)));
     assert_eq!(harness.state().interface.robots(), [3, 9]);
     harness.run_steps(120);
-    let target = harness.state().interface.camera_controller.camera().target;
-    assert!(target.truncate().distance(Vec2::new(30.0, -12.0)) < 0.01, "{target}");
+    is_between_the_panels(&harness, Vec2::new(30.0, -12.0));
     harness.get_by_label("robot 9").click();
     settle(&mut harness);
     assert_eq!(harness.state().interface.selected, Some(Item::Robot(9)), "the other robot of the pair");

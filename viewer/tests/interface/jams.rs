@@ -158,8 +158,7 @@ fn a_hot_spot_is_flown_to_and_the_list_is_exported() {
     harness.get_by_label("45 robot s lost");
     harness.get_by_label("hot spot 1").click();
     harness.run_steps(120);
-    let target = harness.state().interface.camera_controller.camera().target;
-    assert!((target.x - 40.0).abs() < 0.5 && (target.y - 3.0).abs() < 0.5, "{target}");
+    is_between_the_panels(&harness, Vec2::new(40.0, 3.0));
     assert_eq!(harness.state().interface.selected, Some(Item::Edge(0)));
     harness.get_by_label("export").click();
     settle(&mut harness);

@@ -98,3 +98,43 @@ fn an_alarm_leaves_the_buttons_beside_its_tab_where_they_are() {
     harness.get_by_label("Log 1");
     assert_eq!(harness.get_by_label("Plots").rect(), before);
 }
+
+#[test]
+fn alarms_that_hold_come_first_and_are_not_displaced_by_those_that_are_over() {
+    let mut fixture = Fixture::new(50);
+    let log = fixture.interface.log();
+    let take = |log: &mut FleetLog, news| log.take(LogReport { news, ..LogReport::default() });
+    let begins = |time, robot| (entry(time, Kind::Fault, robot, "broken"), AlarmChange::Begins(AlarmKey::Robot(robot)));
+    let ends = |robot| (entry(5_000, Kind::Fault, robot, "repaired"), AlarmChange::Ends(AlarmKey::Robot(robot)));
+    let last = MAX_ALARMS as u32 - 1;
+    take(log, (0..=last).map(|robot| begins(robot.into(), robot)).collect());
+    take(log, (1..=last).map(ends).collect());
+    log.acknowledge(Some(AlarmKey::Robot(0)));
+    let keys = |log: &FleetLog| log.alarms().iter().map(|(key, _)| *key).collect::<Vec<_>>();
+    assert_eq!(keys(log)[..3], [0, last, last - 1].map(AlarmKey::Robot), "also an acknowledged one that holds");
+    take(log, vec![begins(6_000, 7_000)]);
+    assert_eq!(keys(log)[..3], [7_000, 0, last].map(AlarmKey::Robot));
+    assert_eq!(keys(log).last(), Some(&AlarmKey::Robot(2)), "the oldest one that was over has made room");
+    assert_eq!((keys(log).len(), log.losses()), (MAX_ALARMS, [0, 1]));
+}
+
+/// The fleet manager's, for example: the fleet has no event of it.
+#[test]
+fn refused_requests_are_told_and_stay_in_the_log() {
+    let mut fixture = Fixture::new(50);
+    fixture.interface.settings.left = Some(LeftPanel::Log);
+    let text = "can't recall robot 7: it was not sent";
+    fixture.interface.tell_refusal(UserOrder::Recall(7), text.into(), 5_000_000_000);
+    fixture.interface.tell_refusal(UserOrder::Close(34), "can't close edge 34".into(), 6_000_000_000);
+    let log = fixture.interface.log();
+    assert!(log.entries().iter().all(|entry| entry.kind == Kind::Order && entry.severity == Severity::Warning));
+    assert!(log.alarms().is_empty());
+    let mut harness = harness(fixture);
+    harness.get_by_label(text);
+    harness.get_by_label(&format!("00:05.00 {text}")).click();
+    settle(&mut harness);
+    assert_eq!(harness.state().interface.selected, Some(Item::Robot(7)));
+    harness.get_by_label("00:06.00 can't close edge 34").click();
+    settle(&mut harness);
+    assert_eq!(harness.state().interface.selected, Some(Item::Edge(0)));
+}

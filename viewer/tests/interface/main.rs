@@ -36,7 +36,7 @@ use regatta_viewer::jams::heat::{Heat, HeatFacts};
 use regatta_viewer::jams::presence::Presence;
 use regatta_viewer::jams::spots::{Spot, Trend};
 use regatta_viewer::jams::{EdgeFacts, JamFacts, Known};
-use regatta_viewer::log::{AlarmChange, AlarmKey, Entry, Kind, LogReport, Place, Severity};
+use regatta_viewer::log::{AlarmChange, AlarmKey, Entry, FleetLog, Kind, LogReport, MAX_ALARMS, Place, Severity};
 use regatta_viewer::orders::UserOrder;
 use regatta_viewer::palette::{Colouring, Legend, Theme};
 use regatta_viewer::plans::{Coverage, PlanFacts};
@@ -228,4 +228,14 @@ fn settle(harness: &mut Harness<'_, Fixture>) {
 fn press(harness: &mut Harness<'_, Fixture>, key: Key) {
     harness.key_press(key);
     settle(harness);
+}
+
+/// Checks that a place is in the middle of what is free between the panels, beside the legend.
+fn is_between_the_panels(harness: &Harness<'_, Fixture>, place: Vec2) {
+    let picture = harness.state().picture;
+    let size = Vec2::new(picture.width(), picture.height());
+    let at = harness.state().interface.camera_controller.camera().project(place.extend(0.25), size).expect("in sight");
+    let right = if harness.state().interface.settings.right.is_some() { 1000.0 } else { size.x };
+    let middle = Vec2::new((470.0 + 210.0 + right) / 2.0, size.y / 2.0);
+    assert!((at - middle).abs().max_element() < 12.0, "{at}, not at {middle}");
 }

@@ -160,3 +160,28 @@ fn the_veil_over_a_fleet_that_has_ended_leaves_the_panels_as_they_are_and_its_ro
     assert!(!veils[0].intersects(panel), "{veils:?} {panel}");
     harness.get_by_value("50");
 }
+
+#[test]
+fn cameras_of_everything_are_flown_to_as_those_of_a_place() {
+    let mut fixture = Fixture::new(5);
+    fixture.interface.settings.right = Some(RightPanel::View);
+    let bookmarks = ["dock=4,-3,12,1.57,0.9", "hall=fit", "roof=top", "chart=plan"];
+    fixture.interface.bookmarks = bookmarks.map(|text| text.parse().expect("a bookmark")).into();
+    let mut harness = harness(fixture);
+    for (name, is_down, is_plan) in
+        [("dock", false, false), ("hall", false, false), ("roof", true, false), ("chart", true, true)]
+    {
+        let before = harness.state().interface.camera_controller.camera();
+        harness.get_by_label(name).click();
+        harness.run_steps(80);
+        let camera = harness.state().interface.camera_controller.camera();
+        assert_ne!(camera, before, "{name}");
+        assert_eq!((camera.pitch > 1.5, camera.is_plan()), (is_down, is_plan), "{name}");
+        let picture = harness.state().picture;
+        let corners = [Bounds::default().low, Bounds::default().high].map(|corner| {
+            camera.project(corner.extend(0.0), Vec2::new(picture.width(), picture.height())).expect("in sight")
+        });
+        let is_free = |at: &Vec2| (0.0..=1000.0).contains(&at.x) && (0.0..=picture.height()).contains(&at.y);
+        assert!(name == "dock" || corners.iter().all(is_free), "{name}: {corners:?}");
+    }
+}

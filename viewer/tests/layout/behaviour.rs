@@ -2,7 +2,7 @@
 
 use egui::Key;
 use egui_kittest::kittest::Queryable;
-use glam::Vec2;
+use glam::{Vec2, Vec3};
 use regatta_plugin::frame::ColumnsMut;
 use regatta_viewer::interface::Interface;
 use regatta_viewer::interface::camera_controller::CameraController;
@@ -12,6 +12,7 @@ use regatta_viewer::interface::view_model::{Action, Item};
 use regatta_viewer::jams::presence::Presence;
 use regatta_viewer::jams::{EdgeFacts, NodeFacts};
 
+use crate::camera::{middle_of_free_part, seen_at};
 use crate::fixture::{USUAL, harness};
 
 #[test]
@@ -95,8 +96,10 @@ fn a_flight_to_a_moving_robot_arrives_where_it_is() {
         ColumnsMut::split(&mut fixture.lines, 20).y[3] = step as f32 * 0.05;
         harness.run_steps(1);
         if !harness.state().interface.camera_controller.is_flying() {
-            let target = harness.state().interface.camera_controller.camera().target;
-            assert!((target.y - step as f32 * 0.05).abs() < 0.11 && step > 1, "after {step} pictures: {target}");
+            let robot = Vec3::new(3.0, step as f32 * 0.05, 0.25);
+            let (at, middle) = (seen_at(&harness, robot), middle_of_free_part(&harness));
+            // A hundred points are a metre.
+            assert!((at - middle).abs().max_element() < 15.0 && step > 1, "after {step} pictures: {at} {middle}");
             return;
         }
     }

@@ -110,7 +110,7 @@ pub fn check_texts(harness: &Harness<'_, Fixture>, what: &str) {
 }
 
 /// All texts, with their places and what they are cut by, in points.
-fn texts<'a>(harness: &'a Harness<'_, Fixture>) -> Vec<(&'a TextShape, Rect, Rect)> {
+pub fn texts<'a>(harness: &'a Harness<'_, Fixture>) -> Vec<(&'a TextShape, Rect, Rect)> {
     let mut texts = Vec::new();
     for ClippedShape { clip_rect, shape, .. } in &harness.output().shapes {
         collect(shape, *clip_rect, &mut texts);

@@ -4,7 +4,7 @@ use egui::containers::panel::PanelState;
 use egui::{IdSalt, Rect};
 use egui_kittest::Harness;
 use regatta_plugin::Contacts;
-use regatta_plugin::contact::ContactHeader;
+use regatta_plugin::contact::{ContactHeader, ContactRecord};
 use regatta_plugin::control::ControlResponse;
 use regatta_plugin::frame::{ColumnsMut, Frame, FrameHeader, Line, frame_lines, stride_lines};
 use regatta_plugin::world::{CurveRecord, EdgeRecord, NodeRecord, WorldData};
@@ -49,8 +49,9 @@ pub struct Fixture {
     pub picture: Rect,
     pub actions: Vec<Action>,
     pub engine: EngineState,
-    /// What a collision checker says, without the pairs.
+    /// What a collision checker says.
     pub contacts: Option<ContactHeader>,
+    pub pairs: Vec<ContactRecord>,
     /// The file that is replayed, or the past of a live run; neither is known as long as it is `None`.
     pub timeline: Option<Timeline<'static>>,
     /// The bars and panels of the last picture, with their names.
@@ -58,7 +59,7 @@ pub struct Fixture {
 }
 
 /// The names of all bars and panels.
-const PANELS: [&str; 6] = ["top", "bottom", "timeline", "plots", "left", "right"];
+pub const PANELS: [&str; 6] = ["top", "bottom", "timeline", "plots", "left", "right"];
 
 impl Fixture {
     fn new() -> Self {
@@ -98,9 +99,23 @@ impl Fixture {
             actions: Vec::new(),
             engine: EngineState::Running,
             contacts: None,
+            pairs: Vec::new(),
             timeline: None,
             panels: Vec::new(),
         }
+    }
+
+    /// Where a bar or a panel is, if it is open.
+    pub fn panel(&self, name: &str) -> Option<Rect> {
+        let settings = &self.interface.settings;
+        // Those that were open are remembered.
+        let is_open = match name {
+            "left" => settings.left.is_some(),
+            "right" => settings.right.is_some(),
+            "plots" => settings.plots,
+            _ => true,
+        };
+        self.panels.iter().find(|(other, _)| *other == name && is_open).map(|(_, place)| *place)
     }
 
     fn show(&mut self, ui: &mut egui::Ui) {
@@ -117,7 +132,7 @@ impl Fixture {
             world: self.world.view(1, 1),
             labels: &self.labels,
             robot_type_column: None,
-            contacts: self.contacts.as_ref().map(|header| Contacts { header, pairs: &[], missed: 0 }),
+            contacts: self.contacts.as_ref().map(|header| Contacts { header, pairs: &self.pairs, missed: 0 }),
             legend: &self.legend,
             columns: &[],
             values: &[("collision".parse().expect("a name"), 2.0)],

@@ -44,7 +44,7 @@ const STATES: [State; 9] = [
     State { name: "log", prepare: log, keys: &[], placed: &["legend"] },
 ];
 
-fn plots(fixture: &mut Fixture) {
+pub fn plots(fixture: &mut Fixture) {
     fixture.interface.settings.plots = true;
     let sample = |second: u32| FleetSample {
         secs: f64::from(second),
@@ -87,7 +87,7 @@ static MARKS: LazyLock<Vec<RecordingMark>> = LazyLock::new(|| {
     vec![mark(MarkKind::Contact), mark(MarkKind::Note)]
 });
 
-fn recording(fixture: &mut Fixture) {
+pub fn recording(fixture: &mut Fixture) {
     fixture.timeline = Some(Timeline {
         name: "the-morning-shift-of-the-first-day-of-the-trial.mcap",
         note: "here two of them meet at the dock, and neither can go on",
@@ -129,6 +129,11 @@ fn hot_spots(fixture: &mut Fixture) {
 
 /// Forty alarms, the texts of which are longer than a row.
 pub fn log(fixture: &mut Fixture) {
+    log_of(fixture, 40);
+}
+
+/// Some such alarms.
+pub fn log_of(fixture: &mut Fixture, alarms: u32) {
     let alarm = |robot: u32| {
         let text = format!("robot {robot} broke down far away from everything that is near to anybody");
         let entry = Entry {
@@ -142,7 +147,7 @@ pub fn log(fixture: &mut Fixture) {
         (entry, AlarmChange::Begins(AlarmKey::Robot(robot)))
     };
     fixture.interface.settings.left = Some(LeftPanel::Log);
-    fixture.interface.log().take(LogReport { news: (0..40).map(alarm).collect(), ..LogReport::default() });
+    fixture.interface.log().take(LogReport { news: (0..alarms).map(alarm).collect(), ..LogReport::default() });
 }
 
 #[test]
