@@ -16,7 +16,7 @@ use wgpu::{CommandEncoder, TextureView};
 use crate::camera::{Bounds, Camera};
 use crate::curves::curve_point;
 use crate::feed::{Feed, News};
-use crate::filter::Filter;
+use crate::filter::{Filter, RobotSet};
 use crate::gpu::renderer::{Picture, Renderer};
 use crate::jams::heat::HeatMap;
 use crate::jams::{JamFacts, JamReport, Watch as JamWatched};
@@ -285,9 +285,9 @@ impl Stage {
         let (Some(frame), Some(world), Some(_)) = (self.feed.frame(), self.feed.world(), &self.scene.level) else {
             return;
         };
-        let filter = Filter { level: self.scene.level.clone(), ..Filter::default() };
+        let filter = Filter::default().of_level(self.scene.level.as_deref());
         let matches = filter.matches(&frame, &world, None, &TaskBook::default());
-        self.renderer.set_matches(Some(&matches.bits));
+        self.renderer.set_on_level(matches.on_level.as_ref().map(RobotSet::words));
     }
 
     /// The current meaning of the robots' colours.

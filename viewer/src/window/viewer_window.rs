@@ -255,7 +255,7 @@ impl ViewerWindow {
                     self.interface.log().take(*log);
                     true
                 }
-                Report::Matches(filter, matches) => self.set_matches(&filter, &matches),
+                Report::Matches(filter, matches) => self.set_matches(&filter, matches),
                 Report::Facts(fact) => self.fleet_state.apply(fact),
             };
         }
@@ -266,14 +266,14 @@ impl ViewerWindow {
     }
 
     /// Sets the robots that match a filter. Returns whether it is one of those that were requested last.
-    fn set_matches(&mut self, filter: &Filter, matches: &Matches) -> bool {
+    fn set_matches(&mut self, filter: &Filter, matches: Matches) -> bool {
         if *filter == self.fleet_state.filter {
-            self.fleet_state.matches = Some(matches.counts);
-            self.stage.renderer.set_matches(Some(&matches.bits));
+            self.stage.set_matches(&matches);
+            self.fleet_state.matches = Some(matches);
             return true;
         }
         let beside = filter.level.as_ref().filter(|_| filter.is_like(&self.fleet_state.filter));
-        beside.is_some_and(|level| self.stage.set_matches_beside(level, &matches.bits))
+        beside.is_some_and(|level| self.stage.set_matches_beside(level, &matches))
     }
 
     /// Shows levels side by side, or no longer.
