@@ -197,10 +197,10 @@ impl Stage {
         self.remaining.iter().find(|(id, _)| *id == robot).map(|(_, remaining)| *remaining)
     }
 
-    /// What is to be watched for the scene.
+    /// What is to be watched for the scene, of all robots.
     pub fn plan_watch(&self) -> Watch {
         let Scene { layers, selected, .. } = &self.scene;
-        Watch { plans: layers.plans, waits: layers.waits, selected: selected.clone() }
+        Watch { plans: layers.plans, waits: layers.waits, matching: None, selected: selected.clone() }
     }
 
     /// Replaces what is drawn of plans.

@@ -56,8 +56,9 @@ impl Symbols {
         }
         if self.waits {
             let [waiting, in_rings] = self.facts.waiting.unwrap_or_default().map(|count| thousands(count.into()));
-            list.push((Symbol::Arrow, format!("waits for ({waiting})")));
-            list.push((Symbol::RingArrow, format!("ring of waiting ({in_rings})")));
+            let counted = if self.facts.is_filtered { " matching" } else { "" };
+            list.push((Symbol::Arrow, format!("waits for ({waiting}{counted})")));
+            list.push((Symbol::RingArrow, format!("ring of waiting ({in_rings}{counted})")));
         }
         match self.closed {
             0 => {}
@@ -70,7 +71,8 @@ impl Symbols {
     fn gaps(&self) -> Vec<String> {
         let mut gaps = Vec::new();
         if let Some(routes) = self.facts.routes.filter(|_| self.plans && self.facts.lacks_routes()) {
-            let (known, robots) = (thousands(routes.known.into()), with_plural(routes.under_way.into(), "robot"));
+            let noun = if self.facts.is_filtered { "matching robot" } else { "robot" };
+            let (known, robots) = (thousands(routes.known.into()), with_plural(routes.under_way.into(), noun));
             gaps.push(format!("routes of {known} of {robots}"));
         }
         if self.plans && !self.facts.has_goals {

@@ -34,6 +34,7 @@ use crate::jams::Watch as JamWatched;
 use crate::link::{Link, Report};
 use crate::options::{LookOptions, Options};
 use crate::past::Past;
+use crate::plans::Watch;
 use crate::scene::Detail;
 use crate::stage::Stage;
 
@@ -310,7 +311,7 @@ impl ViewerWindow {
             self.stage.set_routes(Vec::new());
             self.link.routes(self.fleet_state.routes_of.clone());
         }
-        let watch = self.stage.plan_watch();
+        let watch = Watch { matching: self.fleet_state.matching(), ..self.stage.plan_watch() };
         if self.fleet_state.watched != watch {
             self.fleet_state.watched.clone_from(&watch);
             self.link.plans(watch);
