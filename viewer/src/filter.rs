@@ -133,10 +133,12 @@ impl Filter {
                 && holds(&in_zone, edge)
                 && self.task.holds(row as u32, tasks);
             let is_on_level = holds(&on_level, edge);
-            [(matches, &mut matching), (is_on_level, &mut of_level)]
-                .into_iter()
-                .filter(|(is_in, _)| *is_in)
-                .for_each(|(_, robots)| robots.insert(row as u32));
+            if matches {
+                matching.insert(row as u32);
+            }
+            if is_on_level {
+                of_level.insert(row as u32);
+            }
             counts.matching += u32::from(matches);
             counts.on_level += u32::from(matches && is_on_level);
             counts.all += 1;

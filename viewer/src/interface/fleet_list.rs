@@ -71,11 +71,11 @@ impl Interface {
         };
         let (selected, offset, opacity) = (self.robots(), self.settings.offset, ui.opacity());
         let mut clicked = None;
-        // Only the rows in sight are looked up.
         let mut list = self.fleet_list.list;
         self.fleet_list.area = Some(ui.available_rect_before_wrap());
         list.show(ui, "fleet list", &colours, count, |ui, rect, row| {
             let id = id_of(row);
+            // A bit is looked up for each row in sight.
             ui.set_opacity(if self.is_matching(model, id) { opacity } else { opacity * DIMMED });
             let is_selected = selected.contains(&id);
             let response = clickable(ui, rect, id, is_selected, &colours, || format!("robot {id}"));
