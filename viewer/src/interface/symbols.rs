@@ -56,9 +56,8 @@ impl Symbols {
         }
         if self.waits {
             let [waiting, in_rings] = self.facts.waiting.unwrap_or_default().map(|count| thousands(count.into()));
-            let counted = if self.facts.is_filtered { " matching" } else { "" };
-            list.push((Symbol::Arrow, format!("waits for ({waiting}{counted})")));
-            list.push((Symbol::RingArrow, format!("ring of waiting ({in_rings}{counted})")));
+            list.push((Symbol::Arrow, format!("waits for ({waiting})")));
+            list.push((Symbol::RingArrow, format!("ring of waiting ({in_rings})")));
         }
         match self.closed {
             0 => {}
@@ -89,6 +88,9 @@ impl Symbols {
         let colours = style::colours(theme);
         if self.plans || self.waits || self.closed > 0 {
             ui.add_space(3.0);
+        }
+        if self.facts.is_filtered && (self.plans || self.waits) {
+            ui.label(style::faint(ui, theme, "of matching robots:"));
         }
         for (symbol, text) in self.list() {
             ui.horizontal(|ui| {

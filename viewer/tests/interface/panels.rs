@@ -80,7 +80,8 @@ fn counts_of_plans_say_that_they_are_of_robots_that_match() {
         "routes of 3\u{a0}of 9\u{a0}matching robots under way so far",
         "routes of 3\u{a0}of 9\u{a0}matching robots",
         "2\u{a0}matching robots wait, none of them in rings",
-        "waits for (2\u{a0}matching)",
+        "of matching robots:",
+        "waits for (2)",
     ] {
         harness.get_by_label(text);
     }
