@@ -1,5 +1,5 @@
-//! Which robots match a filter: by state, type, task and zone. The others are dimmed in the picture. It is computed on another
-//! thread than the one that draws.
+//! Which robots match a filter: by state, type, task and zone. The others are dimmed in the picture, and those of other levels
+//! than the filter's are hidden. It is computed on another thread than the one that draws.
 
 use regatta_plugin::World;
 use regatta_plugin::frame::{Frame, RobotState};
@@ -7,7 +7,7 @@ use regatta_plugin::frame::{Frame, RobotState};
 use crate::tasks::TaskBook;
 
 /// Conditions that robots match; all of them must hold.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Filter {
     /// The state.
     pub state: Option<RobotState>,
@@ -35,13 +35,57 @@ pub enum TaskFilter {
     Number(u64),
 }
 
-/// The robots that match.
+/// A set of robots: a bit per robot, 32 to a word, the lowest one first.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct RobotSet(Vec<u32>);
+
+/// The robots that match a filter.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Matches {
-    /// A bit per robot, 32 to a word, the lowest one first.
-    pub bits: Vec<u32>,
-    /// The number of robots that match, and of those in the fleet.
-    pub counts: [u32; 2],
+    /// The robots that meet all conditions but that of the level; `None` if there is no other condition.
+    pub matching: Option<RobotSet>,
+    /// The robots on the filter's level; `None` if it has none.
+    pub on_level: Option<RobotSet>,
+    /// How many these are.
+    pub counts: MatchCounts,
+}
+
+/// How many robots match a filter.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct MatchCounts {
+    /// Those that meet all conditions but that of the level.
+    pub matching: u32,
+    /// Those among them that are on the filter's level; all of them if it has none.
+    pub on_level: u32,
+    /// Those in the fleet.
+    pub all: u32,
+}
+
+impl RobotSet {
+    /// Creates an empty set with room for a number of robots.
+    pub fn new(robots: usize) -> Self {
+        Self(vec![0; robots.div_ceil(32)])
+    }
+
+    /// Whether a robot is in the set.
+    pub fn contains(&self, robot: u32) -> bool {
+        self.0.get(robot as usize / 32).is_some_and(|word| word >> (robot % 32) & 1 == 1)
+    }
+
+    /// Adds a robot. One beyond the room of the set is left out.
+    pub fn insert(&mut self, robot: u32) {
+        self.0.get_mut(robot as usize / 32).into_iter().for_each(|word| *word |= 1 << (robot % 32));
+    }
+
+    /// The bits, 32 robots to a word.
+    pub fn words(&self) -> &[u32] {
+        &self.0
+    }
+}
+
+/// Whether a robot is in a set; `None` is the set of all robots.
+pub fn is_in(robots: Option<&RobotSet>, robot: u32) -> bool {
+    robots.is_none_or(|robots| robots.contains(robot))
 }
 
 impl Filter {
@@ -50,9 +94,19 @@ impl Filter {
         *self == Self::default()
     }
 
+    /// Whether there are conditions beside that of the level.
+    pub fn has_conditions(&self) -> bool {
+        !self.of_level(None).is_empty()
+    }
+
+    /// Returns the filter for another level, or for all.
+    pub fn of_level(&self, level: Option<&str>) -> Self {
+        Self { level: level.map(str::to_owned), ..self.clone() }
+    }
+
     /// Whether another filter differs in nothing but the level.
     pub fn is_like(&self, other: &Self) -> bool {
-        Self { level: other.level.clone(), ..self.clone() } == *other
+        self.of_level(other.level.as_deref()) == *other
     }
 
     /// Computes which robots of a frame match. `types` holds each robot's index into the robot types; a robot without one has
@@ -63,28 +117,37 @@ impl Filter {
         let on_level: Option<Vec<bool>> =
             self.level.as_ref().map(|level| world.edges().iter().map(|edge| world.text(edge.level) == level).collect());
         // A robot on no edge is in no zone and on no level: no edge has its number.
-        let is_in_place = |edge: u32| {
-            let holds = |edges: &Option<Vec<bool>>| {
-                edges.as_ref().is_none_or(|edges| edges.get(edge as usize).is_some_and(|holds| *holds))
-            };
-            holds(&in_zone) && holds(&on_level)
+        let holds = |edges: &Option<Vec<bool>>, edge: u32| {
+            edges.as_ref().is_none_or(|edges| edges.get(edge as usize).is_some_and(|holds| *holds))
         };
         let type_of = |row: usize| types.and_then(|types| types.get(row)).map_or(0, |index| *index as u32);
-        let mut found = Matches { bits: vec![0; frame.len().div_ceil(32)], counts: [0; 2] };
+        let (mut matching, mut of_level) = (RobotSet::new(frame.len()), RobotSet::new(frame.len()));
+        let mut counts = MatchCounts::default();
         for row in 0..frame.len() {
-            let state = frame.state_of(row);
+            let (state, edge) = (frame.state_of(row), frame.edge()[row]);
             if state == RobotState::Absent {
                 continue;
             }
             let matches = self.state.is_none_or(|wanted| wanted == state)
                 && self.robot_type.is_none_or(|wanted| wanted == type_of(row))
-                && is_in_place(frame.edge()[row])
+                && holds(&in_zone, edge)
                 && self.task.holds(row as u32, tasks);
-            found.bits[row / 32] |= u32::from(matches) << (row % 32);
-            found.counts[0] += u32::from(matches);
-            found.counts[1] += 1;
+            let is_on_level = holds(&on_level, edge);
+            if matches {
+                matching.insert(row as u32);
+            }
+            if is_on_level {
+                of_level.insert(row as u32);
+            }
+            counts.matching += u32::from(matches);
+            counts.on_level += u32::from(matches && is_on_level);
+            counts.all += 1;
         }
-        found
+        Matches {
+            matching: self.has_conditions().then_some(matching),
+            on_level: self.level.is_some().then_some(of_level),
+            counts,
+        }
     }
 }
 
@@ -131,21 +194,32 @@ mod tests {
         tasks.take(1, &[TaskRecord::new(7, TaskKind::Assigned).of_robot(36)]);
         let types: Vec<f32> = (0..40).map(|row| (row % 2) as f32).collect();
         let found = |filter: Filter| filter.matches(&frame, &world.view(1, 1), Some(&types), &tasks);
+        let ids_in = |robots: &RobotSet| -> Vec<usize> { (0..40).filter(|row| robots.contains(*row as u32)).collect() };
         let ids = |filter| {
             let found = found(filter);
-            let ids: Vec<_> = (0..40_usize).filter(|row| found.bits[row / 32] >> (row % 32) & 1 == 1).collect();
-            assert_eq!(found.counts, [ids.len() as u32, 39]);
+            assert_eq!(found.on_level, None);
+            let ids = ids_in(&found.matching.expect("conditions"));
+            let number = ids.len() as u32;
+            assert_eq!(found.counts, MatchCounts { matching: number, on_level: number, all: 39 });
             ids
         };
         let all = Filter::default();
         assert!(all.is_empty());
-        assert_eq!(ids(all.clone()).len(), 39);
+        let counts = MatchCounts { matching: 39, on_level: 39, all: 39 };
+        assert_eq!(found(all.clone()), Matches { counts, ..Matches::default() });
         assert_eq!(ids(Filter { state: Some(RobotState::Held), ..all.clone() }), [33]);
         assert_eq!(ids(Filter { task: TaskFilter::Some, ..all.clone() }), [36]);
         assert!(ids(Filter { task: TaskFilter::Number(8), ..all.clone() }).is_empty());
         assert_eq!(ids(Filter { task: TaskFilter::None, ..all.clone() }).len(), 38);
         let on_edge_1: Vec<usize> = (1..40).filter(|row| row % 3 == 1).collect();
-        assert_eq!(ids(Filter { level: Some("upstairs".into()), ..all.clone() }), on_edge_1);
+        let upstairs = found(all.of_level(Some("upstairs")));
+        assert_eq!(upstairs.on_level.as_ref().map(ids_in), Some(on_edge_1));
+        assert_eq!(upstairs.matching, None);
+        assert_eq!(upstairs.counts, MatchCounts { matching: 39, on_level: 13, all: 39 });
+        let held_elsewhere = found(Filter { state: Some(RobotState::Held), ..all.of_level(Some("upstairs")) });
+        assert_eq!(held_elsewhere.matching.as_ref().map(ids_in), Some(vec![33]), "the level is no condition");
+        assert_eq!(held_elsewhere.on_level, upstairs.on_level);
+        assert_eq!(held_elsewhere.counts, MatchCounts { matching: 1, on_level: 0, all: 39 });
         let north = Filter { zone: Some("north".into()), robot_type: Some(1), ..all };
         assert_eq!(ids(north), [3, 9, 15, 21, 27, 33, 39]);
     }

@@ -1,5 +1,5 @@
-//! What a fleet manager plans, for all robots: routes, goals, and who waits for whom. A background thread collects and reduces
-//! it to lists to draw, so that no picture waits for it.
+//! What a fleet manager plans, for all robots or those that match the filter: routes, goals, and who waits for whom. A background
+//! thread collects and reduces it to lists to draw, so that no picture waits for it.
 
 mod collector;
 pub mod goals;
@@ -11,6 +11,7 @@ use std::time::{Duration, Instant};
 
 use regatta_plugin::{ColumnReader, FleetName, Participant, ReadError, Result, RouteClient, Subscriber, WorldReader};
 
+use crate::filter::{RobotSet, is_in};
 use crate::route::RouteSegment;
 use crate::watching::Watched;
 use collector::Collector;
@@ -30,12 +31,29 @@ const PAUSES: u32 = 5;
 /// What is to be watched.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Watch {
-    /// Routes and goals of all robots.
+    /// Routes and goals.
     pub plans: bool,
     /// Who waits for whom.
     pub waits: bool,
-    /// Robots whose goals are watched even if those of all aren't.
+    /// The robots whose plans and waits are watched; `None` for all.
+    pub matching: Option<RobotSet>,
+    /// Robots that are watched even if they are not among those, and their goals even without those of others.
     pub selected: Vec<u32>,
+}
+
+impl Watch {
+    /// Returns the robots that match, and the selected ones; `None` for all.
+    fn robots(&self) -> Option<RobotSet> {
+        let mut robots = self.matching.clone()?;
+        self.selected.iter().for_each(|robot| robots.insert(*robot));
+        Some(robots)
+    }
+
+    /// Whether something else is to be watched than before, other than that some more or fewer robots match.
+    fn differs(&self, before: &Self) -> bool {
+        let wanted = |watch: &Self| (watch.plans, watch.waits, watch.matching.is_some());
+        wanted(self) != wanted(before) || self.selected != before.selected
+    }
 }
 
 impl Watched for Watch {
@@ -55,11 +73,11 @@ impl Watched for Watch {
 /// What was found: lists to draw, and facts to tell.
 #[derive(Clone, Debug, Default)]
 pub struct PlanReport {
-    /// The routes of all robots.
+    /// The routes of robots that match and of selected ones.
     pub lines: Vec<RouteSegment>,
-    /// Their goals, and those of selected robots.
+    /// Their goals.
     pub goals: Vec<GoalMark>,
-    /// Who waits for whom.
+    /// For whom they wait.
     pub arrows: Vec<WaitArrow>,
     /// What the lists leave out.
     pub facts: PlanFacts,
@@ -68,7 +86,9 @@ pub struct PlanReport {
 /// How much is known.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PlanFacts {
-    /// The routes of all robots, while they are watched.
+    /// Whether only robots that match a filter are counted.
+    pub is_filtered: bool,
+    /// The routes of robots, while they are watched.
     pub routes: Option<Coverage>,
     /// Whether a fleet manager says where robots go.
     pub has_goals: bool,
@@ -115,9 +135,13 @@ fn run(fleet: &FleetName, changed: &Receiver<Watch>, report: &mut dyn FnMut(Plan
         } else {
             changed.recv_timeout(wait)
         };
-        let is_changed = change.is_ok();
+        let mut is_changed = false;
         match change {
-            Ok(newer) => watch = changed.try_iter().last().unwrap_or(newer),
+            Ok(newer) => {
+                let newer = changed.try_iter().last().unwrap_or(newer);
+                is_changed = newer.differs(&watch);
+                watch = newer;
+            }
             Err(RecvTimeoutError::Timeout) => {}
             Err(RecvTimeoutError::Disconnected) => return Ok(()),
         }
@@ -179,7 +203,7 @@ impl Watcher {
             self.ask_at = None;
             self.collector = Collector::new();
         } else if self.ask_at.is_none_or(|ask| Instant::now() >= ask) {
-            self.ask()?;
+            self.ask(watch)?;
         }
         if !at_once && Instant::now() < self.report_at {
             return Ok(None);
@@ -190,13 +214,13 @@ impl Watcher {
         Ok(Some(report))
     }
 
-    fn ask(&mut self) -> Result<(), ReadError> {
+    fn ask(&mut self, watch: &Watch) -> Result<(), ReadError> {
         let now = Instant::now();
         let Some(frame) = self.frames.current()? else {
             self.ask_at = Some(now + REPORT_EVERY);
             return Ok(());
         };
-        let asked = self.collector.advance(&mut self.client, &frame, now + ASK_FOR);
+        let asked = self.collector.advance(&mut self.client, &frame, watch.robots().as_ref(), now + ASK_FOR);
         let rest = match asked {
             Ok(false) => Duration::ZERO,
             Ok(true) => REPORT_EVERY,
@@ -212,18 +236,24 @@ impl Watcher {
     fn report(&mut self, watch: &Watch) -> Result<PlanReport, ReadError> {
         let mut found = PlanReport::default();
         let (Some(frame), Some(world)) = (self.frames.current()?, self.worlds.current()?) else { return Ok(found) };
+        let (matching, robots) = (watch.matching.as_ref(), watch.robots());
+        let is_watched = |robot: u32| is_in(robots.as_ref(), robot);
+        found.facts.is_filtered = matching.is_some();
         if watch.plans {
-            found.lines = lines::lines(self.collector.routes(), &frame, &world);
-            found.facts.routes = Some(self.collector.coverage(&frame));
+            let routes = self.collector.routes().filter(|route| is_watched(route.robot));
+            found.lines = lines::lines(routes, &frame, &world);
+            found.facts.routes = Some(self.collector.coverage(&frame, matching));
         }
         if let Some(goals) = values(&mut self.goals, frame.run_id())? {
             found.facts.has_goals = true;
-            found.goals = goals::marks(goals, watch.plans, &watch.selected, &self.places);
+            found.goals = goals::marks(goals, |robot| watch.plans && is_watched(robot), &watch.selected, &self.places);
         }
         if let Some(waits_for) = values(&mut self.waits, frame.run_id())?.filter(|_| watch.waits) {
             found.arrows = waits::arrows(waits_for);
-            let in_rings = found.arrows.iter().filter(|arrow| arrow.in_ring == 1).count();
-            found.facts.waiting = Some([found.arrows.len() as u32, in_rings as u32]);
+            found.arrows.retain(|arrow| is_watched(arrow.from));
+            let counted = || found.arrows.iter().filter(|arrow| is_in(matching, arrow.from));
+            let in_rings = counted().filter(|arrow| arrow.in_ring == 1).count();
+            found.facts.waiting = Some([counted().count() as u32, in_rings as u32]);
         }
         Ok(found)
     }

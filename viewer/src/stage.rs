@@ -16,7 +16,7 @@ use wgpu::{CommandEncoder, TextureView};
 use crate::camera::{Bounds, Camera};
 use crate::curves::curve_point;
 use crate::feed::{Feed, News};
-use crate::filter::Filter;
+use crate::filter::{Filter, RobotSet};
 use crate::gpu::renderer::{Picture, Renderer};
 use crate::jams::heat::HeatMap;
 use crate::jams::{self, JamFacts, JamReport, Watch as JamWatched};
@@ -197,10 +197,10 @@ impl Stage {
         self.remaining.iter().find(|(id, _)| *id == robot).map(|(_, remaining)| *remaining)
     }
 
-    /// What is to be watched for the scene.
+    /// What is to be watched for the scene, of all robots.
     pub fn plan_watch(&self) -> Watch {
         let Scene { layers, selected, .. } = &self.scene;
-        Watch { plans: layers.plans, waits: layers.waits, selected: selected.clone() }
+        Watch { plans: layers.plans, waits: layers.waits, matching: None, selected: selected.clone() }
     }
 
     /// Replaces what is drawn of plans.
@@ -286,9 +286,9 @@ impl Stage {
         let (Some(frame), Some(world), Some(_)) = (self.feed.frame(), self.feed.world(), &self.scene.level) else {
             return;
         };
-        let filter = Filter { level: self.scene.level.clone(), ..Filter::default() };
+        let filter = Filter::default().of_level(self.scene.level.as_deref());
         let matches = filter.matches(&frame, &world, None, &TaskBook::default());
-        self.renderer.set_matches(Some(&matches.bits));
+        self.renderer.set_on_level(matches.on_level.as_ref().map(RobotSet::words));
     }
 
     /// The current meaning of the robots' colours.

@@ -82,8 +82,8 @@ pub struct Columns {
     /// Rows that have a value.
     values: usize,
     has_robot_type_column: bool,
-    /// The robots that match the filter, a bit each; empty without a filter.
-    matches: Vec<u32>,
+    /// The robots that match the filter, and those on the level that is shown, a bit each; empty for all robots.
+    sets: [Vec<u32>; 2],
     run: u64,
     sim_nanos: u64,
     teleport_distance: f32,
@@ -110,7 +110,7 @@ impl Columns {
             robots: [0; 2],
             values: 0,
             has_robot_type_column: false,
-            matches: Vec::new(),
+            sets: [Vec::new(), Vec::new()],
             run: 0,
             sim_nanos: 0,
             teleport_distance: 0.0,
@@ -158,24 +158,33 @@ impl Columns {
         gpu.queue.write_buffer(&self.attributes, 0, bytemuck::cast_slice(&values[..self.values]));
     }
 
-    /// Sets or removes the filter: a bit per robot, 32 to a word. Robots beyond the end don't match.
+    /// Sets the robots that are not dimmed, or with `None` all: a bit per robot, 32 to a word. Robots beyond the end are dimmed.
     pub fn set_matches(&mut self, gpu: &Gpu, matches: Option<&[u32]>) {
-        self.matches.clear();
-        self.matches.extend_from_slice(matches.unwrap_or_default());
-        self.write_matches(gpu);
+        self.set_robots(gpu, 0, matches);
     }
 
-    /// Whether there is a filter.
-    pub fn is_filtered(&self) -> bool {
-        !self.matches.is_empty()
+    /// Sets the robots that are not hidden, or with `None` all: a bit per robot, 32 to a word. Robots beyond the end are hidden.
+    pub fn set_on_level(&mut self, gpu: &Gpu, on_level: Option<&[u32]>) {
+        self.set_robots(gpu, 1, on_level);
     }
 
-    fn write_matches(&mut self, gpu: &Gpu) {
-        if self.is_filtered() {
+    /// The shaders' `view.filtered`.
+    pub fn filtered(&self) -> u32 {
+        self.sets.iter().zip(0..).map(|(set, index)| u32::from(!set.is_empty()) << index).sum()
+    }
+
+    fn set_robots(&mut self, gpu: &Gpu, index: usize, robots: Option<&[u32]>) {
+        self.sets[index].clear();
+        self.sets[index].extend_from_slice(robots.unwrap_or_default());
+        self.write_sets(gpu);
+    }
+
+    fn write_sets(&mut self, gpu: &Gpu) {
+        let (rows, first) = (self.rows, self.column_offset(2) + self.rows as u64);
+        for (set, index) in self.sets.iter_mut().zip(0..).filter(|(set, _)| !set.is_empty()) {
             // Bits of robots that have left the fleet are not cut off by a smaller buffer, but by the number of rows.
-            self.matches.resize(self.rows / 32, 0);
-            let at = self.column_offset(2) + self.rows as u64;
-            gpu.queue.write_buffer(&self.attributes, at, bytemuck::cast_slice(&self.matches));
+            set.resize(rows / 32, 0);
+            gpu.queue.write_buffer(&self.attributes, first + index * (rows / 8) as u64, bytemuck::cast_slice(set));
         }
     }
 
@@ -207,7 +216,7 @@ impl Columns {
         (self.poses, self.attributes) = column_buffers(gpu, self.rows);
         (self.robots, self.values, self.has_robot_type_column) = ([0; 2], 0, false);
         self.groups = [None, None];
-        self.write_matches(gpu);
+        self.write_sets(gpu);
     }
 
     /// The layout of the columns' bind group.
@@ -256,5 +265,5 @@ impl Columns {
 fn column_buffers(gpu: &Gpu, rows: usize) -> ([Buffer; 2], Buffer) {
     let word = size_of::<f32>();
     let poses = [(); 2].map(|()| buffer(gpu, "poses", 3 * rows * word, BufferUsages::STORAGE));
-    (poses, buffer(gpu, "attributes", (2 * rows + rows / 4 + rows / 32) * word, BufferUsages::STORAGE))
+    (poses, buffer(gpu, "attributes", (2 * rows + rows / 4 + 2 * rows / 32) * word, BufferUsages::STORAGE))
 }

@@ -175,7 +175,8 @@ impl Renderer {
         self.set_graph(world);
     }
 
-    /// Shows one level of the graph only, from the next [`set_graph`](Self::set_graph) on, and hides the robots that don't match.
+    /// Shows one level of the graph only, from the next [`set_graph`](Self::set_graph) on. Robots of other levels are hidden by
+    /// [`set_on_level`](Self::set_on_level).
     pub fn set_level(&mut self, level: Option<&str>) {
         self.level = level.map(str::to_owned);
     }
@@ -257,5 +258,10 @@ impl Renderer {
     /// Dims the robots whose bit is not set, 32 to a word; with `None` no robot.
     pub fn set_matches(&mut self, matches: Option<&[u32]>) {
         self.columns.set_matches(&self.gpu, matches);
+    }
+
+    /// Hides the robots whose bit is not set, 32 to a word; with `None` no robot.
+    pub fn set_on_level(&mut self, on_level: Option<&[u32]>) {
+        self.columns.set_on_level(&self.gpu, on_level);
     }
 }

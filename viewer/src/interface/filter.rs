@@ -2,13 +2,13 @@
 
 use std::collections::BTreeSet;
 
-use egui::{ComboBox, Role, TextEdit, Ui, WidgetInfo};
+use egui::{Button, ComboBox, Role, TextEdit, Ui, WidgetInfo};
 use regatta_plugin::frame::RobotState;
 
 use super::state::Interface;
 use super::style;
 use super::view_model::{Action, ViewModel};
-use crate::filter::{Filter, TaskFilter};
+use crate::filter::{Filter, MatchCounts, TaskFilter, is_in};
 use crate::text::{thousands, with_plural};
 
 /// The states to choose from.
@@ -26,30 +26,51 @@ const STATES: [RobotState; 8] = [
 impl Interface {
     /// Shows the filter, and requests the robots that match it when it has changed.
     pub(super) fn filter(&mut self, ui: &mut Ui, model: &ViewModel<'_>, actions: &mut Vec<Action>) {
-        let (before, theme) = (self.filter.clone(), self.settings.theme());
+        let before = self.filter.clone();
         ui.horizontal_wrapped(|ui| {
             state(ui, &mut self.filter);
             robot_type(ui, &mut self.filter, model);
             zone(ui, &mut self.filter, model);
             self.task_filter(ui);
         });
-        // Of levels side by side, all robots are shown.
-        let is_filtered = !Filter { level: None, ..self.filter.clone() }.is_empty();
-        if is_filtered || self.filter.level.is_some() && self.parts().is_empty() {
-            ui.horizontal(|ui| {
-                let text = model.matches.map_or("counting …".to_owned(), |[matching, all]| {
-                    let verb = if matching == 1 { "matches" } else { "match" };
-                    format!("{} of {} {verb}", thousands(matching.into()), with_plural(all.into(), "robot"))
-                });
-                ui.label(style::faint(ui, theme, text));
-                if ui.small_button("show all").clicked() {
-                    (self.filter, self.task_number) = (Filter::default(), String::new());
-                }
-            });
-        }
+        // The line is there without a filter too, so that the list below it stays where it is.
+        ui.horizontal(|ui| {
+            let text = self.count_text(model.matches.map(|matches| matches.counts));
+            ui.label(style::faint(ui, self.settings.theme(), text));
+            if ui.add_enabled(self.filter.has_conditions(), Button::new("show all").small()).clicked() {
+                self.filter = Filter::default().of_level(self.filter.level.as_deref());
+                self.task_number.clear();
+            }
+        });
         if self.filter != before {
             actions.push(Action::Filter(self.filter.clone()));
         }
+    }
+
+    /// Says how many robots match; without a filter, how many are on the level that alone is shown.
+    fn count_text(&self, counts: Option<MatchCounts>) -> String {
+        let is_level_alone = self.filter.level.is_some() && self.parts().is_empty();
+        let has_conditions = self.filter.has_conditions();
+        if !is_level_alone && !has_conditions {
+            return "no filter".to_owned();
+        }
+        let Some(MatchCounts { matching, on_level, all }) = counts else { return "counting …".to_owned() };
+        // Of levels side by side, all robots are shown.
+        let number = if is_level_alone { on_level } else { matching };
+        let verb = match (has_conditions, number) {
+            (false, _) => "on this level",
+            (true, 1) => "matches",
+            (true, _) => "match",
+        };
+        format!("{} of {} {verb}", thousands(number.into()), with_plural(all.into(), "robot"))
+    }
+
+    /// Whether a robot matches the filter, and is on the level that alone is shown; of all robots, until that is known.
+    pub(super) fn is_matching(&self, model: &ViewModel<'_>, robot: u32) -> bool {
+        model.matches.is_none_or(|matches| {
+            let is_on_level = !self.parts().is_empty() || is_in(matches.on_level.as_ref(), robot);
+            is_on_level && is_in(matches.matching.as_ref(), robot)
+        })
     }
 
     fn task_filter(&mut self, ui: &mut Ui) {

@@ -40,6 +40,9 @@ const WIDE: &[Column] = &[
     ("contact", None, 0.985),
 ];
 
+/// The opacity of the row of a robot that doesn't match the filter.
+const DIMMED: f32 = 0.35;
+
 /// The least width of a wide list, in points.
 const WIDE_POINTS: f32 = 440.0;
 /// The space to the left of a column, in points.
@@ -74,10 +77,14 @@ impl Interface {
             None => row as u32,
         };
         let (selected, offset, theme) = (self.robots(), self.settings.offset, self.settings.theme());
+        let opacity = ui.opacity();
         let mut clicked = None;
+        let mut list = self.fleet_list.list;
         self.fleet_list.area = Some(ui.available_rect_before_wrap());
-        self.fleet_list.list.show(ui, "fleet list", &colours, count, |ui, rect, row| {
+        list.show(ui, "fleet list", &colours, count, |ui, rect, row| {
             let id = id_of(row);
+            // A bit is looked up for each row in sight.
+            ui.set_opacity(if self.is_matching(model, id) { opacity } else { opacity * DIMMED });
             let is_selected = selected.contains(&id);
             let response = clickable(ui, rect, id, is_selected, &colours, || format!("robot {id}"));
             if response.clicked() || response.double_clicked() {
@@ -88,7 +95,7 @@ impl Interface {
             let row = Row { id, edge, level: levels.get(&id).copied(), offset, colour };
             cells(ui, rect, &frame, &row, columns, &colours);
         });
-        self.fleet_list.held = held;
+        (self.fleet_list.list, self.fleet_list.held) = (list, held);
         if let Some((id, is_double)) = clicked {
             if !ui.input(|input| input.modifiers.command) {
                 self.select(Some(Item::Robot(id)));

@@ -70,7 +70,8 @@ impl Symbols {
     fn gaps(&self) -> Vec<String> {
         let mut gaps = Vec::new();
         if let Some(routes) = self.facts.routes.filter(|_| self.plans && self.facts.lacks_routes()) {
-            let (known, robots) = (thousands(routes.known.into()), with_plural(routes.under_way.into(), "robot"));
+            let noun = if self.facts.is_filtered { "matching robot" } else { "robot" };
+            let (known, robots) = (thousands(routes.known.into()), with_plural(routes.under_way.into(), noun));
             gaps.push(format!("routes of {known} of {robots}"));
         }
         if self.plans && !self.facts.has_goals {
@@ -87,6 +88,9 @@ impl Symbols {
         let colours = style::colours(theme);
         if self.plans || self.waits || self.closed > 0 {
             ui.add_space(3.0);
+        }
+        if self.facts.is_filtered && (self.plans || self.waits) {
+            ui.label(style::faint(ui, theme, "of matching robots:"));
         }
         for (symbol, text) in self.list() {
             ui.horizontal(|ui| {

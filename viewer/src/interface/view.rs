@@ -84,7 +84,8 @@ impl Interface {
     /// Shows the switches of what a fleet manager plans, each with what is known of it.
     fn plan_layers(&mut self, ui: &mut Ui, model: &ViewModel<'_>) {
         let (theme, settings, plans) = (self.settings.theme(), &mut self.settings, &model.plans);
-        ui.checkbox(&mut settings.plans, "routes and goals of all robots").on_hover_text("Key H");
+        let robots = if self.filter.has_conditions() { "matching" } else { "all" };
+        ui.checkbox(&mut settings.plans, format!("routes and goals of {robots} robots")).on_hover_text("Key H");
         if settings.plans {
             ui.label(faint(ui, theme, routes_text(plans)));
         }
@@ -158,20 +159,26 @@ impl Interface {
     }
 }
 
-/// Returns what is known of the routes of all robots.
+/// Returns what is known of the routes of all robots, or of those that match the filter.
 fn routes_text(plans: &PlanFacts) -> String {
     let goals = if plans.has_goals { "" } else { "; no goals: no fleet manager publishes them" };
+    let noun = robot_noun(plans);
     match plans.routes {
         Some(Coverage { known, under_way, round_secs }) if round_secs.is_finite() => {
-            let (known, robots) = (thousands(known.into()), with_plural(under_way.into(), "robot"));
+            let (known, robots) = (thousands(known.into()), with_plural(under_way.into(), noun));
             format!("routes of {known} of {robots} under way, at most {round_secs:.1} s old{goals}")
         }
         Some(Coverage { known, under_way, .. }) => {
-            let (known, robots) = (thousands(known.into()), with_plural(under_way.into(), "robot"));
+            let (known, robots) = (thousands(known.into()), with_plural(under_way.into(), noun));
             format!("routes of {known} of {robots} under way so far{goals}")
         }
         None => "nothing known yet".to_owned(),
     }
+}
+
+/// Returns what the robots are that are counted.
+fn robot_noun(plans: &PlanFacts) -> &'static str {
+    if plans.is_filtered { "matching robot" } else { "robot" }
 }
 
 /// Returns how many robots wait.
@@ -180,7 +187,7 @@ fn waits_text(plans: &PlanFacts) -> String {
         Some([waiting, in_rings]) => {
             let verb = if waiting == 1 { "waits" } else { "wait" };
             let in_rings = if in_rings == 0 { "none".to_owned() } else { thousands(in_rings.into()) };
-            format!("{} {verb}, {in_rings} of them in rings", with_plural(waiting.into(), "robot"))
+            format!("{} {verb}, {in_rings} of them in rings", with_plural(waiting.into(), robot_noun(plans)))
         }
         None => "no fleet manager says who waits".to_owned(),
     }

@@ -13,7 +13,7 @@ use super::rows::{RowQuery, Rows};
 use super::timing::Timing;
 use crate::camera::Bounds;
 use crate::feed::Counts;
-use crate::filter::Filter;
+use crate::filter::{Filter, Matches};
 use crate::gpu::pick::Picked;
 use crate::jams::JamFacts;
 use crate::orders::UserOrder;
@@ -77,8 +77,8 @@ pub struct ViewModel<'a> {
     pub jams: &'a JamFacts,
     /// The answer to the last [`Action::Rows`].
     pub rows: Option<&'a Rows>,
-    /// The number of robots that match the filter, and of all; `None` until they are counted.
-    pub matches: Option<[u32; 2]>,
+    /// The robots that match the filter; `None` until they are known.
+    pub matches: Option<&'a Matches>,
     /// The bounds of everything to be seen.
     pub bounds: Bounds,
     /// The pose of the followed robot, as drawn.

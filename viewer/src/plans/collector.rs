@@ -1,10 +1,12 @@
-//! Asks for the routes of all robots, some at a time, round after round.
+//! Asks for the routes of many robots, some at a time, round after round.
 
 use std::time::{Duration, Instant};
 
 use regatta_plugin::frame::RobotState;
 use regatta_plugin::route::RouteResponse;
 use regatta_plugin::{Frame, RouteClient, RouteError};
+
+use crate::filter::{RobotSet, is_in};
 
 /// The most robots whose routes are asked for: an answer takes a kilobyte.
 const MAX_ROBOTS: usize = 16_384;
@@ -13,7 +15,7 @@ const AT_ONCE: usize = 8;
 /// How long an answer is awaited.
 const TIMEOUT: Duration = Duration::from_millis(200);
 
-/// How much of the routes of all robots is known.
+/// How much of the routes of all robots, or of those that match a filter, is known.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Coverage {
     /// Robots under way whose routes are known.
@@ -41,15 +43,21 @@ impl Collector {
         Self { routes: Vec::new(), run: 0, next: 0, round_began: Instant::now(), round_secs: f32::INFINITY }
     }
 
-    /// Asks for the routes of the next robots that are under way in a frame, until `until` or the end of the round. Returns
-    /// whether the round has ended.
+    /// Asks for the routes of the next of some robots (`None` for all) that are under way in a frame, until `until` or the end of
+    /// the round. Returns whether the round has ended.
     ///
     /// # Errors
     /// [`RouteError`]: there are no answers now.
-    pub fn advance(&mut self, client: &mut RouteClient, frame: &Frame<'_>, until: Instant) -> Result<bool, RouteError> {
+    pub fn advance(
+        &mut self,
+        client: &mut RouteClient,
+        frame: &Frame<'_>,
+        robots: Option<&RobotSet>,
+        until: Instant,
+    ) -> Result<bool, RouteError> {
         self.fit(frame);
         loop {
-            let batch = self.batch(frame);
+            let batch = self.batch(frame, robots);
             if !batch.is_empty() {
                 for answer in client.routes(&batch, TIMEOUT)? {
                     let is_current = answer.is_found() && answer.run_id == self.run;
@@ -77,11 +85,11 @@ impl Collector {
         self.next = self.next.min(self.routes.len());
     }
 
-    /// Takes the next robots to ask for. Those without a route are passed over.
-    fn batch(&mut self, frame: &Frame<'_>) -> Vec<u32> {
+    /// Takes the next robots to ask for. Those without a route, and those that are not wanted, are passed over.
+    fn batch(&mut self, frame: &Frame<'_>, robots: Option<&RobotSet>) -> Vec<u32> {
         let mut batch = Vec::with_capacity(AT_ONCE);
         while self.next < self.routes.len() && batch.len() < AT_ONCE {
-            if is_under_way(frame, self.next) {
+            if is_under_way(frame, self.next) && is_in(robots, self.next as u32) {
                 batch.push(self.next as u32);
             } else {
                 self.routes[self.next] = None;
@@ -96,10 +104,11 @@ impl Collector {
         self.routes.iter().flatten().map(AsRef::as_ref)
     }
 
-    /// How many of the robots under way in a frame have a known route.
-    pub fn coverage(&self, frame: &Frame<'_>) -> Coverage {
+    /// How many of some robots (`None` for all) under way in a frame have a known route.
+    pub fn coverage(&self, frame: &Frame<'_>, robots: Option<&RobotSet>) -> Coverage {
         let mut all = Coverage { round_secs: self.round_secs, ..Coverage::default() };
-        for robot in (0..frame.len()).filter(|robot| is_under_way(frame, *robot)) {
+        let is_counted = |robot: &usize| is_under_way(frame, *robot) && is_in(robots, *robot as u32);
+        for robot in (0..frame.len()).filter(is_counted) {
             all.under_way += 1;
             all.known += u32::from(self.routes.get(robot).is_some_and(Option::is_some));
         }

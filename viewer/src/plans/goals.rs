@@ -31,13 +31,13 @@ impl Places {
     }
 }
 
-/// Returns a mark for each node that is a goal: of a selected robot, or if `all` of any robot. `goals` holds the id of the node
+/// Returns a mark for each node that is a goal: of a selected robot, or of one that `is_watched`. `goals` holds the id of the node
 /// that each robot was sent to, or NaN. Marks of selected robots come last, so that they are drawn over the others.
-pub fn marks(goals: &[f32], all: bool, selected: &[u32], places: &Places) -> Vec<GoalMark> {
+pub fn marks(goals: &[f32], is_watched: impl Fn(u32) -> bool, selected: &[u32], places: &Places) -> Vec<GoalMark> {
     let mut is_marked = vec![0_u8; places.0.len()];
-    let everybody = if all { goals } else { &[] };
+    let watched = (0..).zip(goals).filter(|(robot, _)| is_watched(*robot));
     let chosen = selected.iter().filter_map(|robot| goals.get(*robot as usize));
-    for (mark, goal) in everybody.iter().map(|goal| (1, goal)).chain(chosen.map(|goal| (2, goal))) {
+    for (mark, goal) in watched.map(|(_, goal)| (1, goal)).chain(chosen.map(|goal| (2, goal))) {
         if let Some(index) = places.index(*goal) {
             is_marked[index] = mark;
         }
@@ -60,9 +60,10 @@ mod tests {
         let places = Places::new(&world.view(1, 1));
         let mark = |node, selected| GoalMark { node, selected };
         let goals = [20.0, 10.0, f32::NAN, 20.0, 99.0, -1.0, 30.0];
-        assert_eq!(marks(&goals, true, &[1, 77], &places), [mark(2, 0), mark(0, 0), mark(1, 1)]);
-        assert_eq!(marks(&goals, false, &[0, 2, 5], &places), [mark(2, 1)]);
-        assert_eq!(marks(&goals, false, &[], &places), []);
-        assert_eq!(marks(&[0.0], true, &[], &Places::default()), []);
+        assert_eq!(marks(&goals, |_| true, &[1, 77], &places), [mark(2, 0), mark(0, 0), mark(1, 1)]);
+        assert_eq!(marks(&goals, |robot| robot == 6, &[1], &places), [mark(0, 0), mark(1, 1)]);
+        assert_eq!(marks(&goals, |_| false, &[0, 2, 5], &places), [mark(2, 1)]);
+        assert_eq!(marks(&goals, |_| false, &[], &places), []);
+        assert_eq!(marks(&[0.0], |_| true, &[], &Places::default()), []);
     }
 }

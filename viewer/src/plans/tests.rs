@@ -34,15 +34,14 @@ fn publish(producer: &mut ProducerPorts, tick: u64) {
     producer.update();
 }
 
-#[test]
-fn routes_goals_and_waits_of_a_fleet_are_collected() {
-    let fleet: FleetName = format!("unit-viewer-plans-{}", std::process::id()).parse().expect("a name");
+/// Returns the first complete report of what is watched of a fleet, and the robots whose routes were asked for.
+fn watched(test: &str, watch: Watch, is_complete: impl Fn(&PlanReport) -> bool) -> (PlanReport, Vec<u32>) {
+    let fleet: FleetName = format!("unit-viewer-{test}-{}", std::process::id()).parse().expect("a name");
     let mut producer = ProducerPorts::create(&fleet, 3).expect("a producer");
     let mut routes = RouteServer::open_on(producer.participant()).expect("routes");
     producer.publish_world(&world()).expect("a world");
     let run = producer.run_id();
-    let inbox = Inbox::open(&fleet, Watch { plans: true, waits: true, selected: Vec::new() });
-    let inbox = inbox.expect("a thread").expect("something to watch");
+    let inbox = Inbox::open(&fleet, watch).expect("a thread").expect("something to watch");
     let (deadline, mut asked) = (Instant::now() + Duration::from_secs(60), Vec::new());
     let report = (1..).find_map(|tick| {
         assert!(Instant::now() < deadline, "no report after {} requests", asked.len());
@@ -57,9 +56,15 @@ fn routes_goals_and_waits_of_a_fleet_are_collected() {
         answered.expect("answered");
         std::thread::sleep(Duration::from_millis(2));
         let found = inbox.newest().expect("readable")?;
-        (found.lines.len() == 3 && found.facts.waiting.is_some() && found.facts.has_goals).then_some(found)
+        (found.facts.waiting.is_some() && found.facts.has_goals && is_complete(&found)).then_some(found)
     });
-    let report = report.expect("a report");
+    (report.expect("a report"), asked)
+}
+
+#[test]
+fn routes_goals_and_waits_of_a_fleet_are_collected() {
+    let watch = Watch { plans: true, waits: true, ..Watch::default() };
+    let (report, asked) = watched("plans", watch, |found| found.lines.len() == 3);
     // What is left of edge 0 for the first robot, and of edge 1 for the second one; all of edge 1 is the first one's horizon.
     let lines: Vec<_> = report.lines.iter().map(|line| (line.curve, line.released)).collect();
     assert_eq!(lines, [(1, 0), (0, 1), (1, 1)]);
@@ -67,8 +72,39 @@ fn routes_goals_and_waits_of_a_fleet_are_collected() {
     assert_eq!(report.facts.waiting, Some([2, 2]));
     let known = report.facts.routes.expect("routes are watched");
     assert_eq!((known.known, known.under_way), (2, 2));
-    assert!(!report.facts.lacks_routes());
+    assert!(!report.facts.lacks_routes() && !report.facts.is_filtered);
     assert!(asked.iter().all(|robot| *robot < 2), "an idle robot has no route");
+}
+
+#[test]
+fn of_a_filter_only_robots_that_match_and_selected_ones_are_watched() {
+    let mut matching = RobotSet::new(3);
+    matching.insert(1);
+    let watch = Watch { plans: true, waits: true, matching: Some(matching), selected: Vec::new() };
+    let (report, asked) = watched("matching-plans", watch.clone(), |found| !found.lines.is_empty());
+    let line = |line: &RouteSegment| (line.curve, line.released);
+    let arrow = |from, to| WaitArrow { from, to, in_ring: 1 };
+    assert_eq!(report.lines.iter().map(line).collect::<Vec<_>>(), [(1, 1)]);
+    assert_eq!(report.arrows, [arrow(1, 0)]);
+    assert_eq!(report.goals, [GoalMark { node: 2, selected: 0 }]);
+    assert!(asked.iter().all(|robot| *robot == 1), "{asked:?}");
+    let (counts, known) = (report.facts.waiting, report.facts.routes.expect("routes are watched"));
+    assert_eq!((counts, known.known, known.under_way, report.facts.is_filtered), (Some([1, 1]), 1, 1, true));
+
+    let watch = Watch { selected: vec![0], ..watch };
+    let (report, _) = watched("selected-plans", watch, |found| found.lines.len() == 3);
+    assert_eq!(report.arrows, [arrow(0, 1), arrow(1, 0)]);
+    assert_eq!(report.goals, [GoalMark { node: 2, selected: 1 }]);
+    let (counts, known) = (report.facts.waiting, report.facts.routes.expect("routes are watched"));
+    assert_eq!((counts, known.known, known.under_way), (Some([1, 1]), 1, 1), "the selected robot is not counted");
+}
+
+#[test]
+fn robots_that_begin_to_match_are_no_other_wish() {
+    let watch = |robots| Watch { plans: true, matching: Some(RobotSet::new(robots)), ..Watch::default() };
+    assert!(!watch(3).differs(&watch(64)));
+    assert!(watch(3).differs(&Watch { plans: true, ..Watch::default() }), "another filter");
+    assert!(watch(3).differs(&Watch { selected: vec![1], ..watch(3) }));
 }
 
 #[test]

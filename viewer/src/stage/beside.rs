@@ -7,7 +7,7 @@ use wgpu::{CommandEncoder, TextureView};
 
 use super::Stage;
 use crate::camera::Camera;
-use crate::filter::Filter;
+use crate::filter::{Filter, Matches, RobotSet};
 use crate::gpu::renderer::{Picture, Renderer};
 use crate::tasks::TaskBook;
 
@@ -21,6 +21,11 @@ pub(super) struct Beside {
 /// The renderers of all levels that are shown.
 pub(super) fn all<'a>(shown: &'a mut Renderer, beside: &'a mut [Beside]) -> impl Iterator<Item = &'a mut Renderer> {
     iter::once(shown).chain(beside.iter_mut().map(|beside| &mut beside.renderer))
+}
+
+fn set_matches(renderer: &mut Renderer, matches: &Matches) {
+    renderer.set_matches(matches.matching.as_ref().map(RobotSet::words));
+    renderer.set_on_level(matches.on_level.as_ref().map(RobotSet::words));
 }
 
 impl Stage {
@@ -64,15 +69,19 @@ impl Stage {
         if let Some(types) = self.feed.robot_type() {
             renderer.set_robot_type_column(types);
         }
-        let filter = Filter { level: Some(level.to_owned()), ..Filter::default() };
-        let matches = filter.matches(&frame, &world, None, &TaskBook::default());
-        renderer.set_matches(Some(&matches.bits));
+        let filter = Filter::default().of_level(Some(level));
+        set_matches(renderer, &filter.matches(&frame, &world, None, &TaskBook::default()));
     }
 
-    /// Sets the robots that are shown of a level. Returns false if it isn't shown beside the scene's.
-    pub fn set_matches_beside(&mut self, level: &str, matches: &[u32]) -> bool {
+    /// Sets the robots of the scene's level that are shown, and those of them that are not dimmed.
+    pub fn set_matches(&mut self, matches: &Matches) {
+        set_matches(&mut self.renderer, matches);
+    }
+
+    /// Sets the robots of a level as [`set_matches`](Self::set_matches). Returns false if it isn't shown beside the scene's.
+    pub fn set_matches_beside(&mut self, level: &str, matches: &Matches) -> bool {
         let beside = self.beside.iter_mut().find(|beside| beside.level == level);
-        beside.map(|beside| beside.renderer.set_matches(Some(matches))).is_some()
+        beside.map(|beside| set_matches(&mut beside.renderer, matches)).is_some()
     }
 
     /// Makes the scene's level the one that is shown. Returns whether it was shown beside the one before, so that its graph is

@@ -6,7 +6,7 @@ use glam::Vec2;
 use regatta_plugin::control::ControlResponse;
 use regatta_plugin::{ColumnName, Frame};
 
-use crate::filter::Filter;
+use crate::filter::{Filter, Matches, RobotSet};
 use crate::interface::labels::Labels;
 use crate::interface::pose::Pose;
 use crate::interface::rows::Rows;
@@ -26,8 +26,8 @@ pub struct FleetState {
     pub task: Option<RobotTask>,
     /// The filter that was requested last.
     pub filter: Filter,
-    /// The number of robots that match it, and of all.
-    pub matches: Option<[u32; 2]>,
+    /// The robots that match it, or as long as they are not known, the filter before.
+    pub matches: Option<Matches>,
     pub rows: Option<Rows>,
     /// The age of the newest frame when it was read, in seconds.
     pub lag: Option<f64>,
@@ -46,6 +46,12 @@ pub struct FleetState {
 }
 
 impl FleetState {
+    /// The robots that match the filter, if it has conditions beside the level.
+    pub fn matching(&self) -> Option<RobotSet> {
+        let matches = self.matches.as_ref().filter(|_| self.filter.has_conditions())?;
+        matches.matching.clone()
+    }
+
     /// Applies a report of the link. Returns whether it makes a visible difference.
     pub fn apply(&mut self, fact: Fact) -> bool {
         match fact {

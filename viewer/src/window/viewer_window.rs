@@ -34,6 +34,7 @@ use crate::jams::Watch as JamWatched;
 use crate::link::{Link, Report};
 use crate::options::{LookOptions, Options};
 use crate::past::Past;
+use crate::plans::Watch;
 use crate::scene::Detail;
 use crate::stage::Stage;
 
@@ -260,7 +261,7 @@ impl ViewerWindow {
                     self.interface.log().take(*log);
                     true
                 }
-                Report::Matches(filter, matches) => self.set_matches(&filter, &matches),
+                Report::Matches(filter, matches) => self.set_matches(&filter, matches),
                 Report::Facts(fact) => self.fleet_state.apply(fact),
             };
         }
@@ -271,14 +272,14 @@ impl ViewerWindow {
     }
 
     /// Sets the robots that match a filter. Returns whether it is one of those that were requested last.
-    fn set_matches(&mut self, filter: &Filter, matches: &Matches) -> bool {
+    fn set_matches(&mut self, filter: &Filter, matches: Matches) -> bool {
         if *filter == self.fleet_state.filter {
-            self.fleet_state.matches = Some(matches.counts);
-            self.stage.renderer.set_matches(Some(&matches.bits));
+            self.stage.set_matches(&matches);
+            self.fleet_state.matches = Some(matches);
             return true;
         }
         let beside = filter.level.as_ref().filter(|_| filter.is_like(&self.fleet_state.filter));
-        beside.is_some_and(|level| self.stage.set_matches_beside(level, &matches.bits))
+        beside.is_some_and(|level| self.stage.set_matches_beside(level, &matches))
     }
 
     /// Shows levels side by side, or no longer.
@@ -315,7 +316,7 @@ impl ViewerWindow {
             self.stage.set_routes(Vec::new());
             self.link.routes(self.fleet_state.routes_of.clone());
         }
-        let watch = self.stage.plan_watch();
+        let watch = Watch { matching: self.fleet_state.matching(), ..self.stage.plan_watch() };
         if self.fleet_state.watched != watch {
             self.fleet_state.watched.clone_from(&watch);
             self.link.plans(watch);

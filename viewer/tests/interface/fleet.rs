@@ -156,13 +156,59 @@ fn robots_are_filtered_and_those_that_match_are_counted() {
     };
     assert_eq!(filters(&harness.state().actions), std::slice::from_ref(&wanted));
     harness.get_by_label("counting …");
-    harness.state_mut().matches = Some([2, 5]);
+    let held = matches(harness.state(), &[1, 3], false);
+    harness.state_mut().matches = Some(held);
     settle(&mut harness);
     harness.get_by_label("2\u{a0}of 5\u{a0}robots match");
     harness.get_by_label("show all").click();
     settle(&mut harness);
     assert_eq!(filters(&harness.state().actions), [wanted, Filter::default()]);
     assert!(harness.query_by_label("2\u{a0}of 5\u{a0}robots match").is_none());
+}
+
+#[test]
+fn a_filter_moves_no_row_of_the_list_and_ends_without_the_level() {
+    let mut fixture = Fixture::new(50);
+    fixture.interface.settings.left = Some(LeftPanel::Fleet);
+    fixture.interface.set_levels(["ground floor", "attic"].map(str::to_owned).to_vec());
+    let mut harness = harness(fixture);
+    let row = |harness: &Harness<'_, Fixture>| harness.get_by_label("robot 3").rect();
+    let before = row(&harness);
+    harness.get_by_label("filter: state").click();
+    settle(&mut harness);
+    harness.get_by_label("held").click();
+    harness.state_mut().interface.show_level(Some("attic".to_owned()));
+    settle(&mut harness);
+    assert_eq!(row(&harness), before);
+    harness.get_by_label("show all").click();
+    settle(&mut harness);
+    assert_eq!(row(&harness), before);
+    let last = harness.state().actions.iter().rev().find_map(|action| match action {
+        Action::Filter(filter) => Some(filter.clone()),
+        _ => None,
+    });
+    assert_eq!(last, Some(Filter { level: Some("attic".to_owned()), ..Filter::default() }));
+}
+
+#[test]
+fn rows_of_robots_that_do_not_match_are_dimmed() {
+    let mut fixture = Fixture::new(50);
+    fixture.interface.settings.left = Some(LeftPanel::Fleet);
+    let mut harness = harness(fixture);
+    let opacity_of = |harness: &Harness<'_, Fixture>, id: &str| {
+        let texts = harness.output().shapes.iter().filter_map(|clipped| match &clipped.shape {
+            egui::Shape::Text(text) if text.galley.text() == id => Some(text.fallback_color.a()),
+            _ => None,
+        });
+        texts.collect::<Vec<_>>()
+    };
+    let opaque = opacity_of(&harness, "17");
+    assert_eq!((opaque.len(), &opaque), (1, &opacity_of(&harness, "16")));
+    let filtered = matches(harness.state(), &[17], false);
+    harness.state_mut().matches = Some(filtered);
+    settle(&mut harness);
+    assert_eq!(opacity_of(&harness, "17"), opaque);
+    assert!(opacity_of(&harness, "16")[0] < opaque[0] / 2 && opacity_of(&harness, "16")[0] > 0);
 }
 
 #[test]

@@ -168,16 +168,32 @@ fn levels_side_by_side_are_no_filter_of_robots() {
     let mut harness = harness(fixture);
     settle(&mut harness);
     assert_eq!(harness.state().interface.parts().len(), 2);
-    harness.state_mut().matches = Some([1, 5]);
+    let counts = MatchCounts { matching: 5, on_level: 1, all: 5 };
+    harness.state_mut().matches = Some(Matches { counts, ..Matches::default() });
     settle(&mut harness);
-    assert!(
-        harness.query_by_label("1\u{a0}of 5\u{a0}robots matches").is_none(),
-        "all robots are shown, in their parts"
-    );
+    let counted = "1\u{a0}of 5\u{a0}robots on this level";
+    assert!(harness.query_by_label(counted).is_none(), "all robots are shown, in their parts");
     harness.state_mut().interface.show_side_by_side(false);
     settle(&mut harness);
     assert_eq!(harness.state().interface.level(), Some("cellar"));
+    harness.get_by_label(counted);
+}
+
+#[test]
+fn robots_that_match_are_counted_on_all_levels_side_by_side() {
+    let (mut harness, _) = side_by_side();
+    harness.state_mut().interface.settings.left = Some(LeftPanel::Fleet);
+    settle(&mut harness);
+    harness.get_by_label("filter: state").click();
+    settle(&mut harness);
+    harness.get_by_label("held").click();
+    let elsewhere = matches(harness.state(), &[3], true);
+    harness.state_mut().matches = Some(elsewhere);
+    settle(&mut harness);
     harness.get_by_label("1\u{a0}of 5\u{a0}robots matches");
+    harness.state_mut().interface.show_side_by_side(false);
+    settle(&mut harness);
+    harness.get_by_label("0\u{a0}of 5\u{a0}robots match");
 }
 
 #[test]

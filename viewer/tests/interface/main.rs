@@ -24,7 +24,7 @@ use regatta_plugin::world::{CurveRecord, EdgeRecord, NodeRecord, WorldData};
 use regatta_plugin::{Contacts, Frame};
 use regatta_viewer::camera::{Bounds, Camera};
 use regatta_viewer::feed::Counts;
-use regatta_viewer::filter::Filter;
+use regatta_viewer::filter::{Filter, MatchCounts, Matches, RobotSet};
 use regatta_viewer::interface::Interface;
 use regatta_viewer::interface::camera_controller::{CameraController, Follow};
 use regatta_viewer::interface::labels::Labels;
@@ -57,7 +57,7 @@ struct Fixture {
     jams: JamFacts,
     values: Vec<(&'static str, f32)>,
     task: Option<RobotTask>,
-    matches: Option<[u32; 2]>,
+    matches: Option<Matches>,
     rows: Option<Rows>,
     status: Option<ControlResponse>,
     engine: EngineState,
@@ -69,6 +69,19 @@ struct Fixture {
     /// The marks of a recording of ten seconds, and its time, in seconds.
     recording: Option<(Vec<RecordingMark>, f64)>,
     is_past: bool,
+}
+
+/// The robots of a fleet that match a filter, none of which is on the filter's level if there is a level.
+fn matches(fixture: &Fixture, robots: &[u32], has_level: bool) -> Matches {
+    let all = fixture.header.robots;
+    let mut matching = RobotSet::new(all as usize);
+    robots.iter().for_each(|robot| matching.insert(*robot));
+    let number = robots.len() as u32;
+    Matches {
+        matching: Some(matching),
+        on_level: has_level.then(|| RobotSet::new(all as usize)),
+        counts: MatchCounts { matching: number, on_level: if has_level { 0 } else { number }, all },
+    }
 }
 
 /// An edge between two nodes.
@@ -150,7 +163,7 @@ impl Fixture {
             density: None,
             closed: &self.closed,
             rows: self.rows.as_ref(),
-            matches: self.matches,
+            matches: self.matches.as_ref(),
             bounds: Bounds::default(),
             followed: None,
             timing: &self.timing,

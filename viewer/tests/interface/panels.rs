@@ -39,13 +39,13 @@ fn plans_of_all_robots_are_switched_on_and_say_what_they_lack() {
     harness.get_by_label("nothing known yet");
     harness.get_by_label("goals: not published");
     let routes = Coverage { known: 640, under_way: 990, round_secs: f32::INFINITY };
-    harness.state_mut().plans = PlanFacts { routes: Some(routes), has_goals: true, waiting: None };
+    harness.state_mut().plans = PlanFacts { routes: Some(routes), has_goals: true, ..PlanFacts::default() };
     settle(&mut harness);
     harness.get_by_label("routes of 640\u{a0}of 990\u{a0}robots under way so far");
     harness.get_by_label("routes of 640\u{a0}of 990\u{a0}robots");
     harness.get_by_label("planned");
     let routes = Coverage { known: 985, under_way: 990, round_secs: 1.25 };
-    harness.state_mut().plans = PlanFacts { routes: Some(routes), has_goals: true, waiting: None };
+    harness.state_mut().plans = PlanFacts { routes: Some(routes), has_goals: true, ..PlanFacts::default() };
     settle(&mut harness);
     harness.get_by_label("routes of 985\u{a0}of 990\u{a0}robots under way, at most 1.2\u{a0}s old");
     assert!(harness.query_by_label("routes of 985\u{a0}of 990\u{a0}robots").is_none(), "nothing notable is missing");
@@ -66,6 +66,25 @@ fn who_waits_is_switched_on_and_counted() {
     harness.get_by_label("ring of waiting (4)");
     press(&mut harness, Key::Num4);
     harness.get_by_label("17\u{a0}robots wait, 4\u{a0}of them in rings");
+}
+
+#[test]
+fn counts_of_plans_say_that_they_are_of_robots_that_match() {
+    let mut fixture = Fixture::new(5);
+    (fixture.interface.settings.plans, fixture.interface.settings.waits) = (true, true);
+    fixture.interface.settings.right = Some(RightPanel::View);
+    let routes = Coverage { known: 3, under_way: 9, round_secs: f32::INFINITY };
+    fixture.plans = PlanFacts { is_filtered: true, routes: Some(routes), has_goals: true, waiting: Some([2, 0]) };
+    let harness = harness(fixture);
+    for text in [
+        "routes of 3\u{a0}of 9\u{a0}matching robots under way so far",
+        "routes of 3\u{a0}of 9\u{a0}matching robots",
+        "2\u{a0}matching robots wait, none of them in rings",
+        "of matching robots:",
+        "waits for (2)",
+    ] {
+        harness.get_by_label(text);
+    }
 }
 
 #[test]

@@ -34,6 +34,7 @@ pub const TESTS: &[(&str, Test)] = &[
     ("levels_are_drawn_side_by_side", in_a_screenshot),
     ("levels_beside_each_other_are_as_alone", in_a_window),
     ("a_level_has_nothing_of_another_one", nothing_of_others),
+    ("robots_of_a_level_that_do_not_match_are_dimmed", dimmed_on_a_level),
     ("a_plan_shows_one_level_and_fits_it", as_a_plan),
 ];
 
@@ -75,6 +76,31 @@ fn in_a_screenshot(_: &Gpu) {
     let live = LiveFleet::start("one-level");
     let refused = live.try_view("320x200", &["--screenshot", &live.path("no.png"), "--levels"]).expect_err("no levels");
     assert!(refused.to_string().contains("leave --levels out"), "{refused}");
+}
+
+/// Robots that don't match a filter are dimmed with a level too; only those of other levels are hidden.
+fn dimmed_on_a_level(gpu: &Gpu) {
+    let draw = |present: u32, matches: u32| {
+        let mut renderer = TestRenderer::new(gpu);
+        renderer.inner.set_level(Some("cellar"));
+        renderer.inner.set_graph(&two_levels().view(1, 1));
+        let mut fleet = robots();
+        let absent = fleet.iter_mut().zip(0..).filter(|(_, id)| present >> id & 1 == 0);
+        absent.for_each(|(robot, _)| robot.state = RobotState::Absent as u8);
+        renderer.push(&fleet);
+        renderer.inner.set_on_level(Some(&[0b11_1111]));
+        renderer.inner.set_matches(Some(&[matches]));
+        renderer.render(&camera(), &coloured(Colouring::State), 1.0)
+    };
+    let brightness = |one: &RgbaImage, other: &RgbaImage| -> u64 {
+        one.as_raw().iter().zip(other.as_raw()).map(|(a, b)| u64::from(a.abs_diff(*b))).sum()
+    };
+    let all = 0b1111_1111_1111;
+    // Of the robots that match, robot 6 is on the other level.
+    let (lit, dimmed, alone) = (draw(all, all), draw(all, 0b0100_0001), draw(1, all));
+    let [lit, rest] = [&lit, &dimmed].map(|picture| brightness(picture, &alone));
+    assert!(rest > lit / 20 && rest < lit / 2, "the others have {rest} of {lit}");
+    assert!(dimmed == draw(0b11_1111, 1), "something of the other level is in the picture");
 }
 
 /// Each level is drawn at the scale of its own size, and together both have all edges.
@@ -213,7 +239,7 @@ fn nothing_of_others(gpu: &Gpu) {
         for step in 0..3 {
             fleet.iter_mut().for_each(|robot| robot.x += 0.4 * step as f32);
             renderer.push(&fleet);
-            renderer.inner.set_matches(Some(&[0b11_1111]));
+            renderer.inner.set_on_level(Some(&[0b11_1111]));
             renderer.render(&camera(), &scene, 1.0);
         }
         renderer.render(&camera(), &scene, 1.0)

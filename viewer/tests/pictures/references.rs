@@ -368,7 +368,7 @@ fn marked_node(gpu: &Gpu) {
     assert_like("robots_by_state", &loop_renderer(gpu).render(&camera(), &scene, 1.0));
 }
 
-/// Of two levels, one is shown: its edges and nodes, and the robots that match.
+/// Of two levels, one is shown: its edges and nodes, and its robots.
 fn one_level(gpu: &Gpu) {
     let mut renderer = TestRenderer::new(gpu);
     let mut world = graph();
@@ -378,10 +378,10 @@ fn one_level(gpu: &Gpu) {
     renderer.inner.set_level(Some("ground"));
     renderer.inner.set_graph(&world.view(1, 1));
     renderer.push(&robots());
-    renderer.inner.set_matches(Some(&[0b0000_0011_1111]));
+    renderer.inner.set_on_level(Some(&[0b0000_0011_1111]));
     assert_like("one_level", &renderer.render(&camera(), &coloured(Colouring::State), 1.0));
     renderer.inner.set_level(None);
-    renderer.inner.set_matches(None);
+    renderer.inner.set_on_level(None);
     renderer.inner.set_graph(&graph().view(1, 1));
     assert_like("robots_by_state", &renderer.render(&camera(), &coloured(Colouring::State), 1.0));
 }

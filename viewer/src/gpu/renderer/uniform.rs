@@ -39,7 +39,7 @@ impl Renderer {
         }
         view.heated = u32::from(picture.scene.heat.is_some());
         view.detail.w = self.columns.values() as f32;
-        view.filtered = u32::from(self.columns.is_filtered()) * if self.level.is_some() { 2 } else { 1 };
+        view.filtered = self.columns.filtered();
         view
     }
 

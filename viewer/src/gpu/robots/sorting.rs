@@ -30,7 +30,7 @@ pub struct Variant {
     pub dense: Dense,
     /// What robots are coloured by, as in the view.
     pub source: u32,
-    /// What happens to robots that don't match a filter, as in the view.
+    /// Whether robots are dimmed and hidden, as in the view.
     pub filtered: u32,
     /// Whether a robot in sight may be large enough for a block or a mesh.
     pub bodies: bool,

@@ -13,7 +13,8 @@ const ABSENT = 255u;
 // The columns x, y and theta.
 @group(1) @binding(0) var<storage, read> previous: array<f32>;
 @group(1) @binding(1) var<storage, read> current: array<f32>;
-// The columns of values, robot types and states, four states per word; then a bit per robot: whether it matches the filter.
+// The columns of values, robot types and states, four states per word; then two rows of
+// bits: whether a robot matches the filter, and whether it is on the level that is shown.
 @group(1) @binding(2) var<storage, read> attributes: array<u32>;
 @group(1) @binding(3) var<uniform> robot_types: array<RobotType, 64>;
 
@@ -55,14 +56,19 @@ fn pose_of(i: u32) -> vec3f {
 // How much of a robot's colour is left if it doesn't match the filter.
 const DIMMED = 0.16;
 
-fn matches(i: u32) -> bool {
+// A robot's bit in one of the rows of bits.
+fn bit_of(i: u32, row: u32) -> bool {
     let stride = rows();
-    return view.filtered == 0u || extractBits(attributes[2u * stride + stride / 4u + i / 32u], i % 32u, 1u) == 1u;
+    return extractBits(attributes[2u * stride + stride / 4u + row * (stride / 32u) + i / 32u], i % 32u, 1u) == 1u;
+}
+
+fn matches(i: u32) -> bool {
+    return (view.filtered & 1u) == 0u || bit_of(i, 0u);
 }
 
 // Whether a robot isn't shown: it is on another level than the picture's.
 fn is_hidden(i: u32) -> bool {
-    return view.filtered == 2u && !matches(i);
+    return (view.filtered & 2u) != 0u && !bit_of(i, 1u);
 }
 
 fn colour_of(i: u32) -> vec3f {

@@ -48,7 +48,7 @@ override DENSITY = false;
 // What would else be decided for each robot anew. A software adapter carries all branches out, and loads are dear there.
 // What robots are coloured by: as `view.source`.
 override SOURCE = 0u;
-// Whether robots that don't match a filter are dimmed (1) or hidden (2).
+// As `view.filtered`. Bit 0: robots that don't match a filter are dimmed. Bit 1: robots of other levels than the picture's are hidden.
 override FILTERED = 0u;
 // Whether a robot may be large enough for a block or a mesh.
 override BODIES = true;
@@ -210,7 +210,7 @@ fn own_colour_of(i: u32, state: u32) -> vec3f {
         at = f32(robot_type_of(i) % 16u);
     }
     let colour = select(view.unknown.rgb, shade_of(at), (SOURCE != 0u) | (i < u32(view.detail.w)));
-    if FILTERED == 1u {
+    if (FILTERED & 1u) != 0u {
         return select(mix(view.floor.rgb, colour, DIMMED), colour, matches(i));
     }
     return colour;
@@ -218,8 +218,8 @@ fn own_colour_of(i: u32, state: u32) -> vec3f {
 
 // Whether a robot is drawn, as far as its place doesn't matter.
 fn is_shown(i: u32, state: u32) -> bool {
-    if FILTERED == 2u {
-        return state != ABSENT && matches(i);
+    if (FILTERED & 2u) != 0u {
+        return state != ABSENT && bit_of(i, 1u);
     }
     return state != ABSENT;
 }

@@ -63,7 +63,7 @@ struct View {
     // Robots below the length x in pixels are part of the density, those from y on are not; z: the reciprocal of the density of
     // half the strength, in square metres; w: the length of robots, in metres.
     density: vec4f,
-    // Whether robots that don't match a filter are dimmed (1) or hidden (2).
+    // Bit 0: robots that don't match a filter are dimmed. Bit 1: robots of other levels than the picture's are hidden.
     filtered: u32,
     // 1 if there is a heat map.
     heated: u32,

@@ -9,7 +9,7 @@ use regatta_plugin::frame::ClockState;
 use winit::window::Fullscreen;
 
 use super::{ViewerWindow, size_of, title};
-use crate::filter::Filter;
+use crate::filter::Matches;
 use crate::interface::measure::End;
 use crate::interface::pose::interpolate;
 use crate::interface::view_model::{Action, EngineState, Item, Timeline, ViewModel};
@@ -76,7 +76,7 @@ impl ViewerWindow {
             jams: self.stage.jam_facts(),
             density: self.stage.shown_density(&self.interface.camera_controller.camera(), self.picture_size()),
             rows: self.fleet_state.rows.as_ref(),
-            matches: self.fleet_state.matches,
+            matches: self.fleet_state.matches.as_ref(),
             bounds: self.stage.bounds(),
             followed: self.fleet_state.followed.map(|(_, [from, to])| interpolate(from, to, alpha)),
             timing: &self.timing,
@@ -126,14 +126,14 @@ impl ViewerWindow {
                 Action::Measure { at } => self.measure(at, pixels_per_point),
                 Action::Rows(query) => self.link.rows(query),
                 Action::Filter(filter) => {
+                    // Those that match the filter before are kept until it is known which match this one.
                     if filter.is_empty() {
-                        self.stage.renderer.set_matches(None);
+                        self.stage.set_matches(&Matches::default());
+                        self.fleet_state.matches = None;
                     }
-                    self.fleet_state.matches = None;
                     self.fleet_state.filter.clone_from(&filter);
                     let beside = self.interface.levels_beside();
-                    let beside: Vec<_> =
-                        beside.map(|level| Filter { level: Some(level.to_owned()), ..filter.clone() }).collect();
+                    let beside: Vec<_> = beside.map(|level| filter.of_level(Some(level))).collect();
                     self.link.filters([vec![filter], beside].concat());
                 }
                 Action::Write { path, text } => {
