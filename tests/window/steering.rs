@@ -6,7 +6,7 @@ use regatta_plugin::{ClosureReader, Participant, Subscriber, WorldReader};
 use regatta_viewer::camera::Camera;
 
 use crate::fleet::{Fleet, eventually, unique};
-use crate::screen::{self, Screen};
+use crate::screen::{self, Screen, Screenshot};
 use crate::{close, viewer};
 
 /// A direct way from node 1 to node 2, and one over node 3. A robot stands on node 1.
@@ -43,13 +43,16 @@ fn click(screen: &Screen, [x, y]: [i32; 2], button: &str) {
 /// Opens the menu of what is at a place, and clicks an entry.
 fn choose(screen: &Screen, place: Vec2, number: i32) {
     let [x, y] = pixel(place);
-    let before = screen.screenshot();
-    click(screen, [x, y], "3");
     let (left, top) = (x as usize + 5, y as usize + 5);
-    eventually("the menu opens", || {
-        let changed = screen.screenshot().differing(&before, left..left + 60, top..top + 60);
-        (changed > 3000).then_some(())
+    let changes = |before: &Screenshot| screen.screenshot().differing(before, left..left + 60, top..top + 60);
+    // On a busy machine, the menu before may still be there, at the same place.
+    let before = eventually("nothing changes there", || {
+        let before = screen.screenshot();
+        screen.xdotool(&["sleep", "0.5"]);
+        (changes(&before) == 0).then_some(before)
     });
+    click(screen, [x, y], "3");
+    eventually("the menu opens", || (changes(&before) > 3000).then_some(()));
     let [right, down] = entry(number);
     click(screen, [x + right, y + down], "1");
 }

