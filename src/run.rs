@@ -292,6 +292,7 @@ fn plugin_command(plugin: &PluginCommand, fleet: &FleetName) -> Result<Command, 
 mod tests {
     use clap::{Args, FromArgMatches};
     use regatta_engine::scenario::Overrides;
+    use regatta_viewer::options::CameraOption;
 
     use super::*;
 
@@ -317,7 +318,8 @@ mod tests {
         assert_eq!(positions, [[-1.5, 2.0, 3.0], [4.0, 500.0, 6.0]]);
         let names: Vec<_> = options.bookmark.iter().map(|bookmark| bookmark.name.as_str()).collect();
         assert_eq!(names, ["dock", "west hall"]);
-        assert!(options.bookmark[1].view.fixed().is_some_and(|camera| camera.is_plan()));
+        let hall = &options.bookmark[1].view;
+        assert!(matches!(hall, CameraOption::Eye(camera) if camera.is_plan()), "{hall:?}");
     }
 
     #[test]

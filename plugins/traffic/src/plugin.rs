@@ -82,14 +82,14 @@ enum History {
     Unopened,
     /// Another process publishes it.
     Taken,
-    Published(RunHistory),
+    Published(Box<RunHistory>),
 }
 
 impl History {
     /// Adds a frame, with the figures of the last minute.
     fn add(&mut self, participant: &Participant, frame: &Frame<'_>, figures: &[EdgeTraffic]) -> Result {
         if let Self::Unopened = self {
-            *self = RunHistory::open(participant)?.map_or(Self::Taken, Self::Published);
+            *self = RunHistory::open(participant)?.map_or(Self::Taken, |history| Self::Published(Box::new(history)));
         }
         match self {
             Self::Published(history) => history.add(frame, figures),

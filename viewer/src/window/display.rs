@@ -67,8 +67,8 @@ pub fn run_on_x11(mut events: winit::event_loop::EventLoop<()>, app: &mut super:
             Ok(PumpStatus::Exit(_)) => return Err(gone()),
             Err(error) => {
                 app.abandon();
-                // To close the connection, Xlib would ask the server, and end the process.
-                std::mem::forget(events);
+                // To close the connection, Xlib would ask the server, and end the process. The process ends soon.
+                let _ = std::mem::ManuallyDrop::new(events);
                 return Err(error);
             }
         }
