@@ -67,12 +67,19 @@ pub fn run_on_x11(mut events: winit::event_loop::EventLoop<()>, app: &mut super:
             Ok(PumpStatus::Exit(_)) => return Err(gone()),
             Err(error) => {
                 app.abandon();
-                // To close the connection, Xlib would ask the server, and end the process. The process ends soon.
-                let _ = std::mem::ManuallyDrop::new(events);
+                // To close the connection, Xlib would ask the server, and end the process.
+                forget(events);
                 return Err(error);
             }
         }
     }
+}
+
+/// Leaves the connection to a display that has gone as it is.
+#[cfg(target_os = "linux")]
+#[expect(clippy::disallowed_methods, reason = "it holds no sample of shared memory")]
+fn forget(events: winit::event_loop::EventLoop<()>) {
+    std::mem::forget(events);
 }
 
 /// Waits until there are events, and no longer than this.
