@@ -1,6 +1,8 @@
 //! Which robots match a filter: by state, type, task and zone. The others are dimmed in the picture, and those of other levels
 //! than the filter's are hidden. It is computed on another thread than the one that draws.
 
+use std::sync::Arc;
+
 use regatta_plugin::World;
 use regatta_plugin::frame::{Frame, RobotState};
 
@@ -35,9 +37,10 @@ pub enum TaskFilter {
     Number(u64),
 }
 
-/// A set of robots: a bit per robot, 32 to a word, the lowest one first.
+/// A set of robots: a bit per robot, 32 to a word, the lowest one first. Each picture clones and compares sets, which costs nothing as
+/// long as they are one set in memory.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct RobotSet(Vec<u32>);
+pub struct RobotSet(Arc<Vec<u32>>);
 
 /// The robots that match a filter.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -64,7 +67,7 @@ pub struct MatchCounts {
 impl RobotSet {
     /// Creates an empty set with room for a number of robots.
     pub fn new(robots: usize) -> Self {
-        Self(vec![0; robots.div_ceil(32)])
+        Self(Arc::new(vec![0; robots.div_ceil(32)]))
     }
 
     /// Whether a robot is in the set.
@@ -74,7 +77,7 @@ impl RobotSet {
 
     /// Adds a robot. One beyond the room of the set is left out.
     pub fn insert(&mut self, robot: u32) {
-        self.0.get_mut(robot as usize / 32).into_iter().for_each(|word| *word |= 1 << (robot % 32));
+        Arc::make_mut(&mut self.0).get_mut(robot as usize / 32).into_iter().for_each(|word| *word |= 1 << (robot % 32));
     }
 
     /// The bits, 32 robots to a word.
