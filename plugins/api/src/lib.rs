@@ -59,7 +59,7 @@ pub use process::csv_file::{CsvChange, CsvError, CsvFile, RowCounts};
 pub use process::dispatch::{DispatchError, Dispatcher};
 pub use process::domain::{DomainError, RUNTIME_DIR_VARIABLE, config as iceoryx2_config};
 pub use process::health;
-pub use process::history::{series::Series, spots::Spots};
+pub use process::history::{RunHistory, series::Series, spots::Spots};
 pub use process::join::Participant;
 pub use process::log::set_verbosity;
 pub use process::plugin::Plugin;

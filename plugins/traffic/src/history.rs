@@ -2,9 +2,9 @@
 
 use std::time::{Duration, Instant};
 
-use regatta_plugin::history::{FleetSample, HistoryHeader};
+use regatta_plugin::history::HistoryHeader;
 use regatta_plugin::traffic::EdgeTraffic;
-use regatta_plugin::{ContactReader, Frame, HistoryPublisher, OpenError, Participant, Result, Series, Spots};
+use regatta_plugin::{ContactReader, Frame, HistoryPublisher, OpenError, Participant, Result, RunHistory};
 
 /// The time between two publications, unless they take long.
 const PUBLISH_EVERY: Duration = Duration::from_millis(500);
@@ -12,15 +12,14 @@ const PUBLISH_EVERY: Duration = Duration::from_millis(500);
 const PAUSES: u32 = 20;
 
 /// Hot spots and figures over time, and who reads them.
-pub struct RunHistory {
+pub struct PublishedHistory {
     publisher: HistoryPublisher,
     contacts: ContactReader,
-    spots: Spots,
-    series: Series,
+    run: RunHistory,
     publish_at: Instant,
 }
 
-impl RunHistory {
+impl PublishedHistory {
     /// Opens the ports. Returns `None` if another process publishes the history.
     ///
     /// # Errors
@@ -34,8 +33,7 @@ impl RunHistory {
         Ok(Some(Self {
             publisher,
             contacts: ContactReader::open_on(fleet)?,
-            spots: Spots::default(),
-            series: Series::default(),
+            run: RunHistory::default(),
             publish_at: Instant::now(),
         }))
     }
@@ -45,19 +43,13 @@ impl RunHistory {
     /// # Errors
     /// If shared memory fails.
     pub fn add(&mut self, frame: &Frame<'_>, figures: &[EdgeTraffic]) -> Result {
-        let run_id = frame.run_id();
         self.contacts.latest()?;
         let has_checker = self.contacts.has_publisher();
-        let contacts = self.contacts.current().filter(|contacts| has_checker && contacts.header.run_id == run_id);
-        self.spots.add(frame, contacts.map_or(&[], |contacts| contacts.pairs));
-        if self.series.wants(run_id, frame.sim_time().as_secs_f64()) {
-            let throughput = match figures {
-                [] => f32::NAN,
-                figures => figures.iter().map(|edge| edge.entered_per_hour).sum(),
-            };
-            let touching = contacts.map(|contacts| contacts.header.touching);
-            self.series.add(run_id, FleetSample { throughput, ..FleetSample::of(frame) }.with_touching(touching));
-        }
+        let contacts = self.contacts.current().filter(|_| has_checker);
+        self.run.add(frame, contacts.map(|contacts| (contacts.header, contacts.pairs)), || match figures {
+            [] => None,
+            figures => Some(figures.iter().map(|edge| edge.entered_per_hour).sum()),
+        });
         self.publish(frame)
     }
 
@@ -70,10 +62,10 @@ impl RunHistory {
             run_id: frame.run_id(),
             tick: frame.tick(),
             sim_time_nanos: frame.header().sim_time_nanos,
-            began_nanos: (self.spots.began().1 * 1e9) as u64,
+            began_nanos: (self.run.spots.began().1 * 1e9) as u64,
             sequence: 0,
         };
-        self.publisher.publish(&header, &self.series.samples, &self.spots.list())?;
+        self.publisher.publish(&header, &self.run.series.samples, &self.run.spots.list())?;
         self.publish_at = Instant::now() + PUBLISH_EVERY.max(start.elapsed() * PAUSES);
         Ok(())
     }

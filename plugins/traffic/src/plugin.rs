@@ -10,7 +10,7 @@ use regatta_plugin::{
     ColumnReader, Error, Frame, Options, Participant, Plugin, Rate, Result, TrafficPublisher, World, usage_line,
 };
 
-use crate::history::RunHistory;
+use crate::history::PublishedHistory;
 use crate::parquet_file;
 use crate::periods::Periods;
 use crate::report::{self, Edge, Report};
@@ -82,14 +82,15 @@ enum History {
     Unopened,
     /// Another process publishes it.
     Taken,
-    Published(Box<RunHistory>),
+    Published(Box<PublishedHistory>),
 }
 
 impl History {
     /// Adds a frame, with the figures of the last minute.
     fn add(&mut self, participant: &Participant, frame: &Frame<'_>, figures: &[EdgeTraffic]) -> Result {
         if let Self::Unopened = self {
-            *self = RunHistory::open(participant)?.map_or(Self::Taken, |history| Self::Published(Box::new(history)));
+            *self =
+                PublishedHistory::open(participant)?.map_or(Self::Taken, |history| Self::Published(Box::new(history)));
         }
         match self {
             Self::Published(history) => history.add(frame, figures),

@@ -4,10 +4,9 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant};
 
 use glam::Vec2;
-use regatta_plugin::history::FleetSample;
 use regatta_plugin::traffic::{EdgeTraffic, TRAFFIC_PERIODS};
 use regatta_plugin::{
-    ContactReader, FleetName, HistoryReader, Participant, ReadError, Result, Series, Spots, Subscriber, Traffic,
+    ContactReader, FleetName, HistoryReader, Participant, ReadError, Result, RunHistory, Subscriber, Traffic,
     TrafficReader, WorldReader,
 };
 
@@ -62,8 +61,7 @@ pub(super) struct Watcher {
     traffic: TrafficReader,
     contacts: ContactReader,
     published: HistoryReader,
-    spots: Spots,
-    series: Series,
+    run: RunHistory,
     /// The heat map that was worked out last, and whether there is something newer.
     heat: Option<Heat>,
     is_heat_old: bool,
@@ -83,8 +81,7 @@ impl Watcher {
             traffic: TrafficReader::open_on(participant)?,
             contacts: ContactReader::open_on(participant)?,
             published: HistoryReader::open_on(participant)?,
-            spots: Spots::default(),
-            series: Series::default(),
+            run: RunHistory::default(),
             heat: None,
             is_heat_old: true,
             had_traffic: false,
@@ -152,14 +149,10 @@ impl Watcher {
         let Some(frame) = self.frames.current()?.filter(|_| has_frame) else { return Ok(None) };
         let run = frame.run_id();
         let has_checker = self.contacts.has_publisher();
-        let contacts = self.contacts.current().filter(|contacts| has_checker && contacts.header.run_id == run);
-        self.spots.add(&frame, contacts.map_or(&[], |contacts| contacts.pairs));
-        if self.series.wants(run, frame.sim_time().as_secs_f64()) {
-            let entered = |edges: &[EdgeTraffic]| edges.iter().map(|edge| edge.entered_per_hour).sum();
-            let throughput = self.current_traffic()?.map_or(f32::NAN, |traffic| entered(traffic.periods[0]));
-            let touching = contacts.map(|contacts| contacts.header.touching);
-            self.series.add(run, FleetSample { throughput, ..FleetSample::of(&frame) }.with_touching(touching));
-        }
+        let contacts = self.contacts.current().filter(|_| has_checker);
+        let entered = |edges: &[EdgeTraffic]| edges.iter().map(|edge| edge.entered_per_hour).sum();
+        let throughput = self.current_traffic()?.map(|traffic| entered(traffic.periods[0]));
+        self.run.add(&frame, contacts.map(|contacts| (contacts.header, contacts.pairs)), || throughput);
         if Instant::now() < self.list_at {
             return Ok(None);
         }
@@ -180,9 +173,9 @@ impl Watcher {
 
     /// What was found here, since this thread began to watch.
     fn own(&self) -> History {
-        let until_secs = self.series.samples.last().map_or(0.0, |sample| sample.secs);
-        let known = Known { from_secs: self.spots.began().1, until_secs, is_published: false };
-        (self.spots.list().iter().map(Spot::from).collect(), self.series.samples.clone().into(), known)
+        let until_secs = self.run.series.samples.last().map_or(0.0, |sample| sample.secs);
+        let known = Known { from_secs: self.run.spots.began().1, until_secs, is_published: false };
+        (self.run.spots.list().iter().map(Spot::from).collect(), self.run.series.samples.clone().into(), known)
     }
 
     fn edge_facts(&self, edge: u32) -> Result<EdgeFacts, ReadError> {

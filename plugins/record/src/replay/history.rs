@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use regatta_plugin::frame::{ColumnsMut, FrameHeader, Line, NO_EDGE, RobotState, frame_lines, stride_lines};
 use regatta_plugin::history::{FleetSample, HistoryHeader, HotSpot};
-use regatta_plugin::{Frame, Series, Spots};
+use regatta_plugin::{Frame, RunHistory};
 
 use crate::contacts::ContactDecoder;
 use crate::reading::{Entry, ReadingError, Recording, Selection};
@@ -68,8 +68,7 @@ pub(super) fn search(recording: &Recording, mut tell: impl FnMut(RecordedHistory
 #[derive(Debug, Default)]
 struct Counter {
     contacts: ContactDecoder,
-    spots: Spots,
-    series: Series,
+    run: RunHistory,
     throughput: Throughput,
     newest: FrameHeader,
     lines: Vec<Line>,
@@ -87,15 +86,8 @@ impl Counter {
         recorded.copy_to(&mut ColumnsMut::split(&mut self.lines, robots));
         let header = FrameHeader { stride_lines: stride_lines(robots) as u32, ..recorded.header };
         let Some(frame) = Frame::new(&header, &self.lines) else { return };
-        let run_id = header.run_id;
-        let contacts = self.contacts.list().filter(|(contacts, _)| contacts.run_id == run_id);
-        self.spots.add(&frame, contacts.map_or(&[], |(_, pairs)| pairs));
         let throughput = self.throughput.count(&frame);
-        if self.series.wants(run_id, frame.sim_time().as_secs_f64()) {
-            let touching = contacts.map(|(contacts, _)| contacts.touching);
-            let sample = FleetSample { throughput: throughput.unwrap_or(f32::NAN), ..FleetSample::of(&frame) };
-            self.series.add(run_id, sample.with_touching(touching));
-        }
+        self.run.add(&frame, self.contacts.list(), || throughput);
         self.newest = header;
     }
 
@@ -104,10 +96,10 @@ impl Counter {
             run_id: self.newest.run_id,
             tick: self.newest.tick,
             sim_time_nanos: self.newest.sim_time_nanos,
-            began_nanos: (self.spots.began().1 * 1e9) as u64,
+            began_nanos: (self.run.spots.began().1 * 1e9) as u64,
             sequence: 0,
         };
-        RecordedHistory { header, samples: self.series.samples.clone(), spots: self.spots.list() }
+        RecordedHistory { header, samples: self.run.series.samples.clone(), spots: self.run.spots.list() }
     }
 }
 
